@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "app/printed_digits.h"
 #include "firmware-like/statistics/containment_radius.h"
@@ -400,6 +401,11 @@ status::CameraStatus LensSupervisor::Status() const {
   status.zoom_counts = zoom_counts_;
   status.focus_counts = focus_counts_;
   status.lens_id = lens_ ? static_cast<std::uint32_t>(lens_->id) : 0;
+  if (lens_) {
+    status.usable_radius_px = UsableEverywhere(lens_->known)
+                                  ? std::numeric_limits<double>::infinity()
+                                  : lens_->known.usable_radius_px;
+  }
   status.zoom_time_s = zoom_time_s_;
   status.frame_time_s = frame_time_s_;
   status.bodies_configured = std::min(settings_.bodies.size(), bodies_.size());

@@ -174,6 +174,12 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
                        Age(value("zoom_age")), Age(value("camera_age")),
                        number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
                                           : std::string("no stored lens")));
+  const int usable_px = number("lens_usable_radius");
+  if (usable_px > 0 && usable_px != plc::registers::kWholeImage) {
+    line("", fmt::format("lens usable up to {} px from the middle of the image; nothing is "
+                         "measured beyond",
+                         usable_px));
+  }
   if (const int bits = number("camera_bits"); bits != 0) {
     line("", WordText(bits, plc::registers::CameraBits()));
   }

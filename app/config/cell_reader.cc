@@ -145,6 +145,44 @@ model::Robot RobotFromToml(const TomlTable& table) {
   return robot;
 }
 
+/// The largest distance of places from the line through two of them [m]; 0 for fewer than three.
+double SpreadBesideALine(const std::vector<Vec3>& places) {
+  double spread = 0;
+  for (std::size_t k = 2; k < places.size(); ++k) {
+    for (std::size_t j = 1; j < k; ++j) {
+      const Vec3 along = places[j] - places[0];
+      if (along.norm() == 0) continue;
+      spread = std::max(spread, along.normalized().cross(places[k] - places[0]).norm());
+    }
+  }
+  return spread;
+}
+
+void ReadReferenceTags(const TomlTable& table, model::Measurement& measurement) {
+  if (!table.Has("reference_tags_mm")) {
+    if (table.Has("reference_sd_mm")) {
+      table.AddFault("reference_sd_mm", "needs reference_tags_mm, the places of the tags");
+    }
+    table.Ignore({"reference_sd_mm"});
+    return;
+  }
+  const auto rows = table.Rows("reference_tags_mm", kPlaceRange);
+  if (!table.Has("reference_sd_mm")) {
+    table.AddMissing("reference_sd_mm", "the standard deviation of each tag's place on one axis");
+  }
+  measurement.reference_sd_m = table.Number("reference_sd_mm", kSigma).value_or(0);
+  if (!rows) return;
+  for (Eigen::Index k = 0; k < rows->rows() && rows->cols() == 3; ++k) {
+    measurement.reference_tags_W.emplace_back(rows->row(k).transpose());
+  }
+  constexpr double kMinSpread_m = 0.01;
+  if (SpreadBesideALine(measurement.reference_tags_W) < kMinSpread_m) {
+    table.AddFault("reference_tags_mm",
+                   "must hold the places [x, y, z] of at least three tags that are not on one "
+                   "line: fewer do not define a frame");
+  }
+}
+
 model::Measurement MeasurementFromToml(const TomlTable& table) {
   model::Measurement measurement;
   const auto kind = table.RequiredOneOf<model::MeasurementKind>(
@@ -181,6 +219,7 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
   } else {
     table.Ignore({"camera_xyz_mm", "camera_rpy_deg"});
   }
+  ReadReferenceTags(table, measurement);
   return measurement;
 }
 

@@ -20,12 +20,10 @@ constexpr double kEigenvalueTolerance = 1e-6;  // of the correlation matrix
 
 /// The word of a parameter such as `by`; adds a fault if it is not one of `words`.
 std::string WordFromToml(const TomlTable& table, std::string_view words) {
-  const auto comma = words.find(',');
-  const std::string_view first = words.substr(0, comma);
-  const std::string_view second = words.substr(comma + 1);
-  const auto word =
-      table.RequiredOneOf<std::string_view>("value", {{first, first}, {second, second}});
-  return std::string(word.value_or(""));
+  const std::vector<std::string_view> choices = effects::Choices(words);
+  if (!table.Has("value")) table.AddMissing("value", TomlTable::OneOfText(choices));
+  const auto index = table.OneOf("value", choices);
+  return index ? std::string(choices[*index]) : std::string();
 }
 
 /// The catalogue entry of a parameter; adds a fault if the effect has none of that name.

@@ -8,16 +8,47 @@
 
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
-/// Signals that depend on the cell alone, not on the columns of a table.
-constexpr std::array kCellSignals = {effects::Signal::kCamera, effects::Signal::kRange};
+/// Signals that depend on the instruments alone, not on what was recorded beside the measurement.
+constexpr std::array kInstrumentSignals = {effects::Signal::kCamera, effects::Signal::kRange,
+                                           effects::Signal::kCameras};
 
 bool Varies(const Dataset& data, std::string_view column) {
   return std::any_of(data.signals.begin(), data.signals.end(),
                      [&](const RecordedSignal& signal) { return signal.column == column; });
+}
+
+/// True if positions are of different cameras, or of a camera and another instrument.
+bool OfDifferentInstruments(const Dataset& data) {
+  const effects::Conditions* first = nullptr;
+  for (const RowIndex row : data.row_indices()) {
+    if (OnArtefact(data.observations[row].kind)) continue;
+    const effects::Conditions& of_row = data.conditions[row];
+    if (first == nullptr) first = &of_row;
+    if (of_row.camera_name != first->camera_name) return true;
+  }
+  return false;
+}
+
+/// The choices of an effect's word; one empty word if it has none. Of an effect of one camera, the
+/// cameras that measured a row.
+std::vector<std::string_view> WordsOf(const Dataset& data, const effects::EffectTraits& traits) {
+  std::vector<std::string_view> words = {""};
+  for (const effects::ParameterSpec& parameter : traits.parameters) {
+    if (parameter.role == effects::ParameterRole::kWord) words = effects::Choices(parameter.words);
+  }
+  if (!traits.of_one_camera) return words;
+  const auto measured_nothing = [&](std::string_view word) {
+    return std::none_of(
+        data.conditions.begin(), data.conditions.end(),
+        [&](const effects::Conditions& of_row) { return of_row.camera_name == word; });
+  };
+  words.erase(std::remove_if(words.begin(), words.end(), measured_nothing), words.end());
+  return words;
 }
 
 bool Has(const Dataset& data, effects::Signal signal) {
@@ -49,6 +80,8 @@ bool Has(const Dataset& data, effects::Signal signal) {
       return data.reads_ranges();
     case effects::Signal::kTilt:
       return Varies(data, "tilt_x_deg") && Varies(data, "tilt_y_deg");
+    case effects::Signal::kCameras:
+      return OfDifferentInstruments(data);
   }
   return false;
 }
@@ -83,6 +116,8 @@ const char* MissingSignalReason(const Dataset& data, effects::Signal signal) {
     case effects::Signal::kTilt:
       return "no inclinometer on the base was recorded (tilt_x_deg and tilt_y_deg), or its "
              "readings did not change";
+    case effects::Signal::kCameras:
+      return "the rows do not name different cameras (column camera)";
   }
   return "";
 }
@@ -115,13 +150,7 @@ Candidates CandidatesFor(const Dataset& data) {
       for (Block& block : search->Fixed(data)) candidates.blocks.push_back(std::move(block));
       continue;
     }
-    std::vector<std::string_view> words = {""};
-    for (const effects::ParameterSpec& parameter : traits.parameters) {
-      if (parameter.role != effects::ParameterRole::kWord) continue;
-      const auto comma = parameter.words.find(',');
-      words = {parameter.words.substr(0, comma), parameter.words.substr(comma + 1)};
-    }
-    for (const std::string_view word : words) {
+    for (const std::string_view word : WordsOf(data, traits)) {
       const auto lacking_word = std::find_if(traits.word_needs.begin(), traits.word_needs.end(),
                                              [&](const effects::VariantSignal& need) {
                                                return need.word == word && !Has(data, need.signal);
@@ -157,9 +186,10 @@ double EffectsConsidered(const Dataset& data) {
   const auto catalogue = effects::Catalogue();
   return static_cast<double>(
       std::count_if(catalogue.begin(), catalogue.end(), [&data](const effects::Effect* effect) {
-        return std::all_of(kCellSignals.begin(), kCellSignals.end(), [&](effects::Signal signal) {
-          return !effect->traits().Needs(signal) || Has(data, signal);
-        });
+        return std::all_of(kInstrumentSignals.begin(), kInstrumentSignals.end(),
+                           [&](effects::Signal signal) {
+                             return !effect->traits().Needs(signal) || Has(data, signal);
+                           });
       }));
 }
 

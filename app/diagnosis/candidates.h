@@ -26,8 +26,8 @@ Candidates CandidatesFor(const Dataset& data);
 std::vector<Block> BlocksOf(const Dataset& data, const std::vector<effects::ActiveEffect>& effects);
 
 /// Number of effects among which a search chooses: the catalogue, without the effects of a
-/// measuring camera or of ranges if the cell has neither. Independent of the recorded signals, so
-/// that scores of different tables of one cell are comparable.
+/// measuring camera, of ranges or of different cameras if nothing was measured so. Independent of
+/// the recorded signals, so that scores of different tables of one cell are comparable.
 double EffectsConsidered(const Dataset& data);
 
 /// Names (q2, q3) of the joints that an effect's parameters belong to, ascending.

@@ -57,6 +57,7 @@ std::vector<Tested> TestsOf(const TestedFit& fit, const std::vector<Equation>& e
   const Eigen::Index first = residual.size() - static_cast<Eigen::Index>(equations.size());
   std::vector<Tested> tested;
   for (std::size_t k = 0; k < equations.size(); ++k) {
+    if (!equations[k].of.distance && !equations[k].of.artefact) continue;  // no reference to name
     const Eigen::Index at = first + static_cast<Eigen::Index>(k);
     const double independence =
         1 - nuisances.Leverage(static_cast<int>(at)) - basis.row(at).squaredNorm();

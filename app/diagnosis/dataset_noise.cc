@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
+#include <utility>
 
 #include "app/diagnosis/joint_step.h"
 #include "firmware-like/deflection/uncertainty.h"
@@ -41,8 +43,11 @@ std::optional<double> SquaredDifference(const Dataset& data, RowIndex a, RowInde
 /// that outliers do not increase it. If kinds of 1 and of 3 residuals are mixed, only those with
 /// more degrees of freedom count.
 void NoiseFromRepeats(Dataset& data) {
-  std::map<ClusterIndex, std::vector<RowIndex>> members;
-  for (const RowIndex row : data.row_indices()) members[data.cluster_of[row]].push_back(row);
+  // Two cameras differ by more than their noise.
+  std::map<std::pair<ClusterIndex, std::string>, std::vector<RowIndex>> members;
+  for (const RowIndex row : data.row_indices()) {
+    members[{data.cluster_of[row], data.measured(row).camera}].push_back(row);
+  }
   std::vector<double> of_lengths, of_points;
   for (const auto& [cluster, rows] : members) {
     for (std::size_t j = 1; j < rows.size(); ++j) {

@@ -95,14 +95,13 @@ Result<void> CheckRowCount(const Dataset& data) {
   const int of_row = data.rows() > 0 ? std::max(1, residuals / data.rows()) : 1;
   const int needed = std::max(kMinRows, (free_numbers + 3 + of_row - 1) / of_row);
   if (data.rows() >= needed) return {};
-  return Error{
-      fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
-                  "spread over the cell (30 or more distinguish the effects)",
-                  data.rows(), needed,
-                  free_numbers > 0 ? nuisances.groups() > data.sessions_count()
-                                         ? " to find the unknown frames and places"
-                                         : " to find the unknown frames"
-                                   : "")};
+  return Error{fmt::format(
+      "has {} usable rows; at least {} are needed{}: measure more poses, "
+      "spread over the cell (30 or more distinguish the effects)",
+      data.rows(), needed,
+      free_numbers > 0 ? !data.cell.artefacts.empty() ? " to find the unknown frames and places"
+                                                      : " to find the unknown frames"
+                       : "")};
 }
 
 /// Finds the artefacts that rows use, and the sessions with measured orientations.

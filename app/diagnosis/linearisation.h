@@ -10,8 +10,8 @@
 
 namespace plumbline::diagnosis {
 
-/// The adjustable part of the model: frames of each session, places of artefacts, and added
-/// effects.
+/// The adjustable part of the model: frames of each session, places of artefacts, the frame of the
+/// reference tags, and added effects.
 struct Model {
   struct Frames {
     Pose X_WB;
@@ -20,6 +20,9 @@ struct Model {
   };
   Indexed<SessionIndex, Frames> frames;
   Indexed<ArtefactIndex, PlacedArtefact> artefacts;
+  /// Error of the frame that the reference tags define: rows that rest on them read
+  /// p + shift + turn x p for the tip p in W. Shift [m], turn [rad].
+  Vec3 tags_shift = Vec3::Zero(), tags_turn = Vec3::Zero();
   std::vector<effects::ActiveEffect> effects;  ///< in addition to those of the cell
 
   /// The cell as declared, for every session.
@@ -42,7 +45,7 @@ struct LinearRow {
   Vec3 p_W = Vec3::Zero();  ///< predicted tip
   FrameGradient frames;
   /// d prediction / d (parameters of its own group of nuisances, see nuisances.h), shape (its
-  /// residuals, 0..4).
+  /// residuals, 0..6).
   Eigen::MatrixXd own;
 };
 

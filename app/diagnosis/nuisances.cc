@@ -13,6 +13,8 @@ namespace {
 /// Standard deviation of what is declared as exact [m], so that its equation stays finite.
 constexpr double kExact_m = 1e-6;
 
+constexpr int kTagsFreedom = 6;  // shift and turn of the frame of the reference tags
+
 const model::Artefact& Declared(const Dataset& data, int artefact) {
   return data.cell.artefacts[static_cast<std::size_t>(artefact)];
 }
@@ -36,6 +38,13 @@ Nuisances::Nuisances(const Dataset& data)
   }
   for (const SessionIndex session : data.sessions.indices()) {
     if (tip_ && data.turned_sessions[session]) size_ += 3;
+    first_.push_back(size_);
+  }
+  const auto rows = data.row_indices();
+  if (std::any_of(rows.begin(), rows.end(), [&](RowIndex k) { return data.rests_on_tags(k); })) {
+    tags_ = GroupIndex(groups());
+    size_ += kTagsFreedom;
+    equations_ += kTagsFreedom;
     first_.push_back(size_);
   }
   std::vector<int> leader(static_cast<std::size_t>(groups()));
@@ -73,6 +82,8 @@ std::optional<GroupIndex> Nuisances::GroupOf(RowIndex row) const {
     group = GroupIndex(of.artefact.value());
   } else if (of.kind == ObservationKind::kPose) {
     group = GroupIndex(artefacts_ + data_.session_of[row].value());
+  } else if (data_.rests_on_tags(row)) {
+    return tags_;
   } else {
     return std::nullopt;
   }
@@ -111,6 +122,32 @@ void Nuisances::AddPlaceEquations(const Model& model, GroupIndex group,
   if (artefact.radius_m && freedom.radius == 1) add(*artefact.radius_m, now.radius_m, at);
 }
 
+/// The frame of the tags is the rigid fit to their places, each with an error of its own: the
+/// precision of shift and turn x is H = sum J^T J / sd^2, J = [1, d (turn x place) / d turn]. With
+/// H = L L^T, the residuals -L^T x have unit covariance.
+void Nuisances::AddTagsEquations(const Model& model, std::vector<Equation>& all) const {
+  using Matrix6 = Eigen::Matrix<double, kTagsFreedom, kTagsFreedom>;
+  const model::Measurement& measurement = data_.cell.measurement;
+  Matrix6 H = Matrix6::Zero();
+  for (const Vec3& place_W : measurement.reference_tags_W) {
+    Eigen::Matrix<double, 3, kTagsFreedom> J;
+    J.leftCols<3>().setIdentity();
+    for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(place_W);
+    H += J.transpose() * J;
+  }
+  const Matrix6 L = H.llt().matrixL();
+  const Matrix6 slopes = L.transpose() / std::max(measurement.reference_sd_m, kExact_m);
+  Eigen::Matrix<double, kTagsFreedom, 1> x;
+  x << model.tags_shift, model.tags_turn;
+  for (int k = 0; k < kTagsFreedom; ++k) {
+    Equation& equation = all.emplace_back();
+    equation.residual = -slopes.row(k).dot(x);
+    for (int j = k; j < kTagsFreedom; ++j) {
+      equation.slopes.emplace_back(FirstOf(*tags_) + j, slopes(k, j));
+    }
+  }
+}
+
 void Nuisances::AddDistance(const Model& model, int number, std::vector<Equation>& all) const {
   const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(number)];
   const Vec3 apart = model.artefacts[ArtefactIndex(distance.second)].place -
@@ -145,6 +182,7 @@ std::vector<Equation> Nuisances::EquationsAt(const Model& model, ComponentIndex 
   std::vector<Equation> all;
   for (const GroupIndex group : GroupsOf(component)) {
     if (IsPlace(group)) AddPlaceEquations(model, group, all);
+    if (IsTags(group)) AddTagsEquations(model, all);
   }
   for (int k = 0; k < static_cast<int>(data_.cell.distances.size()); ++k) {
     const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(k)];
@@ -178,6 +216,9 @@ void Nuisances::MoveGroup(GroupIndex group, const double* step, Model& model) co
   if (IsPlace(group)) {
     MoveArtefact(FreedomOf(Declared(data_, group.value())), step,
                  model.artefacts[ArtefactIndex(group.value())]);
+  } else if (IsTags(group)) {
+    model.tags_shift += Eigen::Map<const Vec3>(step);
+    model.tags_turn += Eigen::Map<const Vec3>(step + 3);
   } else {
     Model::Frames& frames = model.frames[SessionIndex(group.value() - artefacts_)];
     frames.R_FT = frames.R_FT * RotationFromVector(Eigen::Map<const Vec3>(step));

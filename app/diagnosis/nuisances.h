@@ -1,4 +1,5 @@
-// Nuisance parameters: free frames of the sessions, places of artefacts and orientations of tools.
+// Nuisance parameters: free frames of the sessions, places of artefacts, orientations of tools, and
+// the frame of the reference tags.
 #pragma once
 
 #include <optional>
@@ -13,8 +14,9 @@ namespace plumbline::diagnosis {
 using GroupIndex = TypedIndex<struct GroupTag>;          ///< group of nuisances
 using ComponentIndex = TypedIndex<struct ComponentTag>;  ///< groups that equations connect
 
-/// What is known about the nuisances beside the rows, as one more residual: a known distance, or a
-/// place declared with a standard deviation. In units of its standard deviation.
+/// What is known about the nuisances beside the rows, as one more residual: a known distance, a
+/// place declared with a standard deviation, or, with an empty `of`, one of the six equations for
+/// the frame of the reference tags. In units of its standard deviation.
 struct Equation {
   double residual = 0;
   std::vector<std::pair<int, double>> slopes;  ///< nuisance, and d prediction / d nuisance
@@ -24,7 +26,8 @@ struct Equation {
 
 /// Positions of all nuisances in one vector: for each session its free frames (base translation,
 /// base rotation, tip), then groups. A row depends on the frames of its session and on at most one
-/// group: the constants of its artefact, or, for a pose, the orientation of the session's tool.
+/// group: the constants of its artefact, for a pose the orientation of the session's tool, or for a
+/// position by a named camera the error of the frame of the reference tags (shift and turn).
 class Nuisances {
  public:
   explicit Nuisances(const Dataset& data);
@@ -48,6 +51,8 @@ class Nuisances {
   std::vector<GroupIndex> GroupsOf(ComponentIndex component) const;
   /// Components of places: those of artefacts, without orientations of tools.
   bool IsPlace(GroupIndex group) const { return group.value() < artefacts_; }
+  /// The frame of the reference tags; it exists if rows rest on them.
+  bool IsTags(GroupIndex group) const { return group == tags_; }
 
   /// True if nothing relates the robot's base to W, although the cell calls it known: moving the
   /// base moves all places with it. The base then stays as declared, and no effect that only moves
@@ -74,6 +79,7 @@ class Nuisances {
   void Fill(const LinearRow& at, RowIndex row, Eigen::Ref<Eigen::MatrixXd> X) const;
 
  private:
+  void AddTagsEquations(const Model& model, std::vector<Equation>& all) const;
   void AddPlaceEquations(const Model& model, GroupIndex group, std::vector<Equation>& all) const;
   void AddDistance(const Model& model, int number, std::vector<Equation>& all) const;
   bool Binds(const model::KnownDistance& distance) const;
@@ -82,6 +88,7 @@ class Nuisances {
   bool frames_, tip_;
   int artefacts_ = 0, of_sessions_ = 0, size_ = 0, components_ = 0, equations_ = 0;
   std::vector<int> first_ = {0};
+  std::optional<GroupIndex> tags_;
   Indexed<GroupIndex, ComponentIndex> component_;
 };
 

@@ -32,6 +32,16 @@ void SetPose(const table::MeasuredRow& measured, int count, const Mat3& R_FT, co
   if (with_orientation) gradient.bottomRows<3>() = tip.at.dr;
 }
 
+/// Adds the error of the frame of the reference tags to the prediction of a position; see Model.
+void AddTagsError(const Model& model, const Vec3& p_W, LinearRow& row) {
+  row.residual -= model.tags_shift + model.tags_turn.cross(p_W);
+  row.own.resize(3, 6);
+  for (int axis = 0; axis < 3; ++axis) {
+    row.own.col(axis) = Vec3::Unit(axis);
+    row.own.col(3 + axis) = Vec3::Unit(axis).cross(p_W);
+  }
+}
+
 /// Sets residual and gradients of a measured range, (1 + scale) |tip - anchor| + zero.
 void SetRange(const Vec3& anchor_W, double range_m, const TipAtRow& tip, LinearRow& row,
               Gradient& gradient) {
@@ -144,6 +154,7 @@ void SetRow(const Dataset& data, const Model& model, RowIndex row, const TipAtRo
     SetRange(data.cell.measurement.anchor_W, *measured.range_m, tip, result, gradient);
   } else if (!OnArtefact(observation.kind)) {
     SetPose(measured, count, frames.R_FT, tip, result, gradient);
+    if (data.rests_on_tags(row)) AddTagsError(model, result.p_W, result);
   } else {
     const model::Artefact& artefact = data.cell.artefacts[observation.artefact.offset()];
     const PlacedArtefact& placed = model.artefacts[observation.artefact];

@@ -206,7 +206,8 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
   }
 }
 
-/// Adds the columns of rows on artefacts and of single rows' uncertainty where any row has them.
+/// Adds the columns of rows on artefacts, of cameras and of single rows' uncertainty where any row
+/// has them.
 /// Measured columns may then be empty, since rows of several kinds are exported together.
 void AddArtefacts(std::vector<CsvColumn>& columns, std::size_t first_measured, Kind kind,
                   const std::vector<const JournalRow*>& rows) {
@@ -233,6 +234,13 @@ void AddArtefacts(std::vector<CsvColumn>& columns, std::size_t first_measured, K
                          [](const JournalRow& row) { return MillimetresIfThere(row.gauge_m); }, "",
                          true});
     }
+  }
+  if (any([](const JournalRow& row) { return !row.camera.empty(); })) {
+    columns.push_back({"camera",
+                       [](const JournalRow& row) {
+                         return row.camera.empty() ? std::nullopt : std::optional(row.camera);
+                       },
+                       "", true});
   }
   if (any([](const JournalRow& row) { return row.sigma_m.has_value(); })) {
     columns.push_back({"sigma_mm",

@@ -23,10 +23,9 @@ struct JournalRow : model::MeasuredPoint {
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
   std::optional<Vec3> predicted_W;       ///< tip predicted by the model in force [m]
-  std::string camera;  ///< cameras that measured it: "side", "side+rear"; empty: unnamed
-  std::optional<int> model_version;  ///< of the prediction; absent: none
-  bool wild = false;                 ///< far from the drift monitor's reference
-  bool alarm = false;                ///< raised the drift alarm
+  std::optional<int> model_version;      ///< of the prediction; absent: none
+  bool wild = false;                     ///< far from the drift monitor's reference
+  bool alarm = false;                    ///< raised the drift alarm
   Quarantine quarantine = Quarantine::kNone;
 
   /// Whether it counts as a measurement: for the drift monitor, the diagnosis, the export.

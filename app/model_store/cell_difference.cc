@@ -150,7 +150,7 @@ void Add(Values& values, const model::Tool& tool) {
 
 void Add(Values& values, const model::Measurement& measurement) {
   const auto& [kind, anchor_W, frame_known, tool_known, sigma_m, sigma_rad, reference_temperature_C,
-               X_WC] = measurement;
+               X_WC, reference_tags_W, reference_sd_m] = measurement;
   values.Word("measurement.kind", kind == model::MeasurementKind::kPosition ? "position"
                                   : kind == model::MeasurementKind::kRange  ? "range"
                                                                             : "pose");
@@ -161,6 +161,11 @@ void Add(Values& values, const model::Measurement& measurement) {
   values.Number("measurement.sigma_deg", sigma_rad, 1 / kRadPerDeg);
   values.Number("measurement.reference_temperature_C", reference_temperature_C);
   if (X_WC) values.Place("measurement.camera", *X_WC);
+  for (std::size_t i = 0; i < reference_tags_W.size(); ++i) {
+    values.List<Vec3>(Numbered("measurement.reference_tags_mm", i), reference_tags_W[i],
+                      1 / kMetrePerMm);
+  }
+  values.Number("measurement.reference_sd_mm", reference_sd_m, 1 / kMetrePerMm);
 }
 
 void Add(Values& values, const std::string& at, const model::Artefact& artefact) {

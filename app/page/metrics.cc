@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "app/page/camera_facts.h"
 #include "app/version.h"
@@ -79,6 +80,14 @@ void AddCameras(MetricsWriter& writer, const view::DisplayStatus& now, double no
   writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
   for (const CameraFacts& facts : cameras) {
     writer.Add(facts.camera->status.state == lens::ZoomState::kValid ? 1 : 0,
+               {{"camera", facts.name}});
+  }
+  writer.Begin("lens_usable_radius_pixels", Type::kGauge,
+               "Distance from the middle of the image up to which the lens is trusted; +Inf: "
+               "everywhere.");
+  for (const CameraFacts& facts : cameras) {
+    if (!facts.camera->lens) continue;
+    writer.Add(facts.camera->usable_radius_px.value_or(std::numeric_limits<double>::infinity()),
                {{"camera", facts.name}});
   }
   writer.Begin("camera_image_age_seconds", Type::kGauge, "Age of the newest image.");

@@ -131,6 +131,7 @@ Json CamerasJson(const view::DisplayStatus& now, double now_s) {
                   {"lens_valid", status.state == lens::ZoomState::kValid},
                   {"lens_id", status.lens_id},
                   {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
+                  {"usable_radius_px", KnownJson(camera.usable_radius_px)},
                   {"prompt", std::string(lens::BoardPromptText(status.prompt))},
                   {"board_views", status.board_views},
                   {"zoom_counts", KnownJson(status.zoom_counts)},

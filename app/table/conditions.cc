@@ -86,6 +86,7 @@ std::vector<effects::Conditions> ConditionsOf(const model::CellModel& cell,
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});
     }
+    if (row.measured_W) moment.camera_name = row.camera;
     history.AdvanceTo(row.line);
     history.Add(row, moment);
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -34,6 +35,24 @@ std::optional<int> DecimalsOf(std::string_view field) {
   if (field.find_first_of("eE") != std::string_view::npos) return std::nullopt;
   const auto point = field.find('.');
   return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
+}
+
+/// One camera, or two in the order of their names in the format: "rear+side" gives "side+rear".
+/// nullopt if the field names no camera, an unknown one, or one of them twice.
+std::optional<std::string> CamerasNamed(std::string_view field) {
+  constexpr std::array<std::string_view, 4> kNames = {"side", "rear", "front", "top"};
+  const auto place = [&](std::string_view name) {
+    return std::find(kNames.begin(), kNames.end(), name) - kNames.begin();
+  };
+  const auto count = static_cast<std::ptrdiff_t>(kNames.size());
+  const auto plus = field.find('+');
+  const std::ptrdiff_t first = place(field.substr(0, plus));
+  if (first == count) return std::nullopt;
+  if (plus == std::string_view::npos) return std::string(field);
+  const std::ptrdiff_t second = place(field.substr(plus + 1));
+  if (second == count || second == first) return std::nullopt;
+  return std::string(kNames[static_cast<std::size_t>(std::min(first, second))]) + "+" +
+         std::string(kNames[static_cast<std::size_t>(std::max(first, second))]);
 }
 
 /// Reads the lines below the header; each yields a row or a warning.
@@ -80,6 +99,7 @@ bool IsMeasured(Quantity quantity) {
     case Quantity::kArtefact:
     case Quantity::kGauge:
     case Quantity::kSigma:
+    case Quantity::kCamera:
       return true;
     default:
       return false;
@@ -104,6 +124,7 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
     case Quantity::kGauge:
     case Quantity::kArtefact:
     case Quantity::kSigma:
+    case Quantity::kCamera:
       return {};
     default:
       break;
@@ -142,6 +163,16 @@ std::string TableReader::Store(const Column& column, std::string_view field,
   }
   if (column.quantity == Quantity::kArtefact) {
     row.artefact = std::string(field);
+    return {};
+  }
+  if (column.quantity == Quantity::kCamera) {
+    const auto camera = CamerasNamed(field);
+    if (!camera) {
+      return Shown(field) +
+             " is not a camera: write side, rear, front or top, or two of them "
+             "joined by + for their mean";
+    }
+    row.camera = *camera;
     return {};
   }
   double number = 0;
@@ -201,6 +232,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       row.sigma_m = value;
       break;
     case Quantity::kArtefact:
+    case Quantity::kCamera:
     case Quantity::kFurther:
     case Quantity::kSession:
     case Quantity::kUnused:

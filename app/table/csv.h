@@ -29,6 +29,7 @@ struct RecordedColumns {
   bool artefact = false;
   bool gauge = false;
   bool sigma = false;
+  bool camera = false;
   bool order = true;  ///< the robot made no other moves between two rows of a session
 
   bool operator==(const RecordedColumns&) const = default;

@@ -41,6 +41,7 @@ std::vector<Column> KnownColumns(const std::vector<model::Joint>& joints) {
                                  {"artefact", Quantity::kArtefact},
                                  {"gauge_mm", Quantity::kGauge, 0, kMetrePerMm},
                                  {"sigma_mm", Quantity::kSigma, 0, kMetrePerMm},
+                                 {"camera", Quantity::kCamera},
                                  {"qw", Quantity::kOrientation, 0},
                                  {"qx", Quantity::kOrientation, 1},
                                  {"qy", Quantity::kOrientation, 2},
@@ -177,7 +178,8 @@ std::optional<TableHeader> HeaderReader::Read(std::string_view line) {
                       .q_step = Recorded(Quantity::kJointStep, false),
                       .artefact = Recorded(Quantity::kArtefact, false),
                       .gauge = Recorded(Quantity::kGauge, false),
-                      .sigma = Recorded(Quantity::kSigma, false)};
+                      .sigma = Recorded(Quantity::kSigma, false),
+                      .camera = Recorded(Quantity::kCamera, false)};
   Recorded(Quantity::kQ, true);
   if (faulty_) return std::nullopt;
   return std::move(header_);

@@ -28,6 +28,7 @@ enum class Quantity {
   kArtefact,
   kGauge,
   kSigma,
+  kCamera,
   kFurther,
   kUnused,
 };

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/view/point_tiles.h"
 #include "app/view/silent_daemon.h"
@@ -78,6 +79,10 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   if (status.lens_id > 0) zoom += fmt::format(", stored lens {}", status.lens_id);
   lines.push_back({zoom});
   if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
+  if (camera.lens && camera.usable_radius_px) {
+    lines.push_back({fmt::format("usable up to {:.0f} px from the middle",
+                                 std::floor(*camera.usable_radius_px))});
+  }
   return lines;
 }
 

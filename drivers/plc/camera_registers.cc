@@ -32,6 +32,12 @@ double TipRadius_mm(Source s) {
                                                           Camera(s).tip_tag_covariance_W);
 }
 
+/// Rounded down, so that no pixel within it lies outside the usable region.
+double UsableRadius_px(Source s) {
+  const double radius_px = Camera(s).usable_radius_px.value_or(0);
+  return radius_px < registers::kWholeImage ? std::floor(radius_px) : registers::kWholeImage;
+}
+
 template <int K>
 double Tip_mm(Source s) {
   return kMmPerMetre * Camera(s).tip_W[K];
@@ -102,6 +108,10 @@ const std::array kCameraFields = {
                           ? std::min(Camera(s).contradicting_tags[0], kNoTag)
                           : kNoTag;
              }},
+    MapField{527, kU16, "lens_usable_radius", "px",
+             "the lens is trusted within this distance from the middle of the image, and nothing "
+             "is measured beyond it; 65535: the whole image; 0: no lens in use",
+             UsableRadius_px},
 };
 
 const std::array kBodyFields = {

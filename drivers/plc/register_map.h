@@ -99,8 +99,9 @@ inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 64;
 inline constexpr std::uint16_t kMonitoring = 400, kMonitoringSize = 28;
-inline constexpr std::uint16_t kCamera = 500, kCameraSize = 27;
-inline constexpr std::uint16_t kCameraStride = 200;            ///< from one camera to the next
+inline constexpr std::uint16_t kCamera = 500, kCameraSize = 28;
+inline constexpr std::uint16_t kWholeImage = 65535;  ///< in register 527, the usable radius
+inline constexpr std::uint16_t kCameraStride = 200;  ///< from one camera to the next
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMaxBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;

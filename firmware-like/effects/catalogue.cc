@@ -49,7 +49,8 @@ namespace plumbline::effects {
   EFFECT(RangeAnchor) \
   EFFECT(CameraTagSize) \
   EFFECT(CameraZoom) \
-  EFFECT(CameraLens)
+  EFFECT(CameraLens) \
+  EFFECT(CameraFrame)
 // clang-format on
 
 #define EFFECT(name) const Effect& name();

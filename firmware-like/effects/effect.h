@@ -35,6 +35,7 @@ enum class Signal {
   kCamera,        ///< a measuring camera with a declared pose in W
   kRange,         ///< measured distances from an anchor
   kTilt,          ///< varying tilt_x_deg and tilt_y_deg of an inclinometer on the base
+  kCameras,       ///< points measured by different cameras, or by a camera and another instrument
 };
 
 /// Role of a parameter in its effect.
@@ -143,6 +144,9 @@ struct EffectTraits {
   /// Caused by the arm itself, not by its tool, load, floor or instrument: arms of one model may
   /// have it in common.
   bool of_arm = false;
+
+  /// The word names the camera whose rows the effect changes; see Conditions::camera_name.
+  bool of_one_camera = false;
 
   /// True if only rows with `signal` carry information about the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;

@@ -103,7 +103,8 @@ struct Conditions {
   // Declared by the cell and constant; see DeclaredConditions.
   std::shared_ptr<const model::Robot> robot;  ///< as declared; its base may be that of a session
   std::optional<double> reference_temperature_C;
-  bool camera = false;  ///< the tip is measured by a camera with a declared pose in W
+  bool camera = false;      ///< the tip is measured by a camera with a declared pose in W
+  std::string camera_name;  ///< cameras that measured the tip: "side", "side+rear"; empty: unnamed
 
   /// Value that a file column of that name would have, in file units: t_s, temp_C, payload_kg, row,
   /// a joint column (model/joint_columns.h), or one of `further`; nullopt if unknown. Does not

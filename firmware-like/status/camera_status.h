@@ -51,6 +51,9 @@ struct CameraStatus {
   std::uint16_t board_views = 0;  ///< board views accepted in this capture
   std::optional<std::int32_t> zoom_counts, focus_counts;
   std::uint32_t lens_id = 0;  ///< id in the lens store; 0: no lens, or not stored
+  /// Radius of the circle around the middle of the image within which the lens in use is trusted
+  /// [px]; infinite: the whole image; nullopt: no lens in use.
+  std::optional<double> usable_radius_px;
   double zoom_time_s = kNever, frame_time_s = kNever;
   bool tip_valid = false;  ///< the lens is valid and the tool was at standstill
   Vec3 tip_W = Vec3::Zero();

@@ -252,6 +252,16 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       {"reference_temperature_C = 22.0", "camera_xyz_mm = [0.0, 0.0, 0.0]",
        "measurement.camera_xyz_mm: [0, 0, 0] is not allowed with kind = \"range\": a camera "
        "measures no ranges"},
+      {"reference_temperature_C = 22.0", "reference_sd_mm = 0.2",
+       "measurement.reference_sd_mm: 0.2 needs reference_tags_mm, the places of the tags"},
+      {"reference_temperature_C = 22.0",
+       "reference_tags_mm = [[0, 0, 0], [100, 0, 0], [200, 0, 0]]\nreference_sd_mm = 0.2",
+       "measurement.reference_tags_mm: [[0, 0, 0], [100, 0, 0], [200, 0, 0]] must hold the places "
+       "[x, y, z] of at least three tags that are not on one line: fewer do not define a frame"},
+      {"reference_temperature_C = 22.0",
+       "reference_tags_mm = [[0, 0, 0], [100, 0, 0], [0, 100, 0]]",
+       "@48 measurement.reference_sd_mm: missing; expected the standard deviation of each tag's "
+       "place on one axis"},
       // sessions, domain
       {"id = \"2\"", "id = \"1\"", "session[2].id: \"1\" is used for two sessions"},
       {"id = \"2\"", "id = 2", "session[2].id: 2 is not a string in quotes"},

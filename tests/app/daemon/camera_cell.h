@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,9 @@ inline int Command(virtual_cell::RegisterClient& plc, std::uint16_t sequence, in
 }
 
 /// Adds two lenses of a camera to the store.
-inline void KeepLenses(const std::string& state, const std::string& serial) {
+/// @param usable_radius_px  of the second one
+inline void KeepLenses(const std::string& state, const std::string& serial,
+                       double usable_radius_px = std::numeric_limits<double>::infinity()) {
   std::filesystem::create_directories(state);
   auto store = lens_store::LensStore::Open(state + "/lenses.sqlite");
   REQUIRE(store);
@@ -62,6 +65,7 @@ inline void KeepLenses(const std::string& state, const std::string& serial) {
     entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {1920, 1080};
     entry.board = "none";
+    if (zoom == kOtherKnown) entry.usable_radius_px = usable_radius_px;
     entry.utc = "2026-01-01T00:00:00Z";
     REQUIRE(store.value().Append(entry));
   }

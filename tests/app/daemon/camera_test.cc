@@ -37,6 +37,9 @@ std::string ConfigText(const std::string& robot, const std::string& folder, cons
          TagsTable(folder + "/bodies.toml");
 }
 
+/// Usable radius of the second lens; it contains all tags.
+constexpr double kUsable_px = 1000.5;
+
 struct Station {
   TemporaryFolder folder;
   ShownImage image{folder.path()};
@@ -53,7 +56,7 @@ struct Station {
   explicit Station(const std::string& replay = "", const std::string& board = "",
                    const std::function<void(const std::string& store)>& before = {},
                    const std::string& camera = "") {
-    KeepLenses(folder.path() + "/state", "test camera");
+    KeepLenses(folder.path() + "/state", "test camera", kUsable_px);
     if (before) before(Store());
     ShowCell();
     std::ofstream(folder.path() + "/zoom.csv") << replay;
@@ -118,7 +121,8 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   CHECK((station.plc->Read(14, 1).Word(0) & 0x700) == 0);
   const std::string status = StatusText(station.daemon->Plc());
   CHECK_THAT(status, Catch::Contains("camera       valid: the reference tags"));
-  CHECK_THAT(status, Catch::Contains("lens 1 of the store"));
+  CHECK_THAT(status, Catch::Contains("lens 1 of the store") && !Catch::Contains("lens usable"));
+  CHECK(station.plc->Read(527, 1).Word(0) == 65535);
 
   REQUIRE(Eventually([&] { return (station.plc->Read(400, 20).Word(0) & 1) != 0; }));
   REQUIRE(Eventually([&] { return station.Command(11) == 0; }));
@@ -140,6 +144,10 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   station.moving = false;
   REQUIRE(station.Becomes(4));
   CHECK(station.Lens() == 2);
+  CHECK(station.plc->Read(527, 1).Word(0) == 1000);
+  CHECK_THAT(StatusText(station.daemon->Plc()),
+             Catch::Contains("lens usable up to 1000 px from the middle of the image; nothing is "
+                             "measured beyond"));
   CHECK(station.daemon->Says("camera moving: the lens is moving"));
   CHECK(station.Journal().size() == 1);
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -91,9 +92,9 @@ effects::ActiveEffect EffectWith(const model::CellModel& cell, const std::string
   }
   for (const effects::ParameterSpec& spec : traits.parameters) {
     if (spec.role != effects::ParameterRole::kWord) continue;
-    const auto comma = spec.words.find(',');
-    const std::string_view first = spec.words.substr(0, comma);
-    active.term.word = first == word ? first : spec.words.substr(comma + 1);
+    const auto choices = effects::Choices(spec.words);
+    const auto choice = std::find(choices.begin(), choices.end(), word);
+    active.term.word = choice == choices.end() ? choices.back() : *choice;
   }
   return active;
 }

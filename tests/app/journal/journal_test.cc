@@ -284,6 +284,25 @@ TEST_CASE("exported rows read as the measured.csv they came from") {
   }
 }
 
+TEST_CASE("the camera of a row is imported and exported") {
+  const TemporaryFolder folder;
+  const std::string text =
+      "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,camera\n"
+      "1,-20,30,40,50,60,1000,-2.5,3.25,side\n"
+      "2,-20,30,40,50,60,1001,-2.5,3.25,\n"
+      "3,-20,30,40,50,60,1002,-2.5,3.25,side+rear\n";
+  config::FaultList faults;
+  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
+  REQUIRE(table);
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
+  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
+  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
+  REQUIRE(back);
+  REQUIRE(back->rows.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(back->rows[k].camera == table->rows[k].camera);
+}
+
 TEST_CASE(
     "rows on artefacts and of several kinds come back from the journal as they were imported") {
   const TemporaryFolder folder;

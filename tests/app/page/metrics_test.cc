@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -139,6 +140,7 @@ TEST_CASE("metrics of a cell without faults") {
   CHECK(read.Value("plumbline_probes_total") == 12);
   CHECK(read.Value("plumbline_residual_meters{axis=\"y\"}") == Approx(-2e-4));
   CHECK(read.Value("plumbline_lens_valid{camera=\"camera\"}") == 1);
+  CHECK(std::isinf(read.Value("plumbline_lens_usable_radius_pixels{camera=\"camera\"}")));
   CHECK(read.Value("plumbline_tags_seen{camera=\"camera\"}") == 3);
   CHECK(read.Value("plumbline_distance_meters{a=\"fixture\",b=\"part\"}") == 0.012);
   CHECK(read.Value("plumbline_interference{a=\"fixture\",b=\"part\"}") == 0);

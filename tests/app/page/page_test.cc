@@ -124,10 +124,16 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
   CHECK(json.at("points")[0].at("posture").at("differs") == false);
   CHECK(json.at("cameras")[0].at("serial") == "test camera");
   CHECK(json.at("cameras")[0].at("lens_valid") == true);
+  CHECK(json.at("cameras")[0].at("usable_radius_px").is_null());
   CHECK(json.at("cameras")[0].at("tags") == nlohmann::json{0, 1, 20});
   CHECK(json.at("picture").at("age_s").is_null());
   CHECK(json.at("log").size() == 3);
   CHECK(scene.Get("/healthz").status == 200);
+  scene.scene.state.cameras[0].usable_radius_px = 700.5;
+  scene.PublishStatus();
+  json = text::JsonOrNull(scene.Get("/status.json").body);
+  CHECK(json.at("cameras")[0].at("usable_radius_px") == 700.5);
+  CHECK_THAT(json.at("panels").dump(), Contains("usable up to 700 px from the middle"));
   // A restarted daemon counts its lines from 1; the earlier ones are kept.
   scene.scene.state.lines = {{1, 1.8e9, 5, "plumblined 0.1.0 again"}};
   scene.PublishStatus();

@@ -55,6 +55,29 @@ TEST_CASE("Rows on artefacts may be mixed with measured points") {
   CHECK(table->unmeasured[1].artefact.empty());
 }
 
+TEST_CASE("A row names the camera that measured it, or two whose mean it is") {
+  config::FaultList faults;
+  const auto table = Read(
+      "q1_deg,q2_mm,x_mm,y_mm,z_mm,camera\n"
+      "1,2,10,20,30,side\n"
+      "1,3,10,20,31,\n"
+      "1,4,10,20,32,rear+side\n"
+      "1,5,10,20,33,left\n"
+      "1,6,10,20,34,top+top\n",
+      faults);
+  REQUIRE(table);
+  CHECK(table->recorded.camera);
+  REQUIRE(table->rows.size() == 3);
+  CHECK(table->rows[0].camera == "side");
+  CHECK(table->rows[1].camera.empty());
+  CHECK(table->rows[2].camera == "side+rear");
+  const std::string remedy =
+      " is not a camera: write side, rear, front or top, or two of them joined by + for their "
+      "mean; row not used\n";
+  CHECK(FaultsText(faults) == "measured.csv:5 camera: warning: \"left\"" + remedy +
+                                  "measured.csv:6 camera: warning: \"top+top\"" + remedy);
+}
+
 TEST_CASE("Every column is converted to SI, in any order") {
   config::FaultList faults;
   const auto table = Read(

@@ -230,6 +230,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   PlcEnvironment environment;
   environment.now_s = 100;
   CHECK(encoder.Encode(SomeSnapshot(), environment)[500] == 0);
+  CHECK(encoder.Encode(SomeSnapshot(), environment)[527] == 0);
   status::CameraStatus& camera = environment.cameras[0];
   camera.configured = true;
   camera.state = lens::ZoomState::kValid;
@@ -242,6 +243,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.prompt = lens::BoardPrompt::kTiltLeft;
   camera.zoom_counts = -70000;
   camera.lens_id = 70001;
+  camera.usable_radius_px = 812.9;
   camera.frame_time_s = 99.95;
   camera.tip_valid = true;
   camera.tip_W = Vec3(1.5, -0.25, 0.125);
@@ -269,6 +271,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   CHECK(read("board_prompt") == 3);
   CHECK(read("zoom") == -70000);
   CHECK(read("lens") == 70001);
+  CHECK(read("lens_usable_radius") == 812);  // rounded down
   CHECK(read("camera_age") == Approx(50).margin(1));
   CHECK(read("zoom_age") == 65535);
   CHECK(read("tip_age") == 65535);

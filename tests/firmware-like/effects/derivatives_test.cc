@@ -20,7 +20,8 @@ model::JointVector AnyJoints(double size, std::mt19937& random) {
   return joints;
 }
 
-Conditions AnyMoment(std::mt19937& random) {
+/// @param camera  that measured, for the effects of one camera
+Conditions AnyMoment(std::mt19937& random, std::string_view camera) {
   std::uniform_real_distribution<double> draw(0, 1);
   model::CellModel cell = SmallCell();
   for (model::Joint& joint : cell.robot.joints) joint.alpha_rad = 0.4;  // gravity across every axis
@@ -35,6 +36,7 @@ Conditions AnyMoment(std::mt19937& random) {
   moment.payload_kg = 80 * draw(random);
   moment.t_s = 1500 * draw(random);
   moment.temp_C = 15 + 20 * draw(random);
+  moment.camera_name = camera;
   moment.row = 1 + std::floor(2e6 * draw(random));
   return moment;
 }
@@ -64,7 +66,7 @@ double StepOf(const EffectTerm& term, std::size_t k, double value) {
 }
 
 void CheckDerivatives(const EffectTerm& term, std::mt19937& random) {
-  const Conditions moment = AnyMoment(random);
+  const Conditions moment = AnyMoment(random, term.word);
   const std::vector<double> values = AnyValues(term, random);
   const I influence = Sum(term, values, moment);
   const Influence<Dual> dual = DualSum(term, values, moment);
@@ -110,7 +112,7 @@ TEST_CASE("A linear size has the effect predicted by its derivative at zero") {
         return effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
       };
       for (int draw = 0; draw < 50; ++draw) {
-        const Conditions moment = AnyMoment(random);
+        const Conditions moment = AnyMoment(random, term.word);
         std::vector<double> values = AnyValues(term, random);
         for (std::size_t k = 0; k < values.size(); ++k) {
           if (spec(k).role == ParameterRole::kSize) values[k] = 0;
@@ -142,7 +144,7 @@ TEST_CASE("Every parameter of every effect moves the arm under some conditions")
     for (const EffectTerm& term : AnyTerms(*effect)) {
       std::vector<bool> moves(term.parameters.size(), false);
       for (int draw = 0; draw < 20; ++draw) {
-        const auto dual = DualSum(term, AnyValues(term, random), AnyMoment(random));
+        const auto dual = DualSum(term, AnyValues(term, random), AnyMoment(random, term.word));
         for (int entry = 0; entry < I::kSize; ++entry) {
           for (std::size_t k = 0; k < moves.size(); ++k) {
             moves[k] = moves[k] || dual[entry].v[static_cast<Eigen::Index>(k)] != 0;

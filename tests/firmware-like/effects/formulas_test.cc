@@ -213,6 +213,17 @@ const std::vector<Case>& Cases() {
       {"camera_zoom", {{"row", 7}, {"scale", 0.01}}, {}, {{I::kCameraDepth, 0.01}}},
       {"camera_zoom", {{"row", 8}, {"scale", 0.01}}, {}, {}},
       {"camera_lens", {{"k1", -0.04}}, {}, {{I::kCameraRadial, -0.04}}},
+      {"camera_frame",
+       {{"y", 2}, {"roll", 0.1}, {"pitch", 0.2}, {"yaw", 0.3}, {"scale", 0.003}},
+       {"camera", "rear"},
+       {{I::kBase + 1, 2e-3},
+        {I::kBaseTilt, 0.1 * kRad},
+        {I::kGravityTurnX, 0.1 * kRad},
+        {I::kBaseTilt + 1, 0.2 * kRad},
+        {I::kGravityTurnY, 0.2 * kRad},
+        {I::kBaseRollPitchYaw + 2, 0.3 * kRad},
+        {I::kScale, 0.003}}},
+      {"camera_frame", {{"x", 1}}, {"camera", "side"}, {}},
   };
   return cases;
 }
@@ -259,6 +270,7 @@ TEST_CASE("An effect adds nothing if a required signal is absent") {
       {"camera_tag_size", "", [](Conditions& moment) { moment.camera = false; }},
       {"camera_zoom", "", [](Conditions& moment) { moment.camera = false; }},
       {"camera_lens", "", [](Conditions& moment) { moment.camera = false; }},
+      {"camera_frame", "rear", [](Conditions& moment) { moment.camera_name.clear(); }},
       {"tilt_event", "", [](Conditions& moment) { moment.t_s.reset(); }},
       {"base_tilt", "", [](Conditions& moment) { moment.further.clear(); }},
       {"gravity_sag", "", [](Conditions& moment) { moment.robot.reset(); }},

@@ -37,6 +37,7 @@ inline Conditions KnownMoment() {
   moment.t_s = 600;
   moment.temp_C = 25;
   moment.row = 7;
+  moment.camera_name = "rear";
   moment.further = {{"air_hPa", 1013}, {"tilt_x_deg", 0.02}, {"tilt_y_deg", -0.01}};
   return moment;
 }
