@@ -103,6 +103,14 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .keys { gap: 12px 28px; }
   table { font-size: 0.82rem; }
   th, td { padding-right: 10px; }
+  /* Tables beside each other become one below the other; plots are scrolled, so that their texts stay legible. */
+  .title, .title > tbody, .title tr, .title td, .columns, .columns > tbody, .columns > tbody > tr,
+  .columns > tbody > tr > td { display: block; width: 100%; }
+  .columns .left { width: 100%; padding: 0 0 10px; }
+  .title .when { text-align: left; }
+  .certificate .table td:first-child { min-width: 7.5em; }
+  .plot { overflow-x: auto; }
+  .plot svg { min-width: 560px; }
 }
 @media print {
   @page { size: A4; margin: 8mm 15mm 11mm;
