@@ -145,7 +145,10 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   th, td { padding: 1.5pt 10pt 1.5pt 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
   .table { overflow: visible; }
-  .keys div, .legend span, .legend i { display: inline-block; margin-right: 6mm; }
+  .keys dd { font-size: 12pt; }
+  .keys dd small { font-size: 8pt; }
+  .keys div { display: inline-block; margin-right: 4mm; }
+  .legend span, .legend i { display: inline-block; margin-right: 6mm; }
   .keys, .legend { display: block; }
   thead { display: table-header-group; }
   tr, .panel, .note, .verdict, .legend, figcaption, .whole { break-inside: avoid; }
@@ -156,7 +159,7 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   tbody tr:last-child { break-before: avoid; }
   figcaption, .legend, .soft { font-size: 8.5pt; }
   .panels, .panels.small { display: block; }
-  .panel { display: inline-block; vertical-align: top; width: 43%; margin: 0 6mm 6px 0; }
+  .panel { display: inline-block; vertical-align: top; width: 40%; margin: 0 6mm 4px 0; }
   .panels.small .panel { width: 31%; margin-right: 1%; }
 }
 )css";
