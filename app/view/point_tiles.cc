@@ -32,10 +32,10 @@ StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState
 std::string DriftNote(const status::MonitoringStatus& monitoring) {
   if (monitoring.reference_refused) return "drift: no reference";
   if (monitoring.drift_alarm) {
-    return fmt::format("DRIFT: {:.2g} of threshold", monitoring.drift_statistic);
+    return "DRIFT: " + DriftRatioText(monitoring.drift_statistic);
   }
   if (!monitoring.recording || monitoring.learning) return "drift not monitored";
-  return fmt::format("drift {:.2f} of threshold", monitoring.drift_statistic);
+  return "drift " + DriftRatioText(monitoring.drift_statistic);
 }
 
 std::string NoteOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
@@ -115,6 +115,11 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
 }
 
 }  // namespace
+
+std::string DriftRatioText(double statistic) {
+  return statistic < 1 ? fmt::format("{:.2f} of threshold", statistic)
+                       : fmt::format("{:.1f} × threshold", statistic);
+}
 
 std::string PointName(const ViewFacts& facts, int id) {
   if (facts.model != nullptr) {
