@@ -197,10 +197,10 @@ void AddPointTiles(const ViewFacts& facts, PictureWriter& writer) {
   const auto turn = static_cast<std::size_t>(std::max(0.0, facts.state->utc_s) / kTilePage_s);
   const std::size_t first = turn % pages * grid.page_size();
   for (std::size_t k = 0; k < grid.page_size() && first + k < tiles.size(); ++k) {
-    const auto column = static_cast<float>(k % grid.columns);
-    const auto row = static_cast<float>(k / grid.columns);
-    const float y = all.y + grid.gap + row * (grid.height + grid.gap);
-    AddTile(tiles[first + k], {x + column * step_x, y, grid.width, grid.height}, writer);
+    const std::size_t column = k % grid.columns, row = k / grid.columns;
+    const float y = all.y + grid.gap + static_cast<float>(row) * (grid.height + grid.gap);
+    AddTile(tiles[first + k], {x + static_cast<float>(column) * step_x, y, grid.width, grid.height},
+            writer);
   }
   if (!grid.paged) return;
   writer.Line(x, all.bottom() - layout.line(), all.width - 2 * grid.gap,
