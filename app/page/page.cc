@@ -246,14 +246,14 @@ void Page::Answer(const HttpRequest& request, HttpResponse& response) {
            "unknown host name; if it is this computer's, add it to hosts under [page]");
   } else if (IsLoginFile(request.path)) {
     AnswerAuthorized(request, response);
-  } else if (IsThrottled(request, credential, response)) {
-    return;
-  } else if (credential.right && (credential.in_address || request.path == "/login")) {
-    RedirectWithCookie(response);
-  } else if (credential.right) {
-    AnswerAuthorized(request, response);
-  } else {
-    AskForToken(request, response);
+  } else if (!IsThrottled(request, credential, response)) {
+    if (!credential.right) {
+      AskForToken(request, response);
+    } else if (credential.in_address || request.path == "/login") {
+      RedirectWithCookie(response);
+    } else {
+      AnswerAuthorized(request, response);
+    }
   }
 }
 
