@@ -92,6 +92,7 @@ BeamSeries Solve(const BeamOptions& options) {
   }
   series.points = BeamPointsOf(options, beam.Length());
   series.loads = LoadsText(options, place);
+  if (options.at_mm) series.force_at_m = at_m;
   const Vec3 along = Vec3::Unit(static_cast<int>(series.axis));
   for (const double force_N : forces) {
     beam::BeamLoads loads = ConstantLoads(options, along, place);

@@ -175,7 +175,7 @@ void AddLoadOptions(CLI::App& command, BeamOptions& options) {
   command
       .add_option("--at-mm", options.at_mm,
                   "Position where force and moment act, also beyond the tip (on a rigid\n"
-                  "extension); default: the tip")
+                  "extension); its displacement is printed, too. Default: the tip")
       ->check(NumberWithin(-kMaxLoad, kMaxLoad));
   command
       .add_option("--moment-nm", options.moment_Nm, "Moment that bends the beam towards +direction")

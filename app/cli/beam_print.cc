@@ -29,6 +29,10 @@ NodeValues ValuesOf(const beam::SectionState& state, BendingAxis axis) {
           state.force_F[k] + 0.0};
 }
 
+bool IsBeyondTip(const BeamSeries& series) {
+  return series.force_at_m && *series.force_at_m > series.tool.Length();
+}
+
 const model::Section& SectionInboardOf(const beam::BeamSolution& solution, int node) {
   return solution.elements()[static_cast<std::size_t>(std::max(node - 1, 0))].section;
 }
@@ -58,6 +62,16 @@ void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostrea
                WithoutNegativeZero(v.displacement_mm, 4), WithoutNegativeZero(v.slope_mrad, 5),
                WithoutNegativeZero(v.moment_Nm, 3), WithoutNegativeZero(v.shear_N, 3));
   }
+}
+
+/// The displacement where force and moment act.
+void PrintForcePlace(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
+  if (!series.force_at_m) return;
+  const NodeValues v =
+      ValuesOf(SectionOrExtension(load_case.solution, *series.force_at_m), series.axis);
+  fmt::print(out, "  {:>4} {:>9.1f} {:>14.4f} {:>12.5f}{}\n", "force", v.z_mm,
+             WithoutNegativeZero(v.displacement_mm, 4), WithoutNegativeZero(v.slope_mrad, 5),
+             IsBeyondTip(series) ? "  on the rigid extension" : "");
 }
 
 void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
@@ -110,12 +124,18 @@ void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostre
 void PrintSummary(const BeamSeries& series, std::ostream& out) {
   fmt::print(out, "\nTip over the series\n  {:>12} {:>14} {:>12}", "force N", "displace. mm",
              "slope mrad");
+  if (IsBeyondTip(series)) fmt::print(out, " {:>14}", "at force mm");
   if (series.stress) fmt::print(out, " {:>14} {:>10}", "von Mises MPa", "at z mm");
   out << '\n';
   for (const BeamCase& load_case : series.cases) {
     const NodeValues tip = ValuesOf(load_case.solution.Tip(), series.axis);
     fmt::print(out, "  {:>12.6g} {:>14.4f} {:>12.5f}", load_case.force_N,
                WithoutNegativeZero(tip.displacement_mm, 4), WithoutNegativeZero(tip.slope_mrad, 5));
+    if (IsBeyondTip(series)) {
+      const NodeValues at =
+          ValuesOf(SectionOrExtension(load_case.solution, *series.force_at_m), series.axis);
+      fmt::print(out, " {:>14.4f}", WithoutNegativeZero(at.displacement_mm, 4));
+    }
     if (series.stress) {
       if (const auto peak = beam::LargestStressOf(load_case.solution).peak) {
         fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
@@ -148,6 +168,11 @@ nlohmann::json CaseJson(const BeamSeries& series, const BeamCase& load_case) {
                                 {"slope_mrad", v.slope_mrad},
                                 {"moment_Nm", v.moment_Nm},
                                 {"shear_N", v.shear_N}});
+  }
+  if (series.force_at_m) {
+    const NodeValues v = ValuesOf(SectionOrExtension(solution, *series.force_at_m), series.axis);
+    written["force_point"] = {
+        {"z_mm", v.z_mm}, {"displacement_mm", v.displacement_mm}, {"slope_mrad", v.slope_mrad}};
   }
   const std::vector<double> angles = ElementAngles(solution, series.axis);
   for (int e = 0; e + 1 < solution.node_count(); ++e) {
@@ -184,6 +209,13 @@ const char* TheoryName(const model::Tool& tool, bool for_file) {
 
 }  // namespace
 
+beam::SectionState SectionOrExtension(const beam::BeamSolution& solution, double z_m) {
+  const beam::SectionState tip = solution.Tip();
+  const beam::SectionState at = z_m <= tip.z_m ? solution.At(z_m) : tip;
+  const Vec3 lever(0, 0, std::max(0.0, z_m - tip.z_m));
+  return {.z_m = z_m, .d_F = at.d_F + at.r_F.cross(lever), .r_F = at.r_F};
+}
+
 void PrintBeamTable(const BeamSeries& series, std::ostream& out) {
   const char name = series.axis == BendingAxis::kX ? 'x' : 'y';
   const std::size_t elements = series.cases.front().solution.elements().size();
@@ -194,6 +226,7 @@ void PrintBeamTable(const BeamSeries& series, std::ostream& out) {
   for (const BeamCase& load_case : series.cases) {
     fmt::print(out, "\nForce {:.6g} N\n", load_case.force_N);
     PrintNodes(series, load_case, out);
+    PrintForcePlace(series, load_case, out);
     if (series.stress) PrintStress(series, load_case, out);
     if (!series.points.empty()) PrintPoints(series, load_case, out);
   }

@@ -1,6 +1,7 @@
 // Output of plumbline beam: text tables, CSV, JSON.
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <vector>
 
@@ -19,16 +20,23 @@ struct BeamCase {
 struct BeamSeries {
   model::Tool tool;
   BendingAxis axis = BendingAxis::kY;
-  std::string loads;              ///< description of all loads
-  std::vector<BeamPoint> points;  ///< points to compensate
+  std::string loads;                 ///< description of all loads
+  std::optional<double> force_at_m;  ///< place of force and moment if given; may be beyond the tip
+  std::vector<BeamPoint> points;     ///< points to compensate
   bool stress = false;
   std::vector<BeamCase> cases;
 };
 
+/// The section at z. Beyond the tip, at L, on a rigid extension of it:
+///   d = d_L + theta_L (z - L),  theta = theta_L
+/// Only z_m, d_F and r_F are set.
+beam::SectionState SectionOrExtension(const beam::BeamSolution& solution, double z_m);
+
 void PrintBeamTable(const BeamSeries& series, std::ostream& out);
 
 /// One row per node and force: force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N, and
-/// with stress normal_MPa,shear_MPa,von_mises_MPa, which are empty if unknown.
+/// with stress normal_MPa,shear_MPa,von_mises_MPa, which are empty if unknown. The place of the
+/// force is in the table and in JSON only.
 void PrintBeamCsv(const BeamSeries& series, std::ostream& out);
 
 void PrintBeamJson(const BeamSeries& series, std::ostream& out);

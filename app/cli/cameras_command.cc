@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <iostream>
 #include <memory>
 #include <set>
@@ -12,7 +13,6 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/number_option.h"
 #include "app/cli/terminal_output.h"
 #include "app/text/json_text.h"
 #include "drivers/camera/v4l2_capabilities.h"
@@ -79,6 +79,26 @@ std::string ModeLine(const camera::V4l2Mode& mode) {
   return text + "\n";
 }
 
+/// Index of the camera that `which` selects: its place in the list, from 1, or a name.
+Result<std::size_t> IndexOf(const std::string& which, const std::vector<Listed>& cameras) {
+  const bool is_number = which.find_first_not_of("0123456789") == std::string::npos;
+  std::size_t place = 0;
+  std::from_chars(which.data(), which.data() + which.size(), place);
+  if (is_number && place >= 1 && place <= cameras.size()) return place - 1;
+  std::vector<camera::V4l2Device> devices;
+  devices.reserve(cameras.size());
+  for (const Listed& listed : cameras) devices.push_back(listed.device);
+  const Result<camera::V4l2Device> named = camera::SelectV4l2Device(which, devices);
+  if (!named && !is_number) return named.failure();
+  const auto found = std::find_if(devices.begin(), devices.end(), [&](const auto& device) {
+    return named && device.path == named->path;
+  });
+  if (found != devices.end()) return static_cast<std::size_t>(found - devices.begin());
+  return Error{fmt::format(
+      "there is no camera {}; `plumbline cameras` lists {}", which,
+      cameras.empty() ? std::string("none: connect one") : fmt::format("1 to {}", cameras.size()))};
+}
+
 }  // namespace
 
 std::string CamerasJson(const camera::DeviceTree& tree) {
@@ -108,14 +128,11 @@ std::string CamerasJson(const camera::DeviceTree& tree) {
   return text::JsonText(Json{{"cameras", cameras}}, 2) + "\n";
 }
 
-Result<std::string> CameraTable(const camera::DeviceTree& tree, int number) {
+Result<std::string> CameraTable(const camera::DeviceTree& tree, const std::string& which) {
   const std::vector<Listed> cameras = List(tree);
-  if (number < 1 || number > static_cast<int>(cameras.size())) {
-    return Error{fmt::format("there is no camera {}; `plumbline cameras` lists {}", number,
-                             cameras.empty() ? std::string("none: connect one")
-                                             : fmt::format("1 to {}", cameras.size()))};
-  }
-  const Listed& chosen = cameras[static_cast<std::size_t>(number - 1)];
+  const Result<std::size_t> index = IndexOf(which, cameras);
+  if (!index) return index.failure();
+  const Listed& chosen = cameras[*index];
   if (!chosen.device.problem.empty()) {
     return Error{fmt::format("{}: {}", chosen.device.path, chosen.device.problem)};
   }
@@ -178,12 +195,15 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("cameras", "List the connected cameras: names, modes, settings");
-  auto chosen = std::make_shared<int>(0);
+  auto chosen = std::make_shared<std::string>();
   CLI::Option* const as_json = command->add_flag("--json", *json, "Print JSON");
   command
       ->add_option("--choose", *chosen,
-                   "Print the lines of plumbline.toml that select this camera of the list")
-      ->check(WholeNumberWithin(1, 1000))
+                   "Print the lines of plumbline.toml that select this camera: its number in the\n"
+                   "list, or its name")
+      ->check(CLI::Validator(
+          [](const std::string& text) { return text.empty() ? "is empty" : std::string(); },
+          "NUMBER|NAME"))
       ->excludes(as_json);
   command->footer(
       "Refer to a camera by the name printed after --camera: a device such as /dev/video0 may be "
@@ -192,12 +212,13 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
       "number alone is not unique.\n\n"
       "Examples:\n  plumbline cameras\n"
       "  plumbline cameras --choose 2 >> plumbline.toml\n"
+      "  plumbline cameras --choose A1B2C3\n"
       "  plumbline cameras --json\n"
       "  plumbline track --camera A1B2C3 --intrinsics lens.json --tag-size-mm 80\n\n"
       "Exit codes: 0, even if there is no camera; 1 with --choose if that camera does not exist or "
       "cannot\nbe used.");
   command->callback([json, chosen, &exit_code] {
-    if (*chosen > 0) {
+    if (!chosen->empty()) {
       const Result<std::string> lines = CameraTable({}, *chosen);
       if (lines) std::cout << *lines;
       exit_code = lines ? kExitOk : Fail("plumbline cameras: " + lines.error());

@@ -24,8 +24,8 @@ std::string CamerasJson(const camera::DeviceTree& tree);
 std::string CamerasText(const camera::DeviceTree& tree);
 
 /// The table [camera] of plumbline.toml for a camera of the list, with its largest mode.
-/// @param number  from 1, in the order of the list
-/// @return        error if there is no such camera, or it cannot be used
-Result<std::string> CameraTable(const camera::DeviceTree& tree, int number);
+/// @param which  its number, from 1 in the order of the list, or its name (SelectV4l2Device())
+/// @return       error if there is no such camera, or it cannot be used
+Result<std::string> CameraTable(const camera::DeviceTree& tree, const std::string& which);
 
 }  // namespace plumbline::cli

@@ -9,6 +9,7 @@
 #include <random>
 #include <system_error>
 
+#include "app/page/camera_list.h"
 #include "app/page/page_files.h"
 #include "app/page/report_files.h"
 #include "app/page/request_parts.h"
@@ -49,6 +50,7 @@ const StaticFile* StaticFileAt(const std::string& path) {
       StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
       StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
       StaticFile{"/pictures.js", page_files::kPicturesScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/cameras.js", page_files::kCamerasScript, "text/javascript; charset=utf-8"},
       StaticFile{"/chart.js", page_files::kChartScript, "text/javascript; charset=utf-8"},
       // The login page uses these three, too.
       StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
@@ -244,14 +246,14 @@ void Page::Answer(const HttpRequest& request, HttpResponse& response) {
            "unknown host name; if it is this computer's, add it to hosts under [page]");
   } else if (IsLoginFile(request.path)) {
     AnswerAuthorized(request, response);
-  } else if (IsThrottled(request, credential, response)) {
-    return;
-  } else if (credential.right && (credential.in_address || request.path == "/login")) {
-    RedirectWithCookie(response);
-  } else if (credential.right) {
-    AnswerAuthorized(request, response);
-  } else {
-    AskForToken(request, response);
+  } else if (!IsThrottled(request, credential, response)) {
+    if (!credential.right) {
+      AskForToken(request, response);
+    } else if (credential.in_address || request.path == "/login") {
+      RedirectWithCookie(response);
+    } else {
+      AnswerAuthorized(request, response);
+    }
   }
 }
 
@@ -275,6 +277,11 @@ void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) 
         kJson);
   } else if (path == "/reports.json") {
     response.SetBody(reports_.Get(now_s, kCachePeriod_s, [this] { return Reports(); }), kJson);
+  } else if (path == "/cameras.json") {
+    response.SetBody(
+        cameras_.Get(now_s, kCachePeriod_s,
+                     [this] { return CameraListJson(camera::ListVideoNodes(options_.cameras)); }),
+        kJson);
   } else if (path.starts_with(kReports)) {
     AnswerReport(path.substr(kReports.size()), response);
   } else if (path == "/live.mjpg") {

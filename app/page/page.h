@@ -14,6 +14,7 @@
 #include "app/page/login_throttle.h"
 #include "app/page/metrics.h"
 #include "app/page/picture_feed.h"
+#include "drivers/camera/v4l2_device.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/model/cell_model.h"
 
@@ -23,6 +24,7 @@ struct PageOptions {
   config::PageConfig config;
   std::string state_directory;
   std::vector<model::Joint> joints;  ///< the cell's joints, to read the journal
+  camera::DeviceTree cameras;        ///< the kernel's video devices
   ConnectionLimits limits;
 };
 
@@ -88,7 +90,7 @@ class Page {
   PictureFeed feed_;
   LogTail log_;
   std::shared_ptr<const view::DisplayStatus> collected_;  ///< used by CollectLog() only
-  CachedText trend_, reports_;
+  CachedText trend_, reports_, cameras_;
   std::vector<std::string> own_names_;
   os::TcpEndpoint at_;
   std::string cookie_name_;

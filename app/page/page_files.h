@@ -5,8 +5,8 @@
 
 namespace plumbline::page_files {
 
-extern const std::string_view kPage, kStyle, kScript, kPicturesScript, kTrendScript, kLogin,
-    kLoginScript, kIcon;
+extern const std::string_view kPage, kStyle, kScript, kPicturesScript, kTrendScript, kCamerasScript,
+    kLogin, kLoginScript, kIcon;
 /// dygraphs, the chart library [dygraphs.com, MIT licence].
 extern const std::string_view kChartScript;
 

@@ -189,7 +189,9 @@ std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
 }
 
 std::string DecidingSentence(const Selected& selected, bool corrected, diagnosis::Verdict verdict) {
-  const std::string& name = selected.signal->name;
+  const std::string label = diagnosis::SignalLabel(selected.signal->name);
+  // In a sentence without the unit: "time explains 77 % of the residual".
+  const std::string name = label.substr(0, label.rfind(" ("));
   const char* const where = NameOf(selected.component);
   const std::string before = diagnosis::PercentText(selected.share_before),
                     after = diagnosis::PercentText(selected.share_after);
@@ -207,13 +209,13 @@ std::string DecidingSentence(const Selected& selected, bool corrected, diagnosis
     text = fmt::format("Before correction, {} explains {} of the residual {}; afterwards {}.", name,
                        before, where, after);
   } else {
-    text = fmt::format("{} explains {} of the residual {}.", name, before, where);
+    text = fmt::format("{} of the residual {} is explained by {}.", before, where, name);
   }
   if (corrected && selected.share_before >= kWeakShare) {
     if (const auto slope = CorrectionSlope(selected.cloud)) {
       const auto shown = diagnosis::ValueTextOf(slope->mm_per_unit, slope->expanded);
       text += fmt::format(" The correction changes by {} ± {} mm per {}.", shown.value, shown.sd,
-                          diagnosis::UnitOfSignal(name));
+                          diagnosis::UnitOfSignal(selected.signal->name));
     }
   }
   if (!selected.rejected.value.empty()) {
@@ -338,8 +340,8 @@ CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
   const double low = all.value.front(), high = all.value.back();
   const double margin = high > low ? 0.04 * (high - low) : 1;
   Panel& panel = figure.panel;
-  panel.title =
-      fmt::format("Residual {} against {}", NameOf(selected.component), selected.signal->name);
+  panel.title = fmt::format("Residual {} against {}", NameOf(selected.component),
+                            diagnosis::SignalLabel(selected.signal->name));
   panel.script = plot::Begin(kWidth, kDecidingHeight) +
                  plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
   if (rejected) panel.script += plot::Data("rejected", PointsOf(selected.rejected));
@@ -348,7 +350,8 @@ CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
       "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
       "set tmargin at screen 0.87\nset bmargin at screen 0.27\n",
       low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
-      GnuplotQuoted(selected.signal->name), plot::RoundDown((top - bottom) / 3));
+      GnuplotQuoted(diagnosis::SignalLabel(selected.signal->name)),
+      plot::RoundDown((top - bottom) / 3));
   if (!corrected) {
     panel.script += "set lmargin at screen 0.1\nset rmargin at screen 0.98\n";
     panel.script +=

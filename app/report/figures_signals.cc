@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/signal_unit.h"
 #include "app/report/figures.h"
 #include "app/report/plot.h"
 #include "app/report/signal_bins.h"
@@ -78,7 +79,7 @@ Panel SignalPanel(const diagnosis::Diagnosis& diagnosis, const diagnosis::Signal
                                   ? "p\u00a0<\u00a00.001"
                                   : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
   Panel panel{
-      signal.name,
+      diagnosis::SignalLabel(signal.name),
       fmt::format("residual in {}; explains {} of the remaining residual, {}",
                   plot::kAxisNames[axis], diagnosis::PercentText(signal.share), p_value),
       plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
@@ -99,7 +100,8 @@ Panel SignalPanel(const diagnosis::Diagnosis& diagnosis, const diagnosis::Signal
   panel.script += fmt::format(
       "set xrange [{:.8g}:{:.8g}]\nset xtics {:.6g}\nset offsets 0, 0, graph 0.05, graph 0.05\n",
       low - margin, high + margin, plot::RoundDown(high > low ? (high - low) / 3 : 1));
-  const std::string label = "set xlabel " + GnuplotQuoted(signal.name) + '\n';
+  const std::string label =
+      "set xlabel " + GnuplotQuoted(diagnosis::SignalLabel(signal.name)) + '\n';
   if (diagnosis.findings.empty()) {
     panel.script += label + SignalPlot("residual", 2, plot::kAccent, noise_mm, cloud.before);
     return panel;

@@ -103,6 +103,14 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .keys { gap: 12px 28px; }
   table { font-size: 0.82rem; }
   th, td { padding-right: 10px; }
+  /* Tables beside each other become one below the other; plots are scrolled, so that their texts stay legible. */
+  .title, .title > tbody, .title tr, .title td, .columns, .columns > tbody, .columns > tbody > tr,
+  .columns > tbody > tr > td { display: block; width: 100%; }
+  .columns .left { width: 100%; padding: 0 0 10px; }
+  .title .when { text-align: left; }
+  .certificate .table td:first-child { min-width: 7.5em; }
+  .plot { overflow-x: auto; }
+  .plot svg { min-width: 560px; }
 }
 @media print {
   @page { size: A4; margin: 8mm 15mm 11mm;
@@ -137,7 +145,10 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   th, td { padding: 1.5pt 10pt 1.5pt 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
   .table { overflow: visible; }
-  .keys div, .legend span, .legend i { display: inline-block; margin-right: 6mm; }
+  .keys dd { font-size: 12pt; }
+  .keys dd small { font-size: 8pt; }
+  .keys div { display: inline-block; margin-right: 4mm; }
+  .legend span, .legend i { display: inline-block; margin-right: 6mm; }
   .keys, .legend { display: block; }
   thead { display: table-header-group; }
   tr, .panel, .note, .verdict, .legend, figcaption, .whole { break-inside: avoid; }
@@ -148,7 +159,7 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   tbody tr:last-child { break-before: avoid; }
   figcaption, .legend, .soft { font-size: 8.5pt; }
   .panels, .panels.small { display: block; }
-  .panel { display: inline-block; vertical-align: top; width: 43%; margin: 0 6mm 6px 0; }
+  .panel { display: inline-block; vertical-align: top; width: 40%; margin: 0 6mm 4px 0; }
   .panels.small .panel { width: 31%; margin-right: 1%; }
 }
 )css";

@@ -152,31 +152,6 @@ std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   return lines;
 }
 
-Panel CorrectionPanel(const ViewFacts& facts) {
-  const view_link::ViewState& state = *facts.state;
-  Panel panel{"Correction ±radius (95 %), mm", {}};
-  if (state.points.empty()) panel.lines.push_back({"no points", Tone::kFaded});
-  for (const view_link::ViewPoint& point : state.points) {
-    if (!point.valid) {
-      panel.lines.push_back(
-          {fmt::format("{}: {}", PointName(facts, point.id), InvalidReason(point, state)),
-           Tone::kBad});
-      continue;
-    }
-    panel.lines.push_back(
-        {fmt::format("{}: {:.2f} ±{:.2f} {}{}", PointName(facts, point.id),
-                     kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
-                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
-         ToneOf(point, state)});
-    if (point.differs) {
-      panel.lines.push_back({fmt::format("{}: not the taught posture", PointName(facts, point.id)),
-                             Tone::kAttention});
-    }
-  }
-  for (PanelLine& line : RobotLines(facts)) panel.lines.push_back(std::move(line));
-  return panel;
-}
-
 Panel DistancePanel(const ViewFacts& facts) {
   Panel panel{"Distances", {}};
   const SceneMeasurements* const measured = facts.measured;
@@ -291,9 +266,9 @@ Panel ModelPanel(const view_link::ViewState& state) {
             ? PanelLine{fmt::format("{} probes, no drift check: reference probes disagree",
                                     monitoring.probes),
                         Tone::kAttention}
-            : PanelLine{fmt::format("{} probes, drift {:.2f} of threshold", monitoring.probes,
-                                    monitoring.drift_statistic),
-                        monitoring.drift_alarm ? Tone::kBad : Tone::kPlain});
+            : PanelLine{fmt::format("{} probes, drift {}", monitoring.probes,
+                                    DriftRatioText(monitoring.drift_statistic)),
+                        monitoring.drift_alarm ? Tone::kAttention : Tone::kPlain});
   }
   if (monitoring.quarantined > 0) {
     panel.lines.push_back(
@@ -309,7 +284,7 @@ std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
   return {AlarmPanel(*facts.state, DisplayedHealth(facts)),
           OfCameras("Lens", facts, "no camera configured", LensLines),
           OfCameras("Tracking", facts, "off", TrackingLines),
-          CorrectionPanel(facts),
+          {"Robot", RobotLines(facts)},
           DistancePanel(facts),
           OfCameras("Camera", facts, "none configured", CameraLines),
           OfCameras("Tags", facts, "off", TagLines),

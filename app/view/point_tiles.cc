@@ -32,10 +32,10 @@ StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState
 std::string DriftNote(const status::MonitoringStatus& monitoring) {
   if (monitoring.reference_refused) return "drift: no reference";
   if (monitoring.drift_alarm) {
-    return fmt::format("DRIFT: {:.2g} of threshold", monitoring.drift_statistic);
+    return "DRIFT: " + DriftRatioText(monitoring.drift_statistic);
   }
   if (!monitoring.recording || monitoring.learning) return "drift not monitored";
-  return fmt::format("drift {:.2f} of threshold", monitoring.drift_statistic);
+  return "drift " + DriftRatioText(monitoring.drift_statistic);
 }
 
 std::string NoteOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
@@ -116,6 +116,11 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
 
 }  // namespace
 
+std::string DriftRatioText(double statistic) {
+  return statistic < 1 ? fmt::format("{:.2f} of threshold", statistic)
+                       : fmt::format("{:.1f} × threshold", statistic);
+}
+
 std::string PointName(const ViewFacts& facts, int id) {
   if (facts.model != nullptr) {
     for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
@@ -192,10 +197,10 @@ void AddPointTiles(const ViewFacts& facts, PictureWriter& writer) {
   const auto turn = static_cast<std::size_t>(std::max(0.0, facts.state->utc_s) / kTilePage_s);
   const std::size_t first = turn % pages * grid.page_size();
   for (std::size_t k = 0; k < grid.page_size() && first + k < tiles.size(); ++k) {
-    const auto column = static_cast<float>(k % grid.columns);
-    const auto row = static_cast<float>(k / grid.columns);
-    const float y = all.y + grid.gap + row * (grid.height + grid.gap);
-    AddTile(tiles[first + k], {x + column * step_x, y, grid.width, grid.height}, writer);
+    const std::size_t column = k % grid.columns, row = k / grid.columns;
+    const float y = all.y + grid.gap + static_cast<float>(row) * (grid.height + grid.gap);
+    AddTile(tiles[first + k], {x + static_cast<float>(column) * step_x, y, grid.width, grid.height},
+            writer);
   }
   if (!grid.paged) return;
   writer.Line(x, all.bottom() - layout.line(), all.width - 2 * grid.gap,

@@ -22,6 +22,9 @@ struct PointTile {
 /// Configured name of a point, or "point 3".
 std::string PointName(const ViewFacts& facts, int id);
 
+/// The drift statistic, which raises an alarm at 1: "0.26 of threshold", "1.8 × threshold".
+std::string DriftRatioText(double statistic);
+
 /// One tile for each point, in configured order. @param facts  must contain a state
 std::vector<PointTile> TilesOf(const ViewFacts& facts);
 

@@ -98,7 +98,7 @@ std::string NameWithPort(const V4l2Device& device) {
   return (device.serial.empty() ? device.model : device.serial) + "@" + device.port;
 }
 
-std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
+std::vector<V4l2Device> ListVideoNodes(const DeviceTree& tree) {
   std::vector<std::pair<int, V4l2Device>> found;
   std::error_code why;
   fs::directory_iterator at(tree.sysfs, why);
@@ -110,13 +110,19 @@ std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
     device.path = fs::path(tree.dev) / node;
     device.name = LineOf(at->path() / "name");
     ReadUsbAttributes(at->path(), device);
-    if (QueryDevice(device).value_or(true)) found.emplace_back(*number, std::move(device));
+    found.emplace_back(*number, std::move(device));
   }
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<V4l2Device> devices;
   devices.reserve(found.size());
   for (auto& [number, device] : found) devices.push_back(std::move(device));
+  return devices;
+}
+
+std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
+  std::vector<V4l2Device> devices = ListVideoNodes(tree);
+  std::erase_if(devices, [](V4l2Device& device) { return !QueryDevice(device).value_or(true); });
   return devices;
 }
 

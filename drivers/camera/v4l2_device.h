@@ -31,6 +31,11 @@ struct V4l2Device {
   std::string problem;  ///< why it cannot be used, and the remedy; empty: usable
 };
 
+/// All video nodes that sysfs lists, in the order of their numbers, without opening them: for
+/// processes that may not open cameras. `driver` and `problem` are empty, and without a USB port
+/// `model` and `port` too; some nodes may not capture images.
+std::vector<V4l2Device> ListVideoNodes(const DeviceTree& tree = {});
+
 /// All capture devices in the order of their node numbers, unusable ones with their problem. A
 /// camera may have several capture nodes.
 std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree = {});

@@ -39,7 +39,7 @@ bool KeepLens(const std::string& state) {
   lens_store::LensEntry entry;
   entry.key = {"demo camera", "1920x1080", kKnownZoom, 0};
   entry.lens = test::LensOfCamera(CameraAt(kKnownZoom));
-  entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+  entry.covariance.diagonal().head<8>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12;
   entry.size = {1920, 1080};
   entry.board = "exact";
   entry.utc = "2026-01-01T00:00:00Z";

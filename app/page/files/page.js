@@ -77,7 +77,8 @@ function showPanels(panels) {
 
 function postureText(posture) {
   if (!posture || !posture.joints) return "";
-  const joints = posture.joints.map((joint) => joint.value.toFixed(1) + (joint.unit === "mm" ? " mm" : "°"));
+  const joints = posture.joints.map((joint) =>
+    joint.value.toFixed(1).replace("-", "\u2212") + (joint.unit === "mm" ? "\u00a0mm" : "°"));
   return "joints " + joints.join(" ") + (posture.taught ? "" : ", posture not fixed by near_deg");
 }
 
@@ -200,12 +201,15 @@ function show() {
 function showReports(reports) {
   put(byId("reports"), reports, (target) => {
     const words = {diagnosis: "latest diagnosis", model: "model version ", alarm: "alarm picture "};
+    // alarm-UTC-WORD-N.png: the number within the alarm; the time follows.
+    const numberOf = (report) => (report.name.match(/(\d+)\.png$/) || ["", ""])[1];
     const pictures = reports.filter((report) => report.kind === "alarm");
     setAlarmPictures(pictures.map((report) =>
-      ({name: report.name, words: "Alarm picture " + report.name + ", " + utcText(report.utc_s, true) + " UTC"})));
+      ({name: report.name,
+        words: "Alarm picture " + numberOf(report) + ", " + utcText(report.utc_s, true) + " UTC"})));
     target.replaceChildren(...reports.map((report) => {
       const name = report.kind === "model" ? String(parseInt(report.name, 10)) :
-        report.kind === "alarm" ? report.name : "";
+        report.kind === "alarm" ? numberOf(report) : "";
       const item = element("li");
       const link = element("a", words[report.kind] + name);
       link.href = "reports/" + encodeURIComponent(report.name);

@@ -184,11 +184,18 @@ function zoomTrend(how) {
 for (const button of document.querySelectorAll("[data-zoom]")) {
   button.addEventListener("click", () => zoomTrend(button.dataset.zoom));
 }
-// Prints have light colours.
+// Prints have light colours. The chart is scaled to A4 within its margins; its canvas keeps its size,
+// because a canvas that is resized while a print is prepared stays blank.
+const kPrinted_px = 630;
 for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
   window.addEventListener(event, () => {
     document.documentElement.classList.toggle("printing", printing);
-    if (chart.graph) chart.graph.updateOptions(optionsOf());
+    if (!chart.graph) return;
+    const {style} = document.getElementById("trend"), {width, height} = chart.graph.size();
+    style.width = printing ? width + "px" : "";
+    style.height = printing ? height + "px" : "";
+    style.zoom = printing ? Math.min(1, kPrinted_px / width) : "";
+    chart.graph.updateOptions(optionsOf());
   });
 }
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

@@ -86,6 +86,43 @@ TEST_CASE("loads other than the force") {
   CHECK_THAT(beyond.out, Catch::Contains("force at 1500 mm, 500 mm beyond the tip"));
 }
 
+TEST_CASE(
+    "displacement and rotation at the force agree with the closed form, also beyond the tip") {
+  // Cantilever of length L with a rigid overhang a, under F at its end and the weight w per length:
+  //   theta = F L^2 / (2 E I) + F a L / (E I) + w L^3 / (6 E I)
+  //   d     = F (L^3 / 3 + a L^2 + a^2 L) / (E I) + w L^4 / (8 E I) + a w L^3 / (6 E I)
+  const double L = 1.0, a = 0.5, F = 80, E = 210e9, r = 0.02;
+  const double EI = E * M_PI * std::pow(r, 4) / 4, w = 7850 * M_PI * r * r * 9.80665;
+  const std::string rod =
+      "--length-mm 1000 --section rod --diameter-mm 40 --youngs-modulus-gpa 210 "
+      "--density-kg-m3 7850 --own-weight ";
+  const auto at_force = [&](const std::string& options) {
+    const nlohmann::json json =
+        text::JsonOrNull(RunBeam(rod + "--force-n 80 " + options + " --json").out);
+    return json["cases"][0].value("force_point", nlohmann::json());
+  };
+  for (const char* const direction : {"x", "y"}) {
+    CAPTURE(direction);
+    const nlohmann::json beyond = at_force(std::string("--at-mm 1500 --direction ") + direction);
+    const double theta = F * L * L / (2 * EI) + F * a * L / EI + w * L * L * L / (6 * EI);
+    const double d = F * (L * L * L / 3 + a * L * L + a * a * L) / EI +
+                     w * std::pow(L, 4) / (8 * EI) + a * w * L * L * L / (6 * EI);
+    CHECK(beyond["z_mm"].get<double>() == Approx(1500));
+    CHECK(beyond["displacement_mm"].get<double>() == Approx(1e3 * d).epsilon(1e-9));
+    CHECK(beyond["slope_mrad"].get<double>() == Approx(1e3 * theta).epsilon(1e-9));
+  }
+  // On the beam, at b: F b^3 / (3 E I) + w b^2 (6 L^2 - 4 L b + b^2) / (24 E I).
+  const double b = 0.7;
+  const double d =
+      F * b * b * b / (3 * EI) + w * b * b * (6 * L * L - 4 * L * b + b * b) / (24 * EI);
+  CHECK(at_force("--at-mm 700")["displacement_mm"].get<double>() == Approx(1e3 * d).epsilon(1e-9));
+  CHECK(at_force("").is_null());
+  const std::string table = RunBeam(rod + "--force-n 80 --at-mm 1500 --elements 1").out;
+  CHECK_THAT(table,
+             Catch::Contains("force    1500.0") && Catch::Contains("on the rigid extension"));
+  CHECK_THAT(RunBeam(rod + "--at-mm 1500 --force-n 10:10:30").out, Catch::Contains("at force mm"));
+}
+
 TEST_CASE("Table 2 of the paper is printed with the published columns") {
   const Answer answer = RunBeam("--paper-table2");
   CHECK(answer.exit_code == 0);

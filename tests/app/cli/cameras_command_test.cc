@@ -47,13 +47,19 @@ TEST_CASE("Cameras with their names, modes and settings") {
   CHECK_THAT(text, Catch::Contains("no serial number"));
   CHECK_THAT(text, Catch::Contains("cannot be opened"));
 
-  const auto table = CameraTable(machine.tree(), 1);
+  const auto table = CameraTable(machine.tree(), "1");
   REQUIRE(table);
   CHECK_THAT(*table, Catch::StartsWith("[camera]"));
   CHECK_THAT(*table, Catch::EndsWith("device = \"A1\"\nwidth_px = 640\nheight_px = 480\n"
                                      "rate_hz = 30.0\n"));
-  CHECK_THAT(CameraTable(machine.tree(), 3).error(), Catch::Contains("cannot be opened"));
-  CHECK_THAT(CameraTable(machine.tree(), 4).error(), Catch::Contains("lists 1 to 3"));
+  CHECK_THAT(CameraTable(machine.tree(), "3").error(), Catch::Contains("cannot be opened"));
+  CHECK_THAT(CameraTable(machine.tree(), "4").error(), Catch::Contains("lists 1 to 3"));
+  CHECK(CameraTable(machine.tree(), "A1").value() == *table);
+  CHECK(CameraTable(machine.tree(), machine.Path(0)).value() == *table);
+  CHECK_THAT(CameraTable(machine.tree(), "046d:0825@1-3").value(),
+             Catch::Contains("device = \"046d:0825@1-3\""));
+  CHECK_THAT(CameraTable(machine.tree(), "C7").error(), Catch::Contains("no camera C7 found"));
+  CHECK_THAT(CameraTable(machine.tree(), "/dev/none").error(), Catch::Contains("no camera"));
 }
 
 TEST_CASE("A DV camcorder has no size to choose") {

@@ -4,12 +4,27 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "app/diagnosis/signal_unit.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 namespace plumbline::diagnosis_text_test {
 
 using namespace plumbline::diagnosis;
+
+TEST_CASE("signals are labelled by name and unit") {
+  const std::pair<const char*, const char*> cases[] = {{"q5_deg", "q5 (deg)"},
+                                                       {"qd2_deg_s", "qd2 (deg/s)"},
+                                                       {"t_s", "time (s)"},
+                                                       {"temp_C", "temperature (\u00b0C)"},
+                                                       {"q7_mm", "q7 (mm)"},
+                                                       {"air_pressure_bar", "air pressure (bar)"},
+                                                       {"payload_kg", "payload (kg)"},
+                                                       {"program_step", "program_step"},
+                                                       {"counter", "counter"},
+                                                       {"_s", "_s"}};
+  for (const auto& [column, label] : cases) CHECK(SignalLabel(column) == label);
+}
 
 TEST_CASE("lengths have their significant digits") {
   const std::pair<double, const char*> cases[] = {

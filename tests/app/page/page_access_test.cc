@@ -25,7 +25,7 @@ TEST_CASE("the token is accepted as header, cookie or parameter; without it only
   scene.PublishStatus();
   for (const char* const path :
        {"/status.json", "/metrics", "/live.mjpg", "/picture.jpg", "/healthz", "/trend.json",
-        "/reports.json", "/reports/0007.html", "/page.js", "/login", "/nothing"}) {
+        "/reports.json", "/cameras.json", "/reports/0007.html", "/page.js", "/login", "/nothing"}) {
     INFO(path);
     const PageResponse answer = scene.Get(path);
     CHECK(answer.status == 401);

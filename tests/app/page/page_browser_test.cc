@@ -123,7 +123,7 @@ TEST_CASE("the page is complete and legible from phone to wall, light and dark")
   const std::string tile = browser.Evaluate("document.querySelector('.tile').innerText");
   CHECK_THAT(tile, Catch::Contains("assembly 1") && Catch::Contains("corrected 4.15 mm") &&
                        Catch::Contains("±0.30 mm (95 %, measured)") &&
-                       Catch::Contains("joints 0.0° -100.0° 110.0°"));
+                       Catch::Contains("joints 0.0° −100.0° 110.0°"));
   CHECK(browser.Evaluate("document.getElementById('log').innerText.includes('the zoom changed')") ==
         true);
   CHECK(browser.Evaluate("document.getElementById('trend-words').innerText.startsWith('Newest')") ==
@@ -206,6 +206,36 @@ TEST_CASE("alarm pictures are browsed in a dialog, newest first") {
   CHECK_THAT(first, Catch::Contains("of 2"));
 }
 
+TEST_CASE("a camera is chosen by keyboard, and the command for it is shown as text") {
+  if (!CanBrowse()) return;
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.cameras.sysfs = scene.StateDirectory() + "/video4linux";
+  scene.Write("video4linux/video0/name", "<b>first</b>\n");
+  scene.Write("video4linux/video1/name", "second\n");
+  scene.Start(options);
+  Updates updates(scene);
+  Browser browser(400, 844, true, true);
+  browser.Open(AddressOf(scene));
+  REQUIRE(browser.Becomes("document.getElementById('headline').innerText === 'OK'"));
+  browser.Evaluate("document.querySelector('summary').focus()");
+  browser.Press("Enter", "\r");
+  REQUIRE(browser.Becomes("document.querySelectorAll('#cameras input').length === 2"));
+  CHECK(browser.Evaluate("document.querySelector('#cameras label').innerText.trim()") ==
+        "<b>first</b>, /dev/video0");
+  CHECK(browser.Evaluate("document.getElementById('choice').hidden") == true);
+  browser.Evaluate("document.querySelectorAll('#cameras input')[0].focus()");
+  browser.Press("ArrowDown", "");
+  CHECK(
+      browser.Becomes("document.getElementById('choice-command').innerText === "
+                      "'plumbline cameras --choose /dev/video1'"));
+  CHECK(browser.Evaluate("document.documentElement.scrollWidth <= window.innerWidth") == true);
+  CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
+  browser.Evaluate("document.getElementById('choice-copy').click()");
+  CHECK(browser.Becomes("document.getElementById('choice-copied').innerText !== ''"));
+  CHECK(browser.console_errors().empty());
+}
+
 TEST_CASE("roles and names are complete in the accessibility tree") {
   if (!CanBrowse()) return;
   PageScene scene;
@@ -227,7 +257,8 @@ TEST_CASE("roles and names are complete in the accessibility tree") {
     };
     names[text("role")].push_back(text("name"));
   }
-  for (const char* const role : {"button", "link", "image", "img", "heading", "region"}) {
+  for (const char* const role : {"button", "radiogroup", "DisclosureTriangle", "link", "image",
+                                 "img", "heading", "region"}) {
     CAPTURE(role);
     for (const std::string& name : names[role]) CHECK_FALSE(name.empty());
   }
@@ -279,6 +310,15 @@ TEST_CASE("the page prints") {
       "chart.graph !== null && document.getElementById('picture').naturalWidth === 1280"));
   const std::string pdf = browser.Call("Page.printToPDF", {{"preferCSSPageSize", true}}).at("data");
   CHECK(pdf.size() > 10'000);
+  // On paper the whole chart is scaled to the width of the page, and afterwards is as before.
+  const auto chart_width = [&]() -> double {
+    return browser.Evaluate("document.getElementById('trend').getBoundingClientRect().width");
+  };
+  const double before = chart_width();
+  browser.Evaluate("window.dispatchEvent(new Event('beforeprint'))");
+  CHECK(chart_width() == Approx(630).margin(1));
+  browser.Evaluate("window.dispatchEvent(new Event('afterprint'))");
+  CHECK(chart_width() == before);
   browser.KeepText("page.pdf.base64", pdf);
 }
 

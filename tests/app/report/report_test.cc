@@ -188,7 +188,7 @@ TEST_CASE("the report has figures if gnuplot is installed") {
   CHECK_FALSE(Has(html, "no figures"));
   // 4 to 6 residual panels, 10 signals, 6 joints, 2 for the poses, 2 for the rival.
   CHECK(Count(html, "<svg") >= 24);
-  CHECK(Has(html, "aria-label=\"air_pressure_bar\""));
+  CHECK(Has(html, "aria-label=\"air pressure (bar)\""));
 }
 
 TEST_CASE("without gnuplot the report has its tables and a note") {
@@ -442,7 +442,7 @@ TEST_CASE("an unknown cause opens with the plot of its driver, other verdicts wi
     REQUIRE(table != std::string::npos);
     CHECK((plot < table) == (verdict == diagnosis::Verdict::kUnknown));
     if (verdict == diagnosis::Verdict::kUnknown) {
-      CHECK(Has(page, "against air_pressure_bar"));
+      CHECK(Has(page, "against air pressure (bar)"));
     }
   }
 }
@@ -459,8 +459,8 @@ TEST_CASE("the deciding figure shows the signal that explains the residual, with
   }
   diagnosis.signals.push_back(load);
   const CertificateFigure figure = DecidingFigure(diagnosis, ExampleCell());
-  CHECK(figure.panel.title == "Residual in y against load_N");
-  CHECK(Has(figure.sentence, "Before correction, load_N explains"));
+  CHECK(figure.panel.title == "Residual in y against load (N)");
+  CHECK(Has(figure.sentence, "Before correction, load explains"));
   CHECK(Has(figure.sentence, "mm per N"));
   CHECK(Has(figure.sentence, "0.2"));
   CHECK(Has(figure.panel.script, "after correction"));

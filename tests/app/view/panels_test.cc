@@ -40,9 +40,8 @@ TEST_CASE("the panels come in a fixed order") {
   Paneled p;
   std::vector<std::string> titles;
   for (const Panel& panel : p.Panels()) titles.push_back(panel.title);
-  CHECK(titles == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking",
-                                           "Correction ±radius (95 %), mm", "Distances", "Camera",
-                                           "Tags", "Objects", "Model"});
+  CHECK(titles == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking", "Robot",
+                                           "Distances", "Camera", "Tags", "Objects", "Model"});
 }
 
 TEST_CASE("without a state the panels say why there is none") {
@@ -57,13 +56,15 @@ TEST_CASE("without a state the panels say why there is none") {
 
 TEST_CASE("a point is good only if nothing is known that invalidates its radius") {
   Paneled p;
-  CHECK(p.Lines("Correction").front().tone == Tone::kGood);
-  p.scene.state.points.front().basis = model::RadiusBasis::kAssumed;
-  CHECK(p.Lines("Correction").front().tone == Tone::kPlain);
-  p.scene.state.warnings = warning::kDrift;
-  CHECK(p.Lines("Correction").front().tone == Tone::kAttention);
-  p.scene.state.points.front().valid = false;
-  CHECK(p.Lines("Correction").front().tone == Tone::kBad);
+  view_link::ViewState& state = p.scene.state;
+  view_link::ViewPoint& point = state.points.front();
+  CHECK(ToneOf(point, state) == Tone::kGood);
+  point.basis = model::RadiusBasis::kAssumed;
+  CHECK(ToneOf(point, state) == Tone::kPlain);
+  state.warnings = warning::kDrift;
+  CHECK(ToneOf(point, state) == Tone::kAttention);
+  point.valid = false;
+  CHECK(ToneOf(point, state) == Tone::kBad);
 }
 
 TEST_CASE("the model panel names a proposal, a refused reference and probes in quarantine") {

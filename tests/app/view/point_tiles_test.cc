@@ -70,7 +70,7 @@ TEST_CASE("a tile states why a point is not valid, and what limits the use of a 
   scene.state.monitoring.drift_statistic = 1.83;
   scene.state.warnings = warning::kDrift;
   tiles = TilesIn(scene);
-  CHECK(tiles[1].note == "DRIFT: 1.8 of threshold");
+  CHECK(tiles[1].note == "DRIFT: 1.8 × threshold");
   CHECK(tiles[1].state == StateClass::kWarning);
 }
 

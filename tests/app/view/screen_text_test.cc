@@ -231,7 +231,6 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
       return false;
     };
     CHECK(panels_say("last robot reading 10 s ago"));
-    CHECK(panels_say(": no daemon"));
     CHECK_FALSE(drawn.Says("±0.30"));
     CHECK_FALSE(drawn.Says("4.15"));
     CHECK(drawn.Says("not valid"));
