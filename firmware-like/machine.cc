@@ -5,6 +5,7 @@
 
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/written.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline {
@@ -266,7 +267,7 @@ void Machine::ChoosePayload() {
       break;
   }
   cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
-  const std::optional<loads::Payload> payload = KnownPayload(mass_kg, cog_F_);
+  const std::optional<loads::Payload> payload = WithToolAndItem(KnownPayload(mass_kg, cog_F_));
   snapshot_.payload_valid = payload.has_value();
   if (payload) snapshot_.payload = *payload;
 }
@@ -289,10 +290,29 @@ void Machine::CheckRequiredLenses(const MachineInput& input) {
 
 std::optional<loads::Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
   if (own_mass_kg) {
-    return KnownPayload(own_mass_kg,
-                        config_.cell.payload_cog_F ? config_.cell.payload_cog_F : cog_F_);
+    return WithToolAndItem(KnownPayload(
+        own_mass_kg, config_.cell.payload_cog_F ? config_.cell.payload_cog_F : cog_F_));
   }
   return snapshot_.payload_valid ? std::optional(snapshot_.payload) : std::nullopt;
+}
+
+std::optional<loads::Payload> Machine::WithToolAndItem(
+    std::optional<loads::Payload> payload) const {
+  const model::CellModel& cell = config_.cell;
+  const model::RobotState& robot = snapshot_.robot;
+  const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  if (!payload) return payload;
+  if (cell.tools() > 1) {
+    const std::optional<int> tool =
+        robot_trusted ? loads::ToolIndexOf(cell, robot.tool_number) : std::nullopt;
+    if (!tool) return std::nullopt;
+    payload->tool = *tool;
+  }
+  if (cell.payload_items.empty()) return payload;
+  if (!robot_trusted || !robot.payload_item) return std::nullopt;
+  const model::PayloadItem* item = loads::ItemOf(cell, robot.payload_item);
+  if (item == nullptr && *robot.payload_item != 0) return std::nullopt;
+  return loads::WithItem(*payload, item);
 }
 
 effects::Conditions Machine::ConditionsOf(const loads::Payload& payload) const {
@@ -309,6 +329,7 @@ Machine::CorrectionInputs Machine::CorrectionInputsFor(const loads::Payload& pay
   const effects::Conditions conditions = ConditionsOf(payload);
   return {.mass_kg = payload.mass_kg,
           .cog_F = payload.cog_F,
+          .tool = payload.tool,
           .temp_C = conditions.temp_C,
           .t_s = reads_time_ ? conditions.t_s : std::nullopt};
 }
@@ -319,7 +340,7 @@ bool Machine::SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b
     return x.has_value() == y.has_value() && (!x || std::abs(*x - *y) <= within);
   };
   const double load_kg = kSameLoad_kg + kSameLoadShare * std::max(a.mass_kg, b.mass_kg);
-  return std::abs(a.mass_kg - b.mass_kg) <= load_kg &&
+  return a.tool == b.tool && std::abs(a.mass_kg - b.mass_kg) <= load_kg &&
          (a.cog_F - b.cog_F).norm() <= kSameCentre_m &&
          near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
 }

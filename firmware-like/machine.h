@@ -137,8 +137,11 @@ class Machine {
   void CheckRequiredLenses(const MachineInput& input);
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
-  /// load.
+  /// load. Tool and payload item are those that the controller reports.
   std::optional<loads::Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
+  /// With the tool and the payload item that the controller reports.
+  /// @return  nullopt if one of these is required and not known, or is not declared by the cell
+  std::optional<loads::Payload> WithToolAndItem(std::optional<loads::Payload> payload) const;
   /// Conditions read by the cell's effects, for the robot at standstill with this payload.
   effects::Conditions ConditionsOf(const loads::Payload& payload) const;
   /// The inputs of a point's correction that may change from cycle to cycle. The robot's joints are
@@ -146,6 +149,7 @@ class Machine {
   struct CorrectionInputs {
     double mass_kg = 0;
     Vec3 cog_F = Vec3::Zero();
+    int tool = 0;
     std::optional<double> temp_C, t_s;
     bool operator==(const CorrectionInputs&) const = default;
   };

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline {
@@ -114,7 +115,8 @@ void Machine::Execute(const MachineInput& input) {
         // RefreshRadii() may not have reached this point yet.
         if (block.valid && block.correction.basis == model::RadiusBasis::kUnknown) {
           const CorrectionInputs& inputs = *branches_[index].inputs;
-          StateUncertainty({inputs.mass_kg, inputs.cog_F}, known->p_TP, result.correction);
+          StateUncertainty({inputs.mass_kg, inputs.cog_F, inputs.tool}, known->p_TP,
+                           result.correction);
         }
         return;
       }
@@ -243,7 +245,12 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
   probe.q_step_rad = snapshot_.robot.q_resolution;
-  probe.payload_kg = at.payload.mass_kg;
+  const model::CellModel& cell = config_.cell;
+  probe.tool_number.reset();
+  probe.payload_item.reset();
+  if (cell.tools() > 1) probe.tool_number = snapshot_.robot.tool_number;
+  if (!cell.payload_items.empty()) probe.payload_item = snapshot_.robot.payload_item;
+  probe.payload_kg = at.payload.mass_kg - loads::ItemMass_kg(cell, probe.payload_item);
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = at.state.p_read_W;
   probe.measured_W.reset();
@@ -266,8 +273,9 @@ void Machine::ReportPrediction(const Prediction& at) {
   prediction.X_BP_command = at.state.X_BT;
   prediction.translation_B.setZero();
   prediction.rotation_B.setZero();
-  prediction.extrapolated = deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg,
-                                                      probe.temp_C, ConditionsOf(at.payload).t_s);
+  prediction.extrapolated =
+      deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg, probe.temp_C,
+                                ConditionsOf(at.payload).t_s, at.payload.tool);
   StateUncertainty(at.payload, Vec3::Zero(), prediction);
 }
 

@@ -17,7 +17,9 @@
 #include "app/diagnosis/quaternion_order.h"
 #include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
+#include "app/table/numbered_rows.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::diagnosis {
@@ -53,6 +55,9 @@ void DropCopies(Dataset& data) {
     for (const std::optional<double>& value : {row.t_s, row.payload_kg, row.temp_C, row.range_m,
                                                row.q_step_rad, row.gauge_m, row.sigma_m}) {
       numbers.push_back(value.value_or(kAbsent));
+    }
+    for (const std::optional<int>& number : {row.tool_number, row.payload_item}) {
+      numbers.push_back(number ? *number : kAbsent);
     }
     const Vec3 p = row.measured_W.value_or(Vec3::Constant(kAbsent));
     numbers.insert(numbers.end(), p.begin(), p.end());
@@ -154,7 +159,7 @@ void FindSignals(Dataset& data) {
   add("t_s");
   if (!data.table.recorded.time) add("row");
   add("temp_C");
-  if (data.table.recorded.payload) add("payload_kg");
+  if (data.loads_recorded()) add("payload_kg");
   for (const std::string& column : data.table.further) add(column);
   for (int i = 0; i < data.cell.robot.size(); ++i) {
     const model::JointType type = data.cell.robot.joints[static_cast<std::size_t>(i)].type;
@@ -173,7 +178,7 @@ void NoteMissingSignals(Dataset& data) {
   };
   missing(recorded.time, "t_s: drift and warm-up cannot be identified");
   missing(recorded.temperature, "temp_C: thermal growth cannot be identified");
-  missing(recorded.payload,
+  missing(data.loads_recorded(),
           "payload_kg: effects of the load can be identified only from the arm's own weight");
   missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be identified");
   missing(recorded.order,
@@ -351,9 +356,7 @@ void SetConditions(Dataset& data) {
   }
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const table::MeasuredRow& row : data.table.rows) {
-    const bool loaded = row.payload_kg && cell.payload_cog_F;
-    data.payloads.push_back(loaded ? loads::Payload{*row.payload_kg, *cell.payload_cog_F}
-                                   : loads::Payload{});
+    data.payloads.push_back(loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item));
   }
   data.weight_known = loads::GravityLoads(cell).known(0);
   data.torques_known = data.weight_known || data.table.recorded.tau;
@@ -381,6 +384,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   data.cell = cell;
   data.table = std::move(measured);
   if (const Result<void> any = CheckMeasured(data); !any) return any.failure();
+  if (const auto problem = table::NumberProblem(cell, data.table)) return Error{*problem};
   if (const Result<void> found = FindObservations(data); !found) return found.failure();
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
@@ -389,6 +393,9 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
   DiscardRestartedClock(data.table);
   NoteLikelyFahrenheit(data.table);
+  for (std::string& note : table::NumberNotes(cell, data.table)) {
+    data.notes.push_back(std::move(note));
+  }
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   FindUsed(data);
