@@ -106,7 +106,8 @@ void Machine::CheckResolution(bool moved) {
 }
 
 void Machine::ChoosePayload() {
-  payload_.Select(snapshot_.input_fault == InputFault::kOk ? &snapshot_.robot : nullptr);
+  payload_.Select(snapshot_.input_fault == InputFault::kOk ? &snapshot_.robot : nullptr,
+                  config_.cell);
   snapshot_.payload_valid = payload_.present().has_value();
   if (payload_.present()) snapshot_.payload = *payload_.present();
 }
@@ -133,6 +134,7 @@ effects::Conditions Machine::ConditionsOf(const loads::Payload& payload) const {
 
 void Machine::RefreshPoints() {
   points_.Refresh({.points = config_.points,
+                   .cell = config_.cell,
                    .payload = payload_,
                    .q = snapshot_.robot.q,
                    .temp_C = snapshot_.robot.temp_C,

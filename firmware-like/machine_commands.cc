@@ -89,7 +89,7 @@ correction::CorrectionCode Machine::ExecuteCorrection(const model::PlcCommand& c
     return correction::CorrectionCode::kBadCommand;
   }
   if (snapshot_.input_fault != InputFault::kOk) return correction::CorrectionCode::kNoRobot;
-  const std::optional<loads::Payload> payload = payload_.WithMass(command.payload_kg);
+  const std::optional<loads::Payload> payload = payload_.WithMass(command.payload_kg, config_.cell);
   if (!payload) return correction::CorrectionCode::kPayloadUnknown;
   if (snapshot_.lenses_missing != 0 && IsCorrection(command.code)) {
     return correction::CorrectionCode::kLensStale;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline {
@@ -87,7 +88,7 @@ correction::CorrectionCode Machine::PredictProbe(const std::optional<double>& ow
   const deflection::LoadedArm& arm = corrector_.arm();
   if (snapshot_.input_fault != InputFault::kOk) return correction::CorrectionCode::kNoRobot;
   if (!snapshot_.probes.standstill) return correction::CorrectionCode::kRobotMoving;
-  const std::optional<loads::Payload> payload = payload_.WithMass(own_mass_kg);
+  const std::optional<loads::Payload> payload = payload_.WithMass(own_mass_kg, config_.cell);
   if (!payload) return correction::CorrectionCode::kPayloadUnknown;
   if (arm.torques_missing()) return correction::CorrectionCode::kTorquesUnknown;
   at.payload = *payload;
@@ -104,7 +105,12 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
   probe.q_step_rad = snapshot_.robot.q_resolution;
-  probe.payload_kg = at.payload.mass_kg;
+  const model::CellModel& cell = config_.cell;
+  probe.tool_number.reset();
+  probe.payload_item.reset();
+  if (cell.tools() > 1) probe.tool_number = snapshot_.robot.tool_number;
+  if (!cell.payload_items.empty()) probe.payload_item = snapshot_.robot.payload_item;
+  probe.payload_kg = at.payload.mass_kg - loads::ItemMass_kg(cell, probe.payload_item);
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = at.state.p_read_W;
   probe.measured_W.reset();
@@ -127,8 +133,9 @@ void Machine::ReportPrediction(const Prediction& at) {
   prediction.X_BP_command = at.state.X_BT;
   prediction.translation_B.setZero();
   prediction.rotation_B.setZero();
-  prediction.extrapolated = deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg,
-                                                      probe.temp_C, ConditionsOf(at.payload).t_s);
+  prediction.extrapolated =
+      deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg, probe.temp_C,
+                                ConditionsOf(at.payload).t_s, at.payload.tool);
   corrector_.StateRadius(at.payload, ConditionsOf(at.payload), Vec3::Zero(), prediction);
 }
 

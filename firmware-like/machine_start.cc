@@ -48,7 +48,7 @@ void Machine::Prepare(const MachineConfig& previous, const Snapshot& last, doubl
   ChoosePayload();
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
     const correction::AssemblyPoint& point = config_.points[k];
-    const std::optional<loads::Payload> payload = payload_.WithMass(point.payload_kg);
+    const std::optional<loads::Payload> payload = payload_.WithMass(point.payload_kg, config_.cell);
     if (!payload) continue;
     for (std::size_t other = 0; other < previous.points.size(); ++other) {
       const correction::AssemblyPoint& same = previous.points[other];

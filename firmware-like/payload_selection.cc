@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "firmware-like/loads/numbered_load.h"
+
 namespace plumbline {
 namespace {
 
@@ -18,7 +20,9 @@ std::optional<loads::Payload> KnownPayload(std::optional<double> mass_kg,
 PayloadSelector::PayloadSelector(PayloadPolicy policy, const std::optional<Vec3>& declared_cog_F)
     : policy_(std::move(policy)), declared_cog_F_(declared_cog_F) {}
 
-void PayloadSelector::Select(const model::RobotState* robot) {
+void PayloadSelector::Select(const model::RobotState* robot, const model::CellModel& cell) {
+  tool_number_ = robot != nullptr ? robot->tool_number : std::nullopt;
+  item_number_ = robot != nullptr ? robot->payload_item : std::nullopt;
   std::optional<double> mass_kg;
   std::optional<Vec3> cog_F = declared_cog_F_;
   const auto take = [&](const PayloadPolicy::ToolLoad& load) {
@@ -41,13 +45,29 @@ void PayloadSelector::Select(const model::RobotState* robot) {
       break;
   }
   cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
-  present_ = KnownPayload(mass_kg, cog_F_);
+  present_ = WithToolAndItem(KnownPayload(mass_kg, cog_F_), cell);
 }
 
-std::optional<loads::Payload> PayloadSelector::WithMass(
-    const std::optional<double>& own_mass_kg) const {
+std::optional<loads::Payload> PayloadSelector::WithMass(const std::optional<double>& own_mass_kg,
+                                                        const model::CellModel& cell) const {
   if (!own_mass_kg) return present_;
-  return KnownPayload(own_mass_kg, declared_cog_F_ ? declared_cog_F_ : cog_F_);
+  return WithToolAndItem(KnownPayload(own_mass_kg, declared_cog_F_ ? declared_cog_F_ : cog_F_),
+                         cell);
+}
+
+std::optional<loads::Payload> PayloadSelector::WithToolAndItem(
+    std::optional<loads::Payload> payload, const model::CellModel& cell) const {
+  if (!payload) return payload;
+  if (cell.tools() > 1) {
+    const std::optional<int> tool = loads::ToolIndexOf(cell, tool_number_);
+    if (!tool) return std::nullopt;
+    payload->tool = *tool;
+  }
+  if (cell.payload_items.empty()) return payload;
+  if (!item_number_) return std::nullopt;
+  const model::PayloadItem* item = loads::ItemOf(cell, item_number_);
+  if (item == nullptr && *item_number_ != 0) return std::nullopt;
+  return loads::WithItem(*payload, item);
 }
 
 }  // namespace plumbline

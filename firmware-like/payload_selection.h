@@ -28,22 +28,30 @@ class PayloadSelector {
   /// @param declared_cog_F  centre of gravity that the cell declares, in F [m]
   PayloadSelector(PayloadPolicy policy, const std::optional<Vec3>& declared_cog_F);
 
-  /// Selects the payload by the policy.
+  /// Selects the payload by the policy, with the tool and the payload item that the controller
+  /// reports.
   /// @param robot  the latest reading; nullptr: it is not trusted
-  void Select(const model::RobotState* robot);
+  void Select(const model::RobotState* robot, const model::CellModel& cell);
 
-  /// nullopt if mass or centre of gravity is unknown or implausible.
+  /// nullopt if mass or centre of gravity is unknown or implausible, or if the cell requires a tool
+  /// or payload item that is not known, or not declared.
   const std::optional<loads::Payload>& present() const { return present_; }
 
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
-  /// load.
-  std::optional<loads::Payload> WithMass(const std::optional<double>& own_mass_kg) const;
+  /// load. Tool and payload item are those that the controller reports.
+  std::optional<loads::Payload> WithMass(const std::optional<double>& own_mass_kg,
+                                         const model::CellModel& cell) const;
 
  private:
+  std::optional<loads::Payload> WithToolAndItem(std::optional<loads::Payload> payload,
+                                                const model::CellModel& cell) const;
+
   PayloadPolicy policy_;
   std::optional<Vec3> declared_cog_F_;
   std::optional<Vec3> cog_F_;  ///< of the present load [m]
+  /// As the controller reports them; absent too if it is not trusted.
+  std::optional<int> tool_number_, item_number_;
   std::optional<loads::Payload> present_;
 };
 

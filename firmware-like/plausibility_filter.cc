@@ -29,8 +29,11 @@ bool TcpAgrees(const deflection::LoadedArm& arm, const model::RobotState& state,
   };
   if (state.tcp_is_flange) return agrees(Pose());
   if (state.X_FT) return agrees(*state.X_FT);
-  // The controller does not report its tool offset: assume the cell's tool, or none.
-  return agrees(arm.X_FT()) || agrees(Pose());
+  // The controller does not report its tool offset: assume one of the cell's tools, or none.
+  for (int tool = 0; tool < arm.tools(); ++tool) {
+    if (agrees(arm.X_FT(tool))) return true;
+  }
+  return agrees(Pose());
 }
 
 }  // namespace

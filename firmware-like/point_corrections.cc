@@ -38,7 +38,7 @@ void PointCorrections::Adopt(std::size_t index, const correction::CellCorrector&
 
 loads::Payload PointCorrections::SolvedPayload(std::size_t index) const {
   const CorrectionInputs& inputs = *branches_[index].inputs;
-  return {inputs.mass_kg, inputs.cog_F};
+  return {inputs.mass_kg, inputs.cog_F, inputs.tool};
 }
 
 PointCorrections::CorrectionInputs PointCorrections::InputsOf(
@@ -46,6 +46,7 @@ PointCorrections::CorrectionInputs PointCorrections::InputsOf(
     const effects::Conditions& conditions) {
   return {.mass_kg = payload.mass_kg,
           .cog_F = payload.cog_F,
+          .tool = payload.tool,
           .temp_C = conditions.temp_C,
           .t_s = corrector.reads_time() ? conditions.t_s : std::nullopt};
 }
@@ -56,7 +57,7 @@ bool PointCorrections::SameForRadius(const CorrectionInputs& a, const Correction
     return x.has_value() == y.has_value() && (!x || std::abs(*x - *y) <= within);
   };
   const double load_kg = kSameLoad_kg + kSameLoadShare * std::max(a.mass_kg, b.mass_kg);
-  return std::abs(a.mass_kg - b.mass_kg) <= load_kg &&
+  return a.tool == b.tool && std::abs(a.mass_kg - b.mass_kg) <= load_kg &&
          (a.cog_F - b.cog_F).norm() <= kSameCentre_m &&
          near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
 }
@@ -94,7 +95,8 @@ void PointCorrections::RefreshPoint(std::size_t index, const PointInputs& inputs
                                     PointResult& result) {
   const correction::AssemblyPoint& point = inputs.points[index];
   Branch& branch = branches_[index];
-  const std::optional<loads::Payload> payload = inputs.payload.WithMass(point.payload_kg);
+  const std::optional<loads::Payload> payload =
+      inputs.payload.WithMass(point.payload_kg, inputs.cell);
   result.valid = false;
   result.code = Obstacle(inputs, index, payload);
   if (result.code != correction::CorrectionCode::kOk) return;

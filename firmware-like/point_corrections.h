@@ -13,6 +13,7 @@ namespace plumbline {
 /// What the corrections of one cycle are computed from.
 struct PointInputs {
   const std::vector<correction::AssemblyPoint>& points;
+  const model::CellModel& cell;
   const PayloadSelector& payload;
   const model::JointVector&
       q;  ///< of the robot [rad] or [m]: seed for points without taught joints
@@ -59,6 +60,7 @@ class PointCorrections {
   struct CorrectionInputs {
     double mass_kg = 0;
     Vec3 cog_F = Vec3::Zero();
+    int tool = 0;  ///< index among the cell's tools
     std::optional<double> temp_C, t_s;
     bool operator==(const CorrectionInputs&) const = default;
   };

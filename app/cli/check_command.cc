@@ -332,13 +332,23 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
   std::vector<SummaryLine> lines = {
       {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
                             robot.size(), kinematics::Chain(robot).Reach())},
-      {"tool", ToolText(cell.tool)},
-      {"masses", MassText(robot)}};
+  };
+  for (int k = 0; k < cell.tools(); ++k) {
+    const model::Tool& tool = cell.ToolAt(k);
+    lines.push_back({tool.number ? fmt::format("tool {}", *tool.number) : "tool", ToolText(tool)});
+  }
+  lines.push_back({"masses", MassText(robot)});
   const std::string compliant = JointsWith(
       robot, [](const model::Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
   lines.push_back({"compliance", compliant == "none" ? "none declared: joints are assumed rigid"
                                                      : "declared: " + compliant});
   lines.push_back({"payload", CogText(cell)});
+  for (const model::PayloadItem& item : cell.payload_items) {
+    lines.push_back({fmt::format("item {}", item.number),
+                     fmt::format("{:.4g} kg at {} in the flange frame, carried where payload_item "
+                                 "is {}",
+                                 item.mass_kg, MmText(item.cog_F), item.number)});
+  }
   lines.push_back({"measurement", MeasurementText(cell.measurement)});
   std::string effects;
   for (const model::WrittenEffect& effect : cell.effects) {

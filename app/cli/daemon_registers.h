@@ -40,6 +40,11 @@ class DaemonRegisters {
     return Find(plc::registers::CameraFields(), name, plc::registers::kCameraStride * camera);
   }
   double Scene(std::string_view name) const { return Find(plc::registers::SceneFields(), name, 0); }
+  int gauges() const { return gauges_; }
+  double Gauge(std::string_view name, int gauge) const {
+    return Find(plc::registers::GaugeFields(), name,
+                plc::registers::kGauges + plc::registers::kGaugeSize * gauge);
+  }
   double Body(std::string_view name, int camera, int body) const {
     return Find(plc::registers::BodyFields(), name,
                 plc::registers::kBodies + plc::registers::kCameraStride * camera +
@@ -53,6 +58,7 @@ class DaemonRegisters {
 
   std::vector<std::uint16_t> registers_;
   int cameras_ = 0;        ///< number of configured cameras
+  int gauges_ = 0;         ///< number of configured gauges
   bool postures_ = false;  ///< the daemon has posture blocks
 };
 

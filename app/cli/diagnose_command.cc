@@ -28,6 +28,7 @@
 #include "app/report/pdf.h"
 #include "app/report/report.h"
 #include "app/report/sha256.h"
+#include "app/siblings/repeated_rows.h"
 #include "app/siblings/sibling_folder.h"
 #include "app/siblings/siblings.h"
 #include "app/version.h"
@@ -106,6 +107,26 @@ struct Input {
   std::vector<siblings::Arm> siblings;
 };
 
+/// Error if many rows of a sibling are also rows of the arm or of an earlier sibling.
+Result<void> CheckRepeatedRows(const DiagnoseArguments& arguments, const Input& input,
+                               const std::vector<siblings::Arm>& earlier,
+                               const siblings::Arm& sibling) {
+  const auto check = [&](const std::string& owner,
+                         const table::MeasuredTable& rows) -> Result<void> {
+    const std::size_t repeated = siblings::RepeatedRows(rows, sibling.rows);
+    if (!siblings::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
+    return Error{fmt::format(
+        "{}: {} of its {} rows are also rows of {} (same joints, same readings): a copy is not "
+        "another arm, and would count twice; leave the folder out, or measure that arm",
+        sibling.name, repeated, sibling.rows.rows.size(), owner)};
+  };
+  if (const Result<void> own = check(arguments.measured, input.measured); !own) return own;
+  for (const siblings::Arm& arm : earlier) {
+    if (const Result<void> other = check(arm.name, arm.rows); !other) return other;
+  }
+  return {};
+}
+
 /// Reads the siblings; each must be another arm, declared like this one.
 Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
                                                 const Input& input, std::ostream& err) {
@@ -122,6 +143,9 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
     if (!is_new) {
       return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
                                folder, owner->second)};
+    }
+    if (const Result<void> own = CheckRepeatedRows(arguments, input, arms, *arm); !own) {
+      return Error{own.error()};
     }
     const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
     if (!difference.empty()) {

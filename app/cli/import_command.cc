@@ -1,6 +1,7 @@
 #include "app/cli/import_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -112,16 +113,27 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
                       faults);
 }
 
-/// "; ignored columns: \"a\", \"b\"", for a file without measurements.
+/// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.
 std::string IgnoredText(const imports::UnderstoodFile& file) {
-  std::string text;
+  constexpr std::size_t kMost = 20;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
     if (!file.meanings[i].target.empty()) continue;
     const std::string& name = file.layout.names[i];
-    text += (text.empty() ? "; ignored columns: " : ", ") +
-            (name.empty() ? fmt::format("{}", i + 1) : fmt::format("\"{}\"", name.substr(0, 40)));
+    names.push_back(name.empty() ? fmt::format("{}", i + 1)
+                                 : fmt::format("\"{}\"", name.substr(0, 40)));
   }
-  return text.empty() ? "" : text + "; map those that hold measurements with --mapping";
+  if (names.empty()) return "";
+  const std::size_t more = names.size() - std::min(kMost, names.size());
+  names.resize(names.size() - more);
+  return fmt::format("ignored columns: {}{}; map those that hold measurements with --mapping",
+                     fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
+/// Prints the columns of a file that are not used.
+void PrintIgnored(const imports::UnderstoodFile& file) {
+  const std::string ignored = IgnoredText(file);
+  if (!ignored.empty()) std::cerr << file.file << ": " << ignored << '\n';
 }
 
 /// Faults of a table that cannot be measured.csv.
@@ -155,7 +167,7 @@ void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFil
     fault(
         "has no row with a usable measurement: a position, range, gauge reading, orientation or "
         "touched artefact" +
-        IgnoredText(file));
+        (IgnoredText(file).empty() ? "" : "; " + IgnoredText(file)));
   }
 }
 
@@ -231,7 +243,11 @@ int ImportFiles(const ImportCommandOptions& options) {
   std::cerr << config::FaultsText(faults);
   if (faults.HasFaults() || options.preview) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
-  if (!options.preview) return WriteImport(options, rows, csv);
+  if (!options.preview) {
+    PrintIgnored(*file);
+    if (joints) PrintIgnored(*joints);
+    return WriteImport(options, rows, csv);
+  }
   std::cout << "measured.csv: " << CountsText(rows) << '\n';
   return kExitOk;
 }

@@ -47,6 +47,8 @@ nlohmann::json JournalRowJson(const journal::JournalRow& row) {
   put("t_s", row.t_s, 1);
   put("payload_kg", row.payload_kg, 1);
   put("temp_C", row.temp_C, 1);
+  if (row.tool_number) json["tool"] = *row.tool_number;
+  if (row.payload_item) json["payload_item"] = *row.payload_item;
   put("range_mm", row.range_m, kMetrePerMm);
   if (!row.artefact.empty()) json["artefact"] = row.artefact;
   put("gauge_mm", row.gauge_m, kMetrePerMm);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
@@ -14,6 +15,7 @@
 #include "app/config/text_file.h"
 #include "app/plan/plan_text.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cli {
 namespace {
@@ -22,7 +24,40 @@ struct PlanOptions {
   std::string cell, csv, svg, urscript, points;
   plan::PlanTask task;
   double sigma_mm = 0.05, floor_mm = 0, link_radius_mm = 0;
+  std::vector<double> joint_speeds;  ///< [deg/s] or [mm/s]
+  double row_s = 20;
 };
+
+/// The stated speeds in SI, one per joint; one value applies to all joints.
+Result<model::JointVector> JointSpeeds(const PlanOptions& options,
+                                       const std::vector<model::Joint>& joints) {
+  const std::vector<double>& stated = options.joint_speeds;
+  if (stated.empty()) return model::JointVector();
+  if (stated.size() != 1 && stated.size() != joints.size()) {
+    return Error{
+        fmt::format("--joint-speeds-deg-s: {} values for {} joints; give one for all or "
+                    "one for each",
+                    stated.size(), joints.size())};
+  }
+  model::JointVector speeds(static_cast<Eigen::Index>(joints.size()));
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double in_file = stated.size() == 1 ? stated.front() : stated[i];
+    speeds[static_cast<Eigen::Index>(i)] = in_file / model::PositionForm(joints[i].type).from_SI;
+  }
+  return speeds;
+}
+
+/// "about 12 min: 2 min of moves at the stated speeds, 20 s for each of 30 measurements".
+std::string TimeText(const PlanOptions& options, const plan::MeasurementPlan& plan) {
+  if (!plan.moves_s) {
+    return "time: not estimated; give the speed limits of the joints as --joint-speeds-deg-s";
+  }
+  const double all_s = *plan.moves_s + options.row_s * static_cast<double>(plan.rows.size());
+  return fmt::format(
+      "time: about {:.0f} min, of which {:.1f} min are moves at the stated speeds (without "
+      "acceleration) and {:.0f} s each of {} measurements",
+      std::max(1.0, std::ceil(all_s / 60)), *plan.moves_s / 60, options.row_s, plan.rows.size());
+}
 
 bool WritePlanFile(const std::string& path, const std::string& text) {
   if (path.empty()) return true;
@@ -45,6 +80,9 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
                              effect.planned, effect.random);
   }
   for (const std::string& one : plan.excluded) std::cerr << "  not shown: " << one << '\n';
+  std::cerr << fmt::format("order: the moves are {:.0f} % of those in the order of the choice\n",
+                           100 * plan.path_share)
+            << TimeText(options, plan) << '\n';
   std::vector<std::size_t> not_free;  // the robot comes to the first row from anywhere
   for (std::size_t k = 1; k < plan.rows.size(); ++k) {
     if (!plan.rows[k].move_checked) not_free.push_back(k + 1);
@@ -86,6 +124,12 @@ int RunPlan(PlanOptions options) {
   options.task.sigma_m = kMetrePerMm * options.sigma_mm;
   options.task.rules.floor_m = kMetrePerMm * options.floor_mm;
   options.task.rules.link_radius_m = kMetrePerMm * options.link_radius_mm;
+  const Result<model::JointVector> speeds = JointSpeeds(options, joints);
+  if (!speeds) {
+    std::cerr << "plumbline plan: " << speeds.error() << '\n';
+    return kExitUsage;
+  }
+  options.task.joint_speeds = *speeds;
   const auto plan = plan::PlanMeasurements(*cell, options.task);
   if (!plan) {
     std::cerr << options.cell << ": " << plan.error() << '\n';
@@ -130,6 +174,13 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
   command->add_option("--candidates", options->task.candidates, "Postures to choose from")
       ->capture_default_str()
       ->check(CLI::Range(50, 5000));
+  command
+      ->add_option("--joint-speeds-deg-s", options->joint_speeds,
+                   "Speed limit of all joints, or of each (prismatic: mm/s), for order and time")
+      ->check(NumberWithin(0.01, 100000));
+  command->add_option("--seconds-per-row", options->row_s, "Time for one measurement")
+      ->capture_default_str()
+      ->check(NumberWithin(0, 86400));
   command->add_option("--out", options->csv, "Table of the rows, CSV");
   command->add_option("--svg", options->svg, "Picture of the tips");
   command->add_option("--urscript", options->urscript, "Program for Universal Robots");

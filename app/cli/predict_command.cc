@@ -16,10 +16,12 @@
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/table/conditions.h"
+#include "app/table/numbered_rows.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::cli {
@@ -81,7 +83,8 @@ bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditio
 /// fitted to such rows.
 bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses) {
   const bool fitted_without = cell.domain && !cell.domain->payload_kg;
-  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
+  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without &&
+         cell.payload_items.empty();
 }
 
 void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cell,
@@ -233,6 +236,13 @@ int Run(const PredictOptions& options) {
     std::cerr << *free << '\n';
     return Refused(options);
   }
+  if (const auto problem = table::NumberProblem(*cell, *poses)) {
+    std::cerr << options.poses << ": " << *problem << '\n';
+    return Refused(options);
+  }
+  for (const std::string& note : table::NumberNotes(*cell, *poses)) {
+    std::cerr << options.poses << ": warning: " << note << '\n';
+  }
   WarnAboutPayload(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   diagnosis::FrameCovariances frames;
@@ -323,8 +333,11 @@ Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
           "every link, or remove compliance_rad_per_Nm"};
     }
     // The declared centre of gravity also applies to a payload of unknown mass.
-    loads::Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
-    if (cell.payload_cog_F) payload.mass_kg = row.payload_kg.value_or(0);
+    const loads::Payload payload =
+        loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
+    const model::PayloadItem* item = loads::ItemOf(cell, row.payload_item);
+    std::optional<double> load_kg;
+    if (row.payload_kg || item != nullptr) load_kg = conditions[k].payload_kg;
     deflection::LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{
@@ -332,12 +345,13 @@ Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, payload.mass_kg)};
     }
-    const bool outside = deflection::OutsideDomain(known->second.cell, row.q, row.payload_kg,
-                                                   row.temp_C, conditions[k].t_s);
+    const bool outside = deflection::OutsideDomain(known->second.cell, row.q, load_kg, row.temp_C,
+                                                   conditions[k].t_s, payload.tool);
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
                               EventStateUnknown(arm, conditions[k]);
     deflection::LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
-    if (row.payload_kg) load.mass_kg = row.payload_kg;
+    if (load_kg) load.mass_kg = load_kg;
+    if (item != nullptr) load.centre_stated = true;
     model::StatedRadius radius =
         known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
     if (!aligned.empty() && radius.known()) {

@@ -193,6 +193,13 @@ std::string RegisterMapMarkdown() {
   page += kHead;
   for (const plc::MapField& field : plc::registers::SceneFields()) page += Row(field, 0);
   page += fmt::format(
+      "\n## Block of the first dial gauge (read only)\n\nThe block of the k-th `[[gauge]]` (k from "
+      "0 to {}) starts at {} + {} k.\n\n",
+      status::kMaxGauges - 1, plc::registers::kGauges, plc::registers::kGaugeSize);
+  page += kHead;
+  for (const plc::MapField& field : plc::registers::GaugeFields())
+    page += Row(field, plc::registers::kGauges);
+  page += fmt::format(
       "\n## Block of the first configured point (read only)\n\nThe block of the k-th point (k from "
       "0) starts at {} + {} k.\n\n",
       plc::registers::kPoints, plc::registers::kPointSize);
@@ -236,6 +243,8 @@ nlohmann::json AsJson() {
     }
   }
   for (const plc::MapField& field : plc::registers::SceneFields()) add(field, 0, "fixed");
+  for (const plc::MapField& field : plc::registers::GaugeFields())
+    add(field, plc::registers::kGauges, "gauge");
   for (const plc::MapField& field : plc::registers::PointFields())
     add(field, plc::registers::kPoints, "point");
   for (const plc::MapField& field : plc::registers::PostureFields()) {

@@ -55,6 +55,34 @@ nlohmann::json CameraJson(const DaemonRegisters& daemon, int camera) {
   return json;
 }
 
+/// The name from its registers, two characters each.
+std::string NameOfGauge(const DaemonRegisters& daemon, int gauge) {
+  std::string name;
+  for (const plc::MapField& field : plc::registers::GaugeFields()) {
+    if (!std::string_view(field.name).starts_with("gauge_name_")) continue;
+    const auto word = static_cast<unsigned>(daemon.Gauge(field.name, gauge));
+    for (const unsigned code : {word >> 8U, word & 0xFFU}) {
+      if (code != 0) name += static_cast<char>(code);
+    }
+  }
+  return name;
+}
+
+constexpr double kNoReading_ms = 4294967295;  // gauge_age
+
+nlohmann::json GaugeJson(const DaemonRegisters& daemon, int gauge) {
+  const bool any = daemon.Gauge("gauge_age", gauge) < kNoReading_ms;
+  const auto state = static_cast<status::GaugeState>(daemon.Gauge("gauge_state", gauge));
+  nlohmann::json json = {{"name", NameOfGauge(daemon, gauge)}, {"state", Describe(state)}};
+  for (const plc::MapField& field : plc::registers::GaugeFields()) {
+    const std::string_view name = field.name;
+    const bool of_reading = name == "gauge_reading" || name == "gauge_age";
+    if (name.starts_with("gauge_name_") || (of_reading && !any)) continue;
+    json[field.name] = JsonOf(field.type, daemon.Gauge(name, gauge));
+  }
+  return json;
+}
+
 nlohmann::json AsJson(const DaemonRegisters& daemon) {
   nlohmann::json json;
   for (const plc::MapField& field : plc::registers::Fields()) {
@@ -67,6 +95,8 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
   for (const plc::MapField& field : plc::registers::SceneFields()) {
     json[field.name] = JsonOf(field.type, daemon.Scene(field.name));
   }
+  json["gauges"] = nlohmann::json::array();
+  for (int k = 0; k < daemon.gauges(); ++k) json["gauges"].push_back(GaugeJson(daemon, k));
   json["points_detail"] = nlohmann::json::array();
   for (int k = 0; k < daemon.points(); ++k) {
     nlohmann::json point;
@@ -211,6 +241,28 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   }
 }
 
+/// "12 s", "5 min", "3.5 h".
+std::string GaugeTimeText(double time_s) {
+  if (time_s < 120) return fmt::format("{:.0f} s", time_s);
+  return time_s < 7200 ? fmt::format("{:.0f} min", time_s / 60)
+                       : fmt::format("{:.1f} h", time_s / 3600);
+}
+
+/// "gauge dial: connected, waiting for a press, for 5 min; 1.2345 mm, 12 s ago".
+void PrintGauge(const DaemonRegisters& daemon, int gauge) {
+  const auto state = static_cast<status::GaugeState>(daemon.Gauge("gauge_state", gauge));
+  const double age_ms = daemon.Gauge("gauge_age", gauge);
+  const std::string reading =
+      age_ms < kNoReading_ms
+          ? fmt::format("{:.4f} mm, {} ago",
+                        WithoutNegativeZero(daemon.Gauge("gauge_reading", gauge), 4),
+                        GaugeTimeText(1e-3 * age_ms))
+          : "no reading yet";
+  std::cout << fmt::format("{:<12} {} for {}; {}\n", "gauge " + NameOfGauge(daemon, gauge),
+                           Describe(state), GaugeTimeText(daemon.Gauge("gauge_state_age", gauge)),
+                           reading);
+}
+
 void PrintScene(const DaemonRegisters& daemon) {
   const auto number = [&](const char* name) { return static_cast<int>(daemon.Scene(name)); };
   if (number("scene_age") >= 65535) return;
@@ -301,6 +353,7 @@ void Print(const DaemonRegisters& daemon) {
     line("", taken);
   for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k);
   PrintScene(daemon);
+  for (int k = 0; k < daemon.gauges(); ++k) PrintGauge(daemon, k);
   line("alarms", WordText(daemon.Word("alarms"), plc::registers::AlarmBits()));
   line("warnings", WordText(daemon.Word("warnings"), plc::registers::WarningBits()));
   for (int k = 0; k < daemon.points(); ++k) {

@@ -230,15 +230,19 @@ void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const model::R
 }
 
 void WarnAboutLongTool(const TomlTable& root, const model::CellModel& cell) {
-  const auto tool = root.Table("tool");
-  if (!tool || !IsArm(cell.robot)) return;
-  const double tool_m = cell.tool.tcp_F.norm();
+  const std::vector<TomlTable> tools = root.TableOrTables("tool");
+  if (!IsArm(cell.robot)) return;
   const double reach_m = ArmSizeOf(cell.robot).reach_m;
-  if (reach_m == 0 || tool_m <= kLongestTool * reach_m) return;
-  tool->AddWarning(cell.tool.rigid ? "tcp_mm" : "length_mm",
-                   fmt::format("gives a tool of {:.4g} m on an arm that reaches {:.3g} m; check "
-                               "that it is in mm",
-                               tool_m, reach_m));
+  for (int k = 0; k < std::min(static_cast<int>(tools.size()), cell.tools()); ++k) {
+    const model::Tool& tool = cell.ToolAt(k);
+    const double tool_m = tool.tcp_F.norm();
+    if (reach_m == 0 || tool_m <= kLongestTool * reach_m) continue;
+    tools[static_cast<std::size_t>(k)].AddWarning(
+        tool.rigid ? "tcp_mm" : "length_mm",
+        fmt::format("gives a tool of {:.4g} m on an arm that reaches {:.3g} m; check that it is in "
+                    "mm",
+                    tool_m, reach_m));
+  }
 }
 
 void WarnAboutHeavyPayloads(const TomlTable& root, const MachineConfig& config) {

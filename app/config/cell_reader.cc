@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "app/config/artefact_reader.h"
 #include "app/config/effect_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
 #include "app/config/model_fingerprint.h"
+#include "app/config/payload_item_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
@@ -325,6 +327,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot) 
   }
   domain.combinations = CombinationsFrom(table, robot.size());
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
+  domain.tools = table.Integers("tools", 0, kLargestNumber).value_or(std::vector<int>());
   if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
     domain.payload_levels_kg = *levels;
     std::sort(domain.payload_levels_kg.begin(), domain.payload_levels_kg.end());
@@ -369,10 +372,38 @@ void WarnIfNothingDeflects(const TomlTable& root, const model::CellModel& cell) 
   const bool compliant_joints =
       std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
                   [](const model::Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
-  if (!cell.tool.rigid || compliant_joints || !cell.effects.empty()) return;
+  if (cell.any_tool_bends() || compliant_joints || !cell.effects.empty()) return;
   root.AddWarning("tool",
                   "nothing in this cell deflects (a rigid tool, no joint with a "
                   "compliance_rad_per_Nm, no effect): corrected points equal the taught ones");
+}
+
+/// Tools, payload and payload items.
+void ReadLoads(const TomlTable& root, model::CellModel& cell) {
+  std::vector<model::Tool> tools = ToolsFromToml(root);
+  if (!tools.empty()) {
+    cell.tool = std::move(tools.front());
+    cell.further_tools.assign(std::make_move_iterator(tools.begin() + 1),
+                              std::make_move_iterator(tools.end()));
+  }
+  if (const auto payload = root.Table("payload")) {
+    cell.payload_items = PayloadItemsFromToml(*payload);
+    // Items have centres of their own, so that a cell with items needs none for a payload.
+    cell.payload_cog_F = payload->Has("item") ? payload->Vector3("cog_mm", kPlaceRange)
+                                              : payload->RequiredVector3("cog_mm", kPlaceRange);
+  } else if (!root.Has("payload")) {
+    root.AddWarning("payload", "missing; payload masses cannot be used");
+  }
+}
+
+/// Adds a fault if the tips of several tools are to be estimated.
+void RequireKnownTools(const TomlTable& measurement, const model::CellModel& cell) {
+  if (cell.measurement.tool_known || cell.tools() == 1) return;
+  measurement.AddFault(
+      "tool",
+      "cannot be \"unknown\" for several [[tool]]: one tip is estimated per "
+      "session. Diagnose each tool in a cell of its own first and declare its tip, "
+      "or declare tool = \"known\"");
 }
 
 model::CellModel CellFromToml(TomlDocument& document) {
@@ -383,14 +414,10 @@ model::CellModel CellFromToml(TomlDocument& document) {
     root.AddFault("schema", "must be 1 or 2, the schemas that this version supports");
   }
   if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
-  if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
-  if (const auto payload = root.Table("payload")) {
-    cell.payload_cog_F = payload->RequiredVector3("cog_mm", kPlaceRange);
-  } else if (!root.Has("payload")) {
-    root.AddWarning("payload", "missing; payload masses cannot be used");
-  }
+  ReadLoads(root, cell);
   if (const auto measurement = root.Table("measurement")) {
     cell.measurement = MeasurementFromToml(*measurement);
+    RequireKnownTools(*measurement, cell);
   }
   cell.artefacts = ArtefactsFromToml(root);
   cell.distances = DistancesFromToml(root, cell.artefacts);

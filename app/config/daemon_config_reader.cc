@@ -140,6 +140,26 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
   }
 }
 
+/// Adds a fault if the cell has several tools or payload items, and the controller does not report
+/// which of them is in use.
+void RequireNumbers(const model::CellModel& cell, const robot::RobotProfile& profile,
+                    const TomlTable& root) {
+  const auto robot = root.Table("robot");
+  if (!robot) return;
+  if (cell.tools() > 1 && !profile.tool_number) {
+    robot->AddFault("profile",
+                    fmt::format("reads no tool number, but the cell declares {} [[tool]]; add "
+                                "[tool_number] to it, or leave one tool in the cell",
+                                cell.tools()));
+  }
+  if (!cell.payload_items.empty() && !profile.payload_item) {
+    robot->AddFault("profile", fmt::format("reads no payload item, but the cell declares {} "
+                                           "[[payload.item]]; add [payload_item] to it, or remove "
+                                           "the items from the cell",
+                                           cell.payload_items.size()));
+  }
+}
+
 /// Checks that the profile provides everything that the configuration needs from it.
 void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   using Source = PayloadPolicy::Source;
@@ -169,6 +189,7 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
         "source",
         fmt::format("requires a tool number, which the profile {} does not read", profile.name));
   }
+  RequireNumbers(config.machine.cell, profile, root);
   if (!push || !push_enabled) return;
   const int slots = profile.push ? profile.push->slots : 0;
   if (slots == 0) {

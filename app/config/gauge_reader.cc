@@ -6,11 +6,12 @@
 
 #include "app/config/daemon_settings.h"
 #include "app/config/nearest_word.h"
+#include "firmware-like/status/gauge_status.h"
 
 namespace plumbline::config {
 namespace {
 
-constexpr std::size_t kMaxGauges = 8;
+using status::kMaxGauges;
 
 /// Adds a fault unless the cell has a gauge of that name.
 void CheckArtefact(const TomlTable& table, const std::string& name, const model::CellModel& cell) {

@@ -12,4 +12,7 @@ inline constexpr double kSecondPerMs = 1e-3;
 inline constexpr NumberRange kPlaceRange{-100000, 100000, kMetrePerMm};
 inline constexpr NumberRange kTurnRange{-360, 360, kRadPerDeg};
 
+/// Largest number of a tool or a payload item: what a register holds.
+inline constexpr int kLargestNumber = 65535;
+
 }  // namespace plumbline::config

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "firmware-like/loads/numbered_load.h"
+
 namespace plumbline::config {
 namespace {
 
@@ -40,8 +42,11 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config,
       break;
     case Source::kTable:
       for (const PayloadPolicy::ToolLoad& tool : policy.table) {
-        loads.push_back(LoadOf(fmt::format("tool {}, {}", tool.number, LoadMassText(tool.mass_kg)),
-                               tool.mass_kg, cog_of(tool)));
+        PointLoad load = LoadOf(fmt::format("tool {}, {}", tool.number, LoadMassText(tool.mass_kg)),
+                                tool.mass_kg, cog_of(tool));
+        const std::optional<int> index = loads::ToolIndexOf(config.cell, tool.number);
+        if (load.payload && index) load.payload->tool = *index;
+        loads.push_back(std::move(load));
       }
       break;
     case Source::kRobot:

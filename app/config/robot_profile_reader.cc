@@ -300,6 +300,7 @@ robot::RobotProfile ReadProfile(const TomlTable& root) {
         table->OneOf<bool>("combine", {{"mean", false}, {"max", true}}).value_or(false);
   }
   profile.tool_number = reader.Value(root.Table("tool_number"), {});
+  profile.payload_item = reader.Value(root.Table("payload_item"), {});
   profile.sequence = reader.Value(root.Table("sequence"), {});
   if (const auto table = root.Table("mode")) ReadMode(*table, reader, profile.mode);
   if (const auto table = root.Table("push")) profile.push = ReadPush(*table);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
+#include "app/config/limits.h"
+
 namespace plumbline::config {
 namespace {
 
@@ -154,6 +158,28 @@ NumberRange RangeOfToolKey(std::string_view key) {
     if (key == name) return range;
   }
   return kDimension;
+}
+
+std::vector<model::Tool> ToolsFromToml(const TomlTable& root) {
+  std::vector<model::Tool> tools;
+  if (!root.Has("tool")) root.RequiredTable("tool");  // adds the fault
+  std::map<int, int> line_of;
+  const std::vector<TomlTable> tables = root.TableOrTables("tool");
+  for (const TomlTable& table : tables) {
+    model::Tool tool = ToolFromToml(table);
+    tool.number = tables.size() > 1 ? table.RequiredInteger("number", 0, kLargestNumber)
+                                    : table.Integer("number", 0, kLargestNumber);
+    if (tool.number) {
+      const auto [first, is_new] = line_of.emplace(*tool.number, table.LineOf("number"));
+      if (!is_new) {
+        table.AddFault("number", fmt::format("is already the number of the tool in line {}; give "
+                                             "each [[tool]] the number by which the rows name it",
+                                             first->second));
+      }
+    }
+    tools.push_back(std::move(tool));
+  }
+  return tools;
 }
 
 model::Tool ToolFromToml(const TomlTable& table) {

@@ -139,10 +139,13 @@ void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>
 
 void WarnAboutUnlikelyLoad(const TomlTable& root, const model::CellModel& cell) {
   WarnAboutLongTool(root, cell);
-  const auto tool = root.Table("tool");
+  const std::vector<TomlTable> tools = root.TableOrTables("tool");
   const auto payload = root.Table("payload");
-  if (tool && LooksLikeMetres(cell.tool.tcp_F, kSmallestTip_m)) {
-    tool->AddWarning(cell.tool.rigid ? "tcp_mm" : "length_mm", "looks like metres; write mm");
+  for (int k = 0; k < std::min(static_cast<int>(tools.size()), cell.tools()); ++k) {
+    const model::Tool& tool = cell.ToolAt(k);
+    if (!LooksLikeMetres(tool.tcp_F, kSmallestTip_m)) continue;
+    tools[static_cast<std::size_t>(k)].AddWarning(tool.rigid ? "tcp_mm" : "length_mm",
+                                                  "looks like metres; write mm");
   }
   if (!payload || !cell.payload_cog_F) return;
   const Vec3& cog_F = *cell.payload_cog_F;

@@ -229,6 +229,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
     environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
   }
   environment_.monitoring = *mailboxes_.monitoring.Read();
+  environment_.gauges = *mailboxes_.gauges.status.Read();
   environment_.monitoring.model.applied = parts.model_version;
   const model::CellModel& cell = parts.machine.config().cell;
   environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;

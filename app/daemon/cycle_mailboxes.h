@@ -12,6 +12,7 @@
 #include "drivers/latest.h"
 #include "firmware-like/machine.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/status/gauge_status.h"
 #include "firmware-like/status/monitoring_status.h"
 #include "firmware-like/status/scene_status.h"
 
@@ -81,6 +82,8 @@ struct GaugeMailbox {
   Latest<GaugePress> press{1, GaugePress()};  ///< written by the gauge worker
   /// GaugePress::number of the latest press that the cycle handled, times 256, plus its code.
   std::atomic<std::uint64_t> handled{0};
+  /// Written by the gauge worker, read by the control cycle.
+  Latest<status::GaugeStatuses> status{1, status::GaugeStatuses()};
 };
 
 struct CycleMailboxes {

@@ -51,6 +51,7 @@ void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids,
   if (snapshot.payload_valid) {
     state.payload_kg = snapshot.payload.mass_kg;
     state.payload_cog_F = snapshot.payload.cog_F;
+    state.tool = snapshot.payload.tool;
   }
   state.temp_C = snapshot.robot.temp_C;
   const std::size_t points = std::min(snapshot.points.size(), point_ids.size());

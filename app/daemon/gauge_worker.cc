@@ -52,7 +52,14 @@ void GaugeWorker::Start(const config::DaemonConfig& config) {
   for (const config::GaugeConfig& one : config.gauges) {
     gauges_.push_back({one, ArtefactNumber(config.machine.cell, one.artefact),
                        gauge::SerialGauge(one.connection)});
+    status::GaugeStatus& status = gauges_.back().status;
+    status.state = status::GaugeState::kConnecting;
+    status.artefact = gauges_.back().artefact;
+    status.since_s = MonotonicSeconds();
+    std::copy_n(one.artefact.begin(), std::min(one.artefact.size(), status.name.size()),
+                status.name.begin());
   }
+  PublishStatus();
   if (gauges_.empty()) return;
   stop_ = false;
   thread_ = std::thread([this] { Run(); });
@@ -80,10 +87,31 @@ void GaugeWorker::Run() {
   }
 }
 
+void GaugeWorker::SetState(ReadGauge& gauge) {
+  using enum status::GaugeState;
+  const bool connected = gauge.device.connected();
+  gauge.connected_once = gauge.connected_once || connected;
+  const status::GaugeState state = connected              ? kConnected
+                                   : gauge.connected_once ? kReconnecting
+                                                          : kConnecting;
+  if (state == gauge.status.state) return;
+  gauge.status.state = state;
+  gauge.status.since_s = MonotonicSeconds();
+  PublishStatus();
+}
+
+void GaugeWorker::PublishStatus() {
+  status::GaugeStatuses& all = mailbox_.status.Begin();
+  all = {};
+  for (std::size_t k = 0; k < std::min(gauges_.size(), all.size()); ++k) all[k] = gauges_[k].status;
+  mailbox_.status.Publish();
+}
+
 void GaugeWorker::ReadOnce(ReadGauge& gauge) {
   double reading_m = 0;
   const gauge::GaugeResult result =
       gauge.device.Read(kWait_s / static_cast<double>(gauges_.size()), reading_m);
+  SetState(gauge);
   if (gauge.device.connected() && gauge.lost) {
     gauge.lost = false;
     sink_({log::Event::kGaugeBack,
@@ -115,6 +143,9 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
 
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
   const double now_s = MonotonicSeconds();
+  gauge.status.reading_m = reading_m;
+  gauge.status.reading_s = now_s;
+  PublishStatus();
   if (IsContinuous(gauge, now_s)) {
     if (gauge.continuous) return;
     gauge.continuous = true;

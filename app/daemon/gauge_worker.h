@@ -43,10 +43,15 @@ class GaugeWorker {
     double last_reading_s = -1e300;
     std::vector<double> intervals_s{};  ///< of the latest readings
     bool continuous = false;            ///< logged as sending without a press
+    bool connected_once = false;
+    status::GaugeStatus status{};
   };
   void Run();
   void ReadOnce(ReadGauge& gauge);
   void Record(ReadGauge& gauge, double reading_m);
+  /// Updates the state of a gauge; publishes the status of all if it changed.
+  void SetState(ReadGauge& gauge);
+  void PublishStatus();
   static bool IsContinuous(ReadGauge& gauge, double now_s);
   /// What the cycle did with a press; nullopt if it did not handle it in time.
   std::optional<correction::CorrectionCode> CodeOf(std::uint32_t number);

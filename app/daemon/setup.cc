@@ -33,6 +33,8 @@ Result<robot::ReplayRows> ReplayFrom(const config::DaemonConfig& config) {
     replayed.q = row.q;
     replayed.payload_kg = row.payload_kg;
     replayed.temp_C = row.temp_C;
+    replayed.tool_number = row.tool_number;
+    replayed.payload_item = row.payload_item;
   }
   return replay;
 }
@@ -67,6 +69,7 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
         plc::registers::kBodySize * status::CameraStatus::kMaxBodies);
   }
   add(plc::registers::kScene, plc::registers::kSceneSize);
+  add(plc::registers::kGauges, plc::registers::kGaugeSize * status::kMaxGauges);
   if (points > 0) {
     add(plc::registers::kPoints, plc::registers::kPointSize * points);
     add(plc::registers::kPostures, plc::registers::kPostureSize * points);

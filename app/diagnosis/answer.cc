@@ -192,13 +192,16 @@ namespace {
 
 /// Optional columns of next_poses.csv; each is written only if some pose needs it.
 struct NextPoseColumns {
-  bool payload = false, qd = false, qdd = false, wait = false, measure = false;
+  bool payload = false, tool = false, item = false, qd = false, qdd = false, wait = false,
+       measure = false;
 };
 
 NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const model::CellModel& cell) {
   NextPoseColumns columns;
   columns.payload = cell.payload_cog_F.has_value();
   for (const NextPose& pose : poses) {
+    columns.tool = columns.tool || (cell.tool.number && pose.tool_number);
+    columns.item = columns.item || (!cell.payload_items.empty() && pose.payload_item);
     columns.qd = columns.qd || pose.qd.size() > 0;
     columns.qdd = columns.qdd || pose.qdd.size() > 0;
     columns.wait = columns.wait || pose.wait_s > 0;
@@ -228,6 +231,8 @@ std::string Header(const std::vector<model::Joint>& joints, const NextPoseColumn
   };
   add("q", "");
   if (columns.payload) names.emplace_back("payload_kg");
+  if (columns.tool) names.emplace_back("tool");
+  if (columns.item) names.emplace_back("payload_item");
   if (columns.qd) add("qd", "_s");
   if (columns.qdd) add("qdd", "_s2");
   if (columns.wait) names.emplace_back("wait_min");
@@ -241,6 +246,8 @@ std::string RowAt(const NextPose& pose, bool via, const std::vector<model::Joint
   std::vector<std::string> cells;
   AddJointValues(joints, via ? pose.via_q : pose.q, cells);
   if (columns.payload) cells.push_back(fmt::format("{:.5f}", pose.payload_kg));
+  if (columns.tool) cells.push_back(fmt::format("{}", pose.tool_number.value_or(0)));
+  if (columns.item) cells.push_back(fmt::format("{}", pose.payload_item.value_or(0)));
   if (columns.qd) AddJointValues(joints, via ? model::JointVector() : pose.qd, cells);
   if (columns.qdd) AddJointValues(joints, via ? model::JointVector() : pose.qdd, cells);
   if (columns.wait) {

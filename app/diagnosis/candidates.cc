@@ -65,7 +65,7 @@ bool Has(const Dataset& data, effects::Signal signal) {
     case effects::Signal::kOrder:
       return recorded.order && data.rows() > 2;
     case effects::Signal::kPayload:
-      return recorded.payload && data.cell.payload_cog_F.has_value();
+      return data.loads_modelled();
     case effects::Signal::kTorques:
       return data.torques_known;
     case effects::Signal::kWeight:
@@ -73,7 +73,7 @@ bool Has(const Dataset& data, effects::Signal signal) {
     case effects::Signal::kNoTorques:
       return !data.torques_known;
     case effects::Signal::kBeam:
-      return !data.cell.tool.rigid;
+      return data.cell.any_tool_bends();
     case effects::Signal::kCamera:
       return data.cell.measurement.X_WC.has_value();
     case effects::Signal::kRange:

@@ -13,11 +13,15 @@ constexpr double kSamePose = 2e-4;    // [rad] or [m], between neighbours
 constexpr double kWidestPose = 2e-3;  // a wider chain is a path, not a pose
 constexpr double kSamePayload_kg = 0.01;
 
-/// A row as a point: joints and payload in units of their tolerances.
+/// A row as a point: joints and payload in units of their tolerances, tool and item so that
+/// different ones are far apart.
 std::vector<double> Place(const table::MeasuredRow& row) {
   std::vector<double> place(row.q.begin(), row.q.end());
   for (double& q : place) q /= kSamePose;
   place.push_back(row.payload_kg.value_or(0) / kSamePayload_kg);
+  constexpr double kFarApart = 10;
+  place.push_back(kFarApart * row.tool_number.value_or(0));
+  place.push_back(kFarApart * row.payload_item.value_or(0));
   return place;
 }
 

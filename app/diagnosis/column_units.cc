@@ -81,7 +81,8 @@ bool IsRevolute(const Dataset& data, int joint) {
 }
 
 bool UsesPayload(const Dataset& data) {
-  return data.table.recorded.payload && data.cell.payload_cog_F;
+  // With items, the mass of a row is only in part that of its cell in the table.
+  return data.table.recorded.payload && data.cell.payload_cog_F && data.cell.payload_items.empty();
 }
 
 OtherUnit InRadians(int joint) {

@@ -52,6 +52,15 @@ struct Dataset {
   int rows() const { return static_cast<int>(table.rows.size()); }
   IndexRange<RowIndex> row_indices() const { return FirstIndices<RowIndex>(rows()); }
   const table::MeasuredRow& measured(RowIndex row) const { return table.rows[row.offset()]; }
+  /// True if the mass carried in each row is recorded: payload_kg, or the number of an item.
+  bool loads_recorded() const {
+    return table.recorded.payload || (table.recorded.item && !cell.payload_items.empty());
+  }
+  /// True if the weight of what the rows carry is modelled.
+  bool loads_modelled() const {
+    return (table.recorded.payload && cell.payload_cog_F) ||
+           (table.recorded.item && !cell.payload_items.empty());
+  }
   /// True if the instrument measures ranges; otherwise it measures positions.
   bool ranges() const { return cell.measurement.kind == model::MeasurementKind::kRange; }
   /// True if any row reads a range, from the instrument's anchor or from an artefact.

@@ -16,6 +16,8 @@
 #include "app/diagnosis/recorded_signals.h"
 #include "app/diagnosis/row_copies.h"
 #include "app/table/conditions.h"
+#include "app/table/numbered_rows.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -123,9 +125,7 @@ void SetConditions(Dataset& data) {
   }
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const table::MeasuredRow& row : data.table.rows) {
-    const bool loaded = row.payload_kg && cell.payload_cog_F;
-    data.payloads.push_back(loaded ? loads::Payload{*row.payload_kg, *cell.payload_cog_F}
-                                   : loads::Payload{});
+    data.payloads.push_back(loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item));
   }
   data.weight_known = loads::GravityLoads(cell).known(0);
   data.torques_known = data.weight_known || data.table.recorded.tau;
@@ -141,6 +141,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   data.cell = cell;
   data.table = std::move(measured);
   if (const Result<void> any = CheckMeasured(data); !any) return any.failure();
+  if (const auto problem = table::NumberProblem(cell, data.table)) return Error{*problem};
   if (const Result<void> found = FindObservations(data); !found) return found.failure();
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
@@ -149,6 +150,9 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
   DiscardRestartedClock(data.table);
   NoteLikelyFahrenheit(data.table);
+  for (std::string& note : table::NumberNotes(cell, data.table)) {
+    data.notes.push_back(std::move(note));
+  }
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   FindUsed(data);

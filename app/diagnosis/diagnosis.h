@@ -104,7 +104,8 @@ struct SpectralLine {
 struct NextPose {
   model::JointVector q;  ///< [rad] or [m]
   double payload_kg = 0;
-  double separation_m = 0;         ///< largest distance between the explanations' predictions
+  double separation_m = 0;  ///< largest distance between the explanations' predictions
+  std::optional<int> tool_number{}, payload_item{};
   model::JointVector via_q{};      ///< passed on the way to set the side of approach; empty: none
   double wait_s = 0;               ///< before the move to the pose
   model::JointVector qd{}, qdd{};  ///< at the moment of measurement; empty if irrelevant

@@ -15,7 +15,7 @@ constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a 
 std::vector<std::vector<int>> Carriers(const Dataset& data) {
   std::vector<std::vector<int>> carriers = {{I::kBase, I::kBase + 1, I::kBase + 2},
                                             {I::kTip, I::kTip + 1, I::kTip + 2}};
-  if (!data.cell.tool.rigid) carriers.push_back({I::kBendRatio});
+  if (data.cell.any_tool_bends()) carriers.push_back({I::kBendRatio});
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
   return carriers;
 }

@@ -1,6 +1,7 @@
 #include "app/diagnosis/measured_range.h"
 
 #include <algorithm>
+#include <set>
 
 #include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/thresholds.h"
@@ -12,12 +13,12 @@ namespace {
 /// at least a tenth of their range apart can reveal a deflection that is not proportional to the
 /// load.
 std::vector<double> FewPayloadLevels(const FitProblem& problem) {
-  if (!problem.data.table.recorded.payload) return {};
+  if (!problem.data.loads_recorded()) return {};
   constexpr double kApart = 0.1;
   std::vector<double> loads_kg, levels_kg;
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
-    loads_kg.push_back(*problem.data.measured(row).payload_kg);
+    loads_kg.push_back(problem.data.conditions[row].payload_kg);
   }
   std::sort(loads_kg.begin(), loads_kg.end());
   if (loads_kg.empty()) return {};
@@ -49,19 +50,23 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     interval.low = std::min(interval.low, value);
     interval.high = std::max(interval.high, value);
   };
+  std::set<int> tools;
   for (const RowIndex index : data.row_indices()) {
     if (problem.weights[index] < kOutlierWeight) continue;
     const table::MeasuredRow& row = data.measured(index);
+    const double load_kg = data.conditions[index].payload_kg;
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
-      if (row.payload_kg) domain.payload_kg = model::Interval{*row.payload_kg, *row.payload_kg};
+      if (data.loads_recorded()) domain.payload_kg = model::Interval{load_kg, load_kg};
       if (row.temp_C) domain.temp_C = model::Interval{*row.temp_C, *row.temp_C};
     }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
-    if (domain.payload_kg) widen(*domain.payload_kg, *row.payload_kg);
+    if (domain.payload_kg) widen(*domain.payload_kg, load_kg);
+    if (data.cell.tool.number) tools.insert(*data.cell.ToolAt(data.payloads[index].tool).number);
     if (domain.temp_C) widen(*domain.temp_C, *row.temp_C);
   }
+  domain.tools.assign(tools.begin(), tools.end());
   domain.combinations = NearlyConstantCombinations(problem);
   domain.payload_levels_kg = FewPayloadLevels(problem);
 }

@@ -15,7 +15,7 @@ void FindMissingColumns(Dataset& data) {
   };
   missing(recorded.time, "t_s: drift and warm-up cannot be identified");
   missing(recorded.temperature, "temp_C: thermal growth cannot be identified");
-  missing(recorded.payload,
+  missing(data.loads_recorded(),
           "payload_kg: effects of the load can be identified only from the arm's own weight");
   missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be identified");
   missing(recorded.order,

@@ -1,6 +1,7 @@
 #include "app/diagnosis/model_writer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -137,6 +138,7 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
     }
     text += "]\n";
   }
+  if (!domain.tools.empty()) text += fmt::format("tools = [{}]\n", fmt::join(domain.tools, ", "));
   if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
   if (!domain.payload_levels_kg.empty()) {
     std::vector<std::string> levels;

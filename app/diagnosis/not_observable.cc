@@ -16,7 +16,16 @@ Eigen::VectorXd ScaleColumn(const LinearProblem& problem) {
     column += of.d_m * problem.Carrier(I::kOffsetD * model::kMaxJoints + joint);
   }
   for (int axis = 0; axis < 3; ++axis) {
-    column += cell.tool.tcp_F[axis] * problem.Carrier(I::kTip + axis);
+    if (cell.tools() == 1) {
+      column += cell.tool.tcp_F[axis] * problem.Carrier(I::kTip + axis);
+      continue;
+    }
+    Eigen::MatrixXd tips(static_cast<Eigen::Index>(problem.rows().size()), 1);  // by row
+    Eigen::Index at = 0;
+    for (const RowIndex row : problem.rows()) {
+      tips(at++, 0) = cell.ToolAt(problem.data().payloads[row].tool).tcp_F[axis];
+    }
+    column += problem.Carried({I::kTip + axis}, tips).col(0);
   }
   return column;
 }

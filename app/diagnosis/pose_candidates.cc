@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/diagnosis/statistics.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -250,9 +251,8 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     if (!proposed) row.measured_W = Vec3::Zero();  // its residual is not used
     row.q = point.q;
     if (row.payload_kg) row.payload_kg = point.payload_kg;
-    loads::Payload payload = data.payloads.back();
-    payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
-    rows.payloads.push_back(payload);
+    rows.payloads.push_back(
+        loads::LoadOf(data.cell, point.payload_kg, row.tool_number, row.payload_item));
     rows.observations.push_back(proposed ? data.observations[*proposed] : Observation{});
     rows.numbers.push_back(proposed ? data.numbers[*proposed] : RowNumbers{3, {}});
     rows.session_of.push_back(data.session_of.back());
@@ -279,7 +279,8 @@ void SetApproach(const effects::Conditions& previous, const DesignSpace& space,
     if (const std::optional<model::JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);
     MoveTo(point.q, moment);
     moment.tau.resize(0);
-    moment.payload_kg = point.payload_kg;
+    const std::optional<int>& item = rows.measured(RowIndex(k)).payload_item;
+    moment.payload_kg = point.payload_kg + loads::ItemMass_kg(rows.cell, item);
     if (previous.t_s) moment.t_s = *previous.t_s + point.wait_s;
     if (space.motions.empty()) continue;
     moment.qd = space.motions[point.motion].qd;

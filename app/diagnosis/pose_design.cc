@@ -147,6 +147,8 @@ void SequentialDesign::Propose(const DesignPoint& point, PoseDesign& design) {
   NextPose& pose = design.poses.emplace_back();
   pose.q = point.q;
   pose.payload_kg = point.payload_kg;
+  pose.tool_number = batch->rows.measured(kOnly).tool_number;
+  pose.payload_item = batch->rows.measured(kOnly).payload_item;
   pose.separation_m = discrimination_.LargestDistance(batch->rows, batch->linear, kOnly);
   if (const std::optional<model::JointVector> via = ViaPose(space_, point)) pose.via_q = *via;
   pose.wait_s = point.wait_s;

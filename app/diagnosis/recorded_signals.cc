@@ -42,7 +42,7 @@ void FindSignals(Dataset& data) {
   add("t_s");
   if (!data.table.recorded.time) add("row");
   add("temp_C");
-  if (data.table.recorded.payload) add("payload_kg");
+  if (data.loads_recorded()) add("payload_kg");
   for (const std::string& column : data.table.further) add(column);
   for (int i = 0; i < data.cell.robot.size(); ++i) {
     const model::JointType type = data.cell.robot.joints[static_cast<std::size_t>(i)].type;

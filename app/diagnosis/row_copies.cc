@@ -30,6 +30,8 @@ std::vector<double> NumbersOf(const table::MeasuredRow& row) {
                                              row.q_step_rad, row.gauge_m, row.sigma_m}) {
     numbers.push_back(value.value_or(kAbsent));
   }
+  for (const std::optional<int>& number : {row.tool_number, row.payload_item})
+    numbers.push_back(number ? *number : kAbsent);
   const Vec3 p = row.measured_W.value_or(Vec3::Constant(kAbsent));
   numbers.insert(numbers.end(), p.begin(), p.end());
   const Eigen::Vector4d turn =

@@ -295,6 +295,7 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
     for (std::size_t k = 0; k < i; ++k) {
       if (meaning.target.empty() || meanings[k].target != meaning.target) continue;
       meaning.because = fmt::format("same meaning as column {}", k + 1);
+      meaning.same_as = k;
       meaning.target.clear();
     }
   }

@@ -34,6 +34,7 @@ struct ColumnMeaning {
   std::string target;   ///< column of measured.csv or auxiliary one; empty: ignored
   std::string unit;     ///< as stated; empty: not stated
   std::string because;  ///< where meaning and unit come from, for the preview
+  std::optional<std::size_t> same_as{};  ///< an earlier column of this meaning, used instead
 };
 
 /// Meanings of all columns of a file from their names and, if the file has one, the line of units.

@@ -69,8 +69,9 @@ struct ImportedTable {
 /// is a run of X or F, the layout of a Keyence LK-G, unless the options state a unit. Three are x,
 /// y, z, and those of a file of joints are the joints in order, after the number of the row if the
 /// first column counts 1, 2, 3 ..
-/// @param faults  receives faults of the mapping, and one for each column whose unit neither the
-///                file nor the options nor the mapping state
+/// @param faults  receives faults of the mapping, one for each column whose unit neither the file
+///                nor the options nor the mapping state, and one for each column that has the
+///                meaning of an earlier one and other values
 UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
                           const Mapping& mapping, const std::string& mapping_file,
                           const ImportOptions& options, config::FaultList& faults);

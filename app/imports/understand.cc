@@ -113,6 +113,40 @@ void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& 
   }
 }
 
+std::string PlaceOf(const DelimitedText& layout, std::size_t column) {
+  const std::string& name = layout.names[column];
+  return name.empty() ? fmt::format("column {}", column + 1)
+                      : fmt::format("column {} \"{}\"", column + 1, name.substr(0, 40));
+}
+
+/// True if any line has different texts in two columns.
+bool Differ(const DelimitedText& layout, std::size_t a, std::size_t b) {
+  return std::any_of(layout.records.begin(), layout.records.end(), [&](const Record& record) {
+    return std::max(a, b) < record.fields.size() && record.fields[a] != record.fields[b];
+  });
+}
+
+/// Refuses a column that has the meaning of an earlier one and other values, unless a mapping chose
+/// between them. Names, numbers and marks of points may be repeated.
+void RefuseDuplicates(const UnderstoodFile& file, config::FaultList& faults) {
+  constexpr std::array<std::string_view, 3> kMayRepeat = {"name", "number", "delete"};
+  for (std::size_t i = 0; i < file.meanings.size(); ++i) {
+    const ColumnMeaning& meaning = file.meanings[i];
+    if (!meaning.same_as || meaning.because == "mapping") continue;
+    const ColumnMeaning& first = file.meanings[*meaning.same_as];
+    const bool decided = first.because == "mapping" || first.target.empty();
+    const bool harmless =
+        std::find(kMayRepeat.begin(), kMayRepeat.end(), first.target) != kMayRepeat.end();
+    if (decided || harmless || !Differ(file.layout, *meaning.same_as, i)) continue;
+    faults.Add({config::Fault::Severity::kFault, file.file, file.layout.header_line,
+                PlaceOf(file.layout, i),
+                fmt::format("has the same meaning as {} ({}) and other values; state in a file "
+                            "given as --mapping which one to use: to = \"{}\" for that one, to = "
+                            "\"ignore\" for the other",
+                            PlaceOf(file.layout, *meaning.same_as), first.target, first.target)});
+  }
+}
+
 }  // namespace
 
 UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
@@ -135,6 +169,7 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
   for (std::size_t i = 0; i < meanings.size(); ++i) {
     CompleteUnit(understood, i, options, meanings[i], faults);
   }
+  RefuseDuplicates(understood, faults);
   return understood;
 }
 

@@ -206,6 +206,23 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
   }
 }
 
+/// Adds the numbers of tool and payload item where any row has them.
+void AddNumbers(std::vector<CsvColumn>& columns, const std::vector<const JournalRow*>& rows) {
+  const auto add = [&](const char* name, std::optional<int> JournalRow::*number) {
+    const bool any = std::any_of(rows.begin(), rows.end(),
+                                 [&](const JournalRow* row) { return (row->*number).has_value(); });
+    if (!any) return;
+    columns.push_back({name,
+                       [number](const JournalRow& row) -> std::optional<std::string> {
+                         if (!(row.*number)) return std::nullopt;
+                         return std::to_string(*(row.*number));
+                       },
+                       "", true});
+  };
+  add("tool", &JournalRow::tool_number);
+  add("payload_item", &JournalRow::payload_item);
+}
+
 /// Adds the columns of rows on artefacts, of cameras and of single rows' uncertainty where any row
 /// has them.
 /// Measured columns may then be empty, since rows of several kinds are exported together.
@@ -294,6 +311,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   AddJoints(columns, joints, model::JointQuantity::kTorque, &JournalRow::tau, 4);
   columns.push_back(
       {"payload_kg", [](const JournalRow& row) { return FixedIfThere(row.payload_kg, 6); }});
+  AddNumbers(columns, rows);
   columns.push_back({"temp_C", [](const JournalRow& row) { return FixedIfThere(row.temp_C, 4); }});
   const bool coarse = std::any_of(rows.begin(), rows.end(), [](const JournalRow* row) {
     return row->q_step_rad.value_or(0) > 0;

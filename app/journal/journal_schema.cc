@@ -25,7 +25,8 @@ CREATE TABLE measurement (
   quarantine INTEGER NOT NULL DEFAULT 0,  -- 0 none; 1 waits for a person; 2 accepted; 3 rejected
   artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
   sigma_mm REAL,  -- of this row alone
-  camera TEXT  -- that saw it, where it has a name: side, side+rear
+  camera TEXT,  -- that saw it, where it has a name: side, side+rear
+  tool INTEGER, payload_item INTEGER  -- numbers, where the cell has several
 );
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
 INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
@@ -99,9 +100,16 @@ PRAGMA writable_schema = RESET;
 PRAGMA user_version = 7;
 )";
 
+/// Schema 7 had one tool and no payload items.
+constexpr const char* kFromSchema7 = R"(
+ALTER TABLE measurement ADD COLUMN tool INTEGER;
+ALTER TABLE measurement ADD COLUMN payload_item INTEGER;
+PRAGMA user_version = 8;
+)";
+
 /// Conversions in order: the n-th from schema n + 1.
-constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3,
-                                        kFromSchema4, kFromSchema5, kFromSchema6};
+constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3, kFromSchema4,
+                                        kFromSchema5, kFromSchema6, kFromSchema7};
 static_assert(std::size(kConversions) == kJournalSchema - 1);
 
 /// Checks that the conversion from schema 6 changed the constraint, and makes other connections

@@ -81,14 +81,14 @@ const char* const kInsertRow =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
     " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2, camera,"
-    " quarantine, artefact, gauge_mm, sigma_mm) VALUES"
-    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " quarantine, artefact, gauge_mm, sigma_mm, tool, payload_item) VALUES"
+    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 const char* const kSelectRows =
     "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
     " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
     " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine, artefact,"
-    " gauge_mm, sigma_mm FROM measurement";
+    " gauge_mm, sigma_mm, tool, payload_item FROM measurement";
 
 const char* NameOf(JournalRow::Source source) {
   switch (source) {
@@ -148,6 +148,8 @@ bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
   statement.Bind(30, row.artefact.empty() ? std::nullopt : std::optional(row.artefact));
   statement.Bind(31, in_mm(row.gauge_m));
   statement.Bind(32, in_mm(row.sigma_m));
+  statement.Bind(33, Widened(row.tool_number));
+  statement.Bind(34, Widened(row.payload_item));
   return statement.Run();
 }
 
@@ -184,6 +186,8 @@ std::optional<JournalRow> RowFrom(const sqlite::Statement& s,
   if (!s.IsNull(30)) row.artefact = s.Text(30);
   if (const auto gauge_mm = s.OptionalNumberAt(31)) row.gauge_m = *gauge_mm * kMetrePerMm;
   if (const auto sigma_mm = s.OptionalNumberAt(32)) row.sigma_m = *sigma_mm * kMetrePerMm;
+  if (!s.IsNull(33)) row.tool_number = static_cast<int>(s.Integer(33));
+  if (!s.IsNull(34)) row.payload_item = static_cast<int>(s.Integer(34));
   return row;
 }
 

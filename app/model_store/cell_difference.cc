@@ -136,16 +136,17 @@ void Add(Values& values, const std::string& at, const model::ToolSegment& segmen
   values.Number(at + ".density_kg_m3", density_kg_m3);
 }
 
-void Add(Values& values, const model::Tool& tool) {
-  const auto& [rigid, tcp_F, theory, segments, mount_mass_kg] = tool;
-  values.Word("tool.model", rigid                                          ? "rigid"
-                            : theory == model::BeamTheory::kEulerBernoulli ? "euler_bernoulli"
-                                                                           : "timoshenko");
-  values.List<Vec3>("tool.tcp_mm", tcp_F, 1 / kMetrePerMm);
+void Add(Values& values, const std::string& at, const model::Tool& tool) {
+  const auto& [rigid, tcp_F, theory, segments, mount_mass_kg, number] = tool;
+  values.Word(at + ".model", rigid                                          ? "rigid"
+                             : theory == model::BeamTheory::kEulerBernoulli ? "euler_bernoulli"
+                                                                            : "timoshenko");
+  values.List<Vec3>(at + ".tcp_mm", tcp_F, 1 / kMetrePerMm);
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    Add(values, Numbered("tool.segment", i), segments[i]);
+    Add(values, Numbered(at + ".segment", i), segments[i]);
   }
-  values.Number("tool.mount_mass_kg", mount_mass_kg);
+  values.Number(at + ".mount_mass_kg", mount_mass_kg);
+  if (number) values.Number(at + ".number", *number);
 }
 
 void Add(Values& values, const model::Measurement& measurement) {
@@ -225,7 +226,7 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
                distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated] = domain;
+               as_validated, tools] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -249,16 +250,27 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
   for (std::size_t k = 0; k < poses.size(); ++k) of_poses.col(static_cast<int>(k)) = poses[k];
   values.Matrix("domain.poses_deg", of_poses);
   values.Number("domain.time_zero_utc (s since 1970)", time_zero_s);
+  if (!tools.empty()) values.Raw("domain.tools", fmt::format("[{}]", fmt::join(tools, ", ")));
   if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }
 
 std::vector<Entry> EntriesOf(const model::CellModel& cell) {
-  const auto& [robot, tool, payload_cog_F, measurement, artefacts, distances, effects, sessions,
-               domain] = cell;
+  const auto& [robot, tool, further_tools, payload_cog_F, payload_items, measurement, artefacts,
+               distances, effects, sessions, domain] = cell;
   Values values;
   Add(values, robot);
-  Add(values, tool);
+  Add(values, "tool", tool);
+  for (std::size_t i = 0; i < further_tools.size(); ++i) {
+    Add(values, Numbered("tool", i + 1), further_tools[i]);
+  }
   values.List("payload.cog_mm", payload_cog_F, 1 / kMetrePerMm);
+  for (std::size_t i = 0; i < payload_items.size(); ++i) {
+    const auto& [number, mass_kg, cog_F] = payload_items[i];
+    const std::string at = Numbered("payload.item", i);
+    values.Number(at + ".number", number);
+    values.Number(at + ".mass_kg", mass_kg);
+    values.List<Vec3>(at + ".cog_mm", cog_F, 1 / kMetrePerMm);
+  }
   Add(values, measurement);
   for (std::size_t i = 0; i < artefacts.size(); ++i) {
     Add(values, Numbered("artefact", i), artefacts[i]);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/dataset_preparation.h"
@@ -13,6 +14,7 @@
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/whitener.h"
 #include "app/plan/d_optimal.h"
+#include "app/plan/visit_order.h"
 #include "firmware-like/statistics/random_sequence.h"
 
 namespace plumbline::plan {
@@ -43,6 +45,7 @@ class CandidatePostures {
       if (!task_.payloads_kg.empty()) {
         row.payload_kg = task_.payloads_kg[random_.Below(task_.payloads_kg.size())];
       }
+      if (cell_.tools() > 1) row.tool_number = cell_.tool.number;
       row.X_WT = cell_.robot.X_WB * check_.arm().UnloadedTip(row.q);
       rows.push_back(std::move(row));
     }
@@ -106,11 +109,13 @@ table::MeasuredTable TableOf(const model::CellModel& cell, const std::vector<Pla
   table.recorded.position = task.artefacts.empty();
   table.recorded.artefact = !task.artefacts.empty();
   table.recorded.payload = !task.payloads_kg.empty();
+  table.recorded.tool = cell.tools() > 1;
   table.recorded.order = false;  // the order of a plan is chosen afterwards
   for (std::size_t i = 0; i < rows.size(); ++i) {
     table::MeasuredRow& row = table.rows.emplace_back();
     row.line = static_cast<int>(i) + 2;
     row.q = rows[i].q;
+    row.tool_number = rows[i].tool_number;
     if (table.recorded.payload) row.payload_kg = rows[i].payload_kg;
     if (table.recorded.position) row.measured_W = rows[i].X_WT.p;
     row.artefact = rows[i].artefact;
@@ -206,27 +211,27 @@ std::vector<EffectDetermination> Determinations(const Columns& columns,
   return all;
 }
 
-/// The rows in an order of short moves, each free of collisions if there is such a next row.
-std::vector<PlannedRow> InOrder(std::vector<PlannedRow> rows, const PostureCheck& check) {
-  std::vector<PlannedRow> ordered;
-  while (!rows.empty()) {
-    std::size_t best = 0;
-    if (!ordered.empty()) {
-      std::vector<std::pair<double, std::size_t>> near;
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        near.emplace_back((rows[i].q - ordered.back().q).cwiseAbs().maxCoeff(), i);
-      }
-      std::sort(near.begin(), near.end());
-      const auto free = std::find_if(near.begin(), near.end(), [&](const auto& one) {
-        return check.IsMoveFree(ordered.back().q, rows[one.second].q);
-      });
-      best = free == near.end() ? near.front().second : free->second;
-      rows[best].move_checked = free != near.end();
-    }
-    ordered.push_back(rows[best]);
-    rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(best));
+/// Orders the rows of a plan for short moves, and states how long the moves take.
+void Order(const PostureCheck& check, const model::JointVector& speeds, MeasurementPlan& plan) {
+  std::vector<model::JointVector> postures;
+  for (const PlannedRow& row : plan.rows) postures.push_back(row.q);
+  const auto is_free = [&](std::size_t from, std::size_t to) {
+    return check.IsMoveFree(postures[from], postures[to]);
+  };
+  const std::vector<std::size_t> order = VisitOrder(postures, speeds, is_free);
+  std::vector<std::size_t> as_chosen(order.size());
+  std::iota(as_chosen.begin(), as_chosen.end(), std::size_t{0});
+  const double unordered = PathCost(postures, as_chosen, speeds);
+  const double ordered = PathCost(postures, order, speeds);
+  if (unordered > 0) plan.path_share = ordered / unordered;
+  if (speeds.size() > 0) plan.moves_s = ordered;
+  std::vector<PlannedRow> rows;
+  for (const std::size_t k : order) {
+    rows.push_back(plan.rows[k]);
+    const std::size_t count = rows.size();
+    rows.back().move_checked = count > 1 && check.IsMoveFree(rows[count - 2].q, rows.back().q);
   }
-  return ordered;
+  plan.rows = std::move(rows);
 }
 
 }  // namespace
@@ -258,9 +263,8 @@ Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const
 
   MeasurementPlan plan;
   plan.candidates = static_cast<int>(candidates.size());
-  std::vector<PlannedRow> rows;
-  for (const int i : selected) rows.push_back(candidates[static_cast<std::size_t>(i)]);
-  plan.rows = InOrder(std::move(rows), check);
+  for (const int i : selected) plan.rows.push_back(candidates[static_cast<std::size_t>(i)]);
+  Order(check, task.joint_speeds, plan);
   plan.effects = Determinations(columns, selected, random);
   const double gained = LogDeterminant(Information(columns.rows, selected)) -
                         LogDeterminant(Information(columns.rows, random));

@@ -1,6 +1,7 @@
 // Postures to be measured first, chosen so that they identify the catalogue's effects best.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct PlanTask {
   std::vector<std::string> artefacts;
   std::vector<double> payloads_kg;  ///< empty: without payload
   double sigma_m = 5e-5;            ///< of a measurement, if the cell declares none
+  /// Speed limit of each joint [rad/s] or [m/s], for the order and the time; empty: not stated.
+  model::JointVector joint_speeds;
   SafetyRules rules;
   int threads = 2;
 };
@@ -23,8 +26,9 @@ struct PlanTask {
 struct PlannedRow {
   model::JointVector q;
   double payload_kg = 0;
-  std::string artefact;  ///< empty: the position is measured
-  Pose X_WT;             ///< expected tip, without deflection
+  std::optional<int> tool_number;  ///< if the cell has several: the first
+  std::string artefact;            ///< empty: the position is measured
+  Pose X_WT;                       ///< expected tip, without deflection
   /// The straight joint move from the previous row was found free of collisions; false for the
   /// first row, to which the robot comes from anywhere.
   bool move_checked = false;
@@ -40,7 +44,9 @@ struct EffectDetermination {
 };
 
 struct MeasurementPlan {
-  std::vector<PlannedRow> rows;  ///< in an order with short moves
+  std::vector<PlannedRow> rows;  ///< in an order with short moves, see visit_order.h
+  double path_share = 1;         ///< length of the path relative to that in the order of the choice
+  std::optional<double> moves_s;  ///< duration of all moves; absent: no speeds were stated
   std::vector<EffectDetermination> effects;
   /// D-efficiency of the plan against random postures of the same number: the ratio of the
   /// geometric mean information about a parameter.

@@ -78,13 +78,16 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
   const bool payload = any([](const PlannedRow& row) { return row.payload_kg != 0; });
   const bool artefact = any([](const PlannedRow& row) { return !row.artefact.empty(); });
   std::string text = JointNames(joints, ',').substr(1);
-  text += fmt::format("{}{}\n", payload ? ",payload_kg" : "", artefact ? ",artefact" : "");
+  const bool tool = any([](const PlannedRow& row) { return row.tool_number.has_value(); });
+  text += fmt::format("{}{}{}\n", payload ? ",payload_kg" : "", tool ? ",tool" : "",
+                      artefact ? ",artefact" : "");
   for (const PlannedRow& row : plan.rows) {
     std::string line;
     for (std::size_t k = 0; k < joints.size(); ++k) {
       line += fmt::format("{}{:.5f}", k == 0 ? "" : ",", InFile(row.q, k, joints));
     }
     if (payload) line += fmt::format(",{:g}", row.payload_kg);
+    if (tool) line += fmt::format(",{}", row.tool_number.value_or(0));
     if (artefact) line += "," + row.artefact;
     text += line + '\n';
   }

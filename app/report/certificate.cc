@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/report/html.h"
@@ -99,6 +100,27 @@ std::string CountText(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
+/// "all 4 checks passed, but 2 effects are in doubt", or empty.
+std::string ChecksText(const diagnosis::Diagnosis& diagnosis) {
+  const std::size_t all = diagnosis.checks.size();
+  const auto passed =
+      static_cast<std::size_t>(std::count_if(diagnosis.checks.begin(), diagnosis.checks.end(),
+                                             [](const auto& check) { return check.passed; }));
+  std::set<std::pair<std::string, std::vector<std::string>>> doubtful;
+  for (const diagnosis::Doubt& doubt : diagnosis.doubts) doubtful.emplace(doubt.id, doubt.scope);
+  std::string text;
+  if (all == 1) {
+    text = passed == 1 ? "the one check passed" : "the one check failed";
+  } else if (all > 1) {
+    text = passed == all ? fmt::format("all {} checks passed", all)
+                         : fmt::format("{} of {} checks passed", passed, all);
+  }
+  if (doubtful.empty()) return text;
+  const char* const link = text.empty() ? "" : passed == all ? ", but " : ", and ";
+  return text + link + CountText(doubtful.size(), "effect") +
+         (doubtful.size() == 1 ? " is in doubt" : " are in doubt");
+}
+
 /// What the verdict rests on: rows, checks, errors against the noise.
 std::string RestsOn(const diagnosis::Diagnosis& diagnosis) {
   std::set<std::string> sessions;
@@ -108,13 +130,7 @@ std::string RestsOn(const diagnosis::Diagnosis& diagnosis) {
   if (!diagnosis.outlier_rows.empty()) {
     text += fmt::format(" ({} rejected)", diagnosis.outlier_rows.size());
   }
-  if (!diagnosis.checks.empty()) {
-    const auto passed = std::count_if(diagnosis.checks.begin(), diagnosis.checks.end(),
-                                      [](const auto& check) { return check.passed; });
-    text += static_cast<std::size_t>(passed) == diagnosis.checks.size()
-                ? fmt::format("; all {} checks passed", passed)
-                : fmt::format("; {} of {} checks passed", passed, diagnosis.checks.size());
-  }
+  if (const std::string checks = ChecksText(diagnosis); !checks.empty()) text += "; " + checks;
   const std::string error = diagnosis::ErrorSentence(diagnosis);
   text += error.empty() ? fmt::format("; residual {} mm RMS",
                                       diagnosis::MillimetreText(diagnosis.rms_before_m))

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "firmware-like/loads/numbered_load.h"
+
 namespace plumbline::table {
 namespace {
 
@@ -80,6 +82,7 @@ std::vector<effects::Conditions> ConditionsOf(const model::CellModel& cell,
     moment.qdd = row.qdd;
     moment.tau = row.tau;
     if (row.payload_kg) moment.payload_kg = *row.payload_kg;
+    moment.payload_kg += loads::ItemMass_kg(cell, row.payload_item);
     if (row.t_s) moment.t_s = row.t_s;
     if (row.temp_C) moment.temp_C = row.temp_C;
     moment.row = table.rows_before + static_cast<double>(k + 1);

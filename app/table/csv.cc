@@ -76,6 +76,7 @@ class TableReader {
   void WarnIfInMetres();
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
+  static void StoreNumber(const Column& column, std::string_view field, MeasuredRow& row);
   bool ReadJoints(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
   void SkipMeasurement(MeasuredRow row, std::string_view column, const std::string& reason);
@@ -146,6 +147,17 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
   return {};
 }
 
+/// Stores the number of a tool or payload item. Anything else leaves it absent, which is a fault
+/// only if the cell declares several tools or items (numbered_rows.h).
+void TableReader::StoreNumber(const Column& column, std::string_view field, MeasuredRow& row) {
+  constexpr int kLargest = 65535;
+  int number = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  if (error != std::errc() || end != field.data() + field.size()) return;
+  if (number < 0 || number > kLargest) return;
+  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) = number;
+}
+
 /// Parses a field and stores it in the row. Returns why it cannot, or an empty string.
 std::string TableReader::Store(const Column& column, std::string_view field,
                                MeasuredRow& row) const {
@@ -154,6 +166,10 @@ std::string TableReader::Store(const Column& column, std::string_view field,
   if (column.quantity == Quantity::kFurther) {
     row.further[static_cast<std::size_t>(column.index)] =
         field.empty() ? std::nan("") : NumberOrInfinity(field);
+    return {};
+  }
+  if (column.quantity == Quantity::kTool || column.quantity == Quantity::kPayloadItem) {
+    StoreNumber(column, field, row);
     return {};
   }
   if (field.empty()) return StoreEmpty(column, row);
@@ -235,6 +251,8 @@ std::string TableReader::Store(const Column& column, std::string_view field,
     case Quantity::kCamera:
     case Quantity::kFurther:
     case Quantity::kSession:
+    case Quantity::kTool:
+    case Quantity::kPayloadItem:
     case Quantity::kUnused:
       break;
   }

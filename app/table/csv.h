@@ -30,6 +30,8 @@ struct RecordedColumns {
   bool gauge = false;
   bool sigma = false;
   bool camera = false;
+  bool tool = false;
+  bool item = false;
   bool order = true;  ///< the robot made no other moves between two rows of a session
 
   bool operator==(const RecordedColumns&) const = default;

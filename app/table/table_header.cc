@@ -32,6 +32,8 @@ std::vector<Column> KnownColumns(const std::vector<model::Joint>& joints) {
   std::vector<Column> columns = {{"session", Quantity::kSession},
                                  {"t_s", Quantity::kTime},
                                  {"payload_kg", Quantity::kPayload},
+                                 {"tool", Quantity::kTool},
+                                 {"payload_item", Quantity::kPayloadItem},
                                  {"temp_C", Quantity::kTemperature},
                                  {"q_step_deg", Quantity::kJointStep, 0, kRadPerDeg},
                                  {"x_mm", Quantity::kPosition, 0, kMetrePerMm},
@@ -179,7 +181,9 @@ std::optional<TableHeader> HeaderReader::Read(std::string_view line) {
                       .artefact = Recorded(Quantity::kArtefact, false),
                       .gauge = Recorded(Quantity::kGauge, false),
                       .sigma = Recorded(Quantity::kSigma, false),
-                      .camera = Recorded(Quantity::kCamera, false)};
+                      .camera = Recorded(Quantity::kCamera, false),
+                      .tool = Recorded(Quantity::kTool, false),
+                      .item = Recorded(Quantity::kPayloadItem, false)};
   Recorded(Quantity::kQ, true);
   if (faulty_) return std::nullopt;
   return std::move(header_);

@@ -20,6 +20,8 @@ enum class Quantity {
   kQdd,
   kTau,
   kPayload,
+  kTool,
+  kPayloadItem,
   kTemperature,
   kPosition,
   kRange,

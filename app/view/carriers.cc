@@ -19,10 +19,11 @@ bool SameLens(const lens::Lens& a, const lens::Lens& b) {
 std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
                                           const ViewModel& model) {
   const deflection::LoadedArm& arm = model.arm;
-  if (state.q.size() != arm.size() || !state.q.allFinite() || !state.payload_kg) {
+  if (state.q.size() != arm.size() || !state.q.allFinite() || !state.payload_kg ||
+      state.tool >= arm.tools()) {
     return std::nullopt;
   }
-  const loads::Payload payload{*state.payload_kg, state.payload_cog_F};
+  const loads::Payload payload{*state.payload_kg, state.payload_cog_F, state.tool};
   effects::Conditions conditions;
   conditions.payload_kg = payload.mass_kg;
   const model::CellModel& cell = model.config.machine.cell;
@@ -38,12 +39,12 @@ std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
   if (!arm.AtCommanded(q, payload, conditions, loaded)) return std::nullopt;
 
   ToolState tool;
-  const scene::BendField still = scene::BendFieldOf(cell.tool, loaded);
-  tool.bend = dynamic ? scene::BendFieldOf(cell.tool, loaded,
+  const scene::BendField still = scene::BendFieldOf(cell.ToolAt(state.tool), loaded);
+  tool.bend = dynamic ? scene::BendFieldOf(cell.ToolAt(state.tool), loaded,
                                            {motion.acceleration_F, motion.angular_acceleration_F})
                       : still;
   // An identified offset of the tool frame shifts the whole tool: the tip determines the flange.
-  const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT().p + loaded.bend_F};
+  const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT(state.tool).p + loaded.bend_F};
   tool.X_WF = loaded.X_WT * X_FT.Inverse();
   const Vec3 end_F(0, 0, still.length_m);
   const Vec3 lag_F = scene::BentPoint(tool.bend, end_F) - scene::BentPoint(still, end_F);
@@ -51,7 +52,7 @@ std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
   kinematics::Posture unloaded;
   arm.chain().Evaluate(state.q, unloaded);
   tool.X_WF_nominal = arm.X_WB() * unloaded.X_BF();
-  tool.tip_nominal_W = tool.X_WF_nominal * arm.X_FT().p;
+  tool.tip_nominal_W = tool.X_WF_nominal * arm.X_FT(state.tool).p;
   return tool;
 }
 

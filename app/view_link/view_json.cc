@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "app/text/json_text.h"
@@ -171,6 +172,7 @@ ViewState StateOf(const Json& json) {
   state.motion = MotionOf(json.at("motion"));
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
+  state.tool = std::clamp(json.value("tool", 0), 0, 65535);
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
@@ -203,6 +205,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"motion", MotionJson(state.motion)},
                      {"payload_kg", OptionalJson(state.payload_kg)},
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
+                     {"tool", state.tool},
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"points", PointsJson(state.points)},
                      {"monitoring", MonitoringJson(state.monitoring)},

@@ -113,6 +113,7 @@ struct ViewState {
   ViewMotion motion;
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
+  int tool = 0;                   ///< index of the mounted tool, see CellModel::ToolAt
   std::vector<ViewPoint> points;  ///< in configured order
   status::MonitoringStatus monitoring;
   std::vector<ViewCamera> cameras;  ///< in configured order; empty: no camera configured

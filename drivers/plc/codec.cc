@@ -75,6 +75,7 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   for (std::size_t k = 0; k < environment.cameras.size(); ++k) EncodeCamera(source, k);
   for (const MapField& field : registers::SceneFields())
     Put(field.address, field.type, field.value(source));
+  EncodeGauges(source);
   registers_[registers::kResultCrc] =
       CrcOfRegisters(std::span(registers_)
                          .subspan(registers::kResult, registers::kResultCrc - registers::kResult));
@@ -107,6 +108,17 @@ void PlcEncoder::CopyTo(std::vector<std::uint16_t>& image) const {
   if (point_ids_.empty()) return;
   std::copy(registers_.begin() + registers::kPostures, registers_.end(),
             image.begin() + registers::kPostures);
+}
+
+void PlcEncoder::EncodeGauges(MapSource source) {
+  std::size_t base = registers::kGauges;
+  for (const status::GaugeStatus& gauge : source.environment.gauges) {
+    source.gauge = &gauge;
+    for (const MapField& field : registers::GaugeFields()) {
+      Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
+    }
+    base += registers::kGaugeSize;
+  }
 }
 
 void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {

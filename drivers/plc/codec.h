@@ -29,6 +29,7 @@ class PlcEncoder {
 
  private:
   void EncodeCamera(MapSource source, std::size_t camera);
+  void EncodeGauges(MapSource source);
   /// Encodes the posture of the k-th point only if it has changed, which is rare.
   void EncodePosture(const MapSource& source, std::size_t k);
   void Put(std::uint16_t address, FieldType type, double value);

@@ -9,6 +9,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/snapshot.h"
 #include "firmware-like/status/camera_status.h"
+#include "firmware-like/status/gauge_status.h"
 #include "firmware-like/status/monitoring_status.h"
 #include "firmware-like/status/scene_status.h"
 
@@ -45,6 +46,7 @@ struct PlcEnvironment {
   PlcMasters masters;
   std::array<status::CameraStatus, model::kMaxCameras> cameras;
   status::SceneStatus scene;
+  status::GaugeStatuses gauges;
 };
 
 /// Representation of orientations and 32-bit values in the map.
@@ -62,6 +64,7 @@ struct MapSource {
   std::uint16_t point_id = 0;
   const status::CameraStatus* camera = nullptr;      ///< the camera whose block is encoded
   const status::CameraStatus::Body* body = nullptr;  ///< the body whose block is encoded
+  const status::GaugeStatus* gauge = nullptr;        ///< the gauge whose block is encoded
 };
 
 /// One entry. `value` returns it in `unit`; if it is not finite the registers are left unchanged.
@@ -104,6 +107,7 @@ inline constexpr std::uint16_t kWholeImage = 65535;  ///< in register 527, the u
 inline constexpr std::uint16_t kCameraStride = 200;  ///< from one camera to the next
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMaxBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
+inline constexpr std::uint16_t kGauges = 1100, kGaugeSize = 20;  ///< status::kMaxGauges blocks
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMaxPoints = 1000;  ///< so that all blocks fit into the address space
@@ -152,6 +156,8 @@ std::span<const MapField> CameraFields();
 std::span<const MapField> BodyFields();
 /// Entries of the virtual objects, addresses in ascending order.
 std::span<const MapField> SceneFields();
+/// Entries of a gauge's block, offsets in ascending order.
+std::span<const MapField> GaugeFields();
 /// Bits of the camera word, register 502.
 std::span<const BitMeaning> CameraBits();
 /// Encodes register 502.

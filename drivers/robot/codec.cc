@@ -49,6 +49,7 @@ std::vector<std::pair<std::string, RegisterValue>> NamedValues(const RobotProfil
   }
   for (const RegisterValue& value : profile.temperatures) values.emplace_back("temperature", value);
   if (profile.tool_number) values.emplace_back("tool number", *profile.tool_number);
+  if (profile.payload_item) values.emplace_back("payload item", *profile.payload_item);
   if (profile.sequence) values.emplace_back("sequence", *profile.sequence);
   if (profile.mode.value) values.emplace_back("mode", *profile.mode.value);
   for (const ModeSignal::Bit& bit : profile.mode.bits) {
@@ -80,7 +81,8 @@ std::optional<std::string> FaultOf(const RobotProfile& profile) {
                          name, value.address, value.scale, value.offset);
     }
   }
-  for (const auto& counted : {profile.tool_number, profile.sequence, profile.mode.value}) {
+  for (const auto& counted :
+       {profile.tool_number, profile.payload_item, profile.sequence, profile.mode.value}) {
     if (counted && !IsInteger(counted->type)) {
       return fmt::format("the value at {} must have an integer type", counted->address);
     }
@@ -143,6 +145,7 @@ Result<RobotCodec> RobotCodec::Create(const RobotProfile& profile) {
   }
   codec.hottest_joint_ = profile.hottest_joint;
   if (profile.tool_number) codec.tool_number_ = codec.Compile(*profile.tool_number);
+  if (profile.payload_item) codec.payload_item_ = codec.Compile(*profile.payload_item);
   if (profile.sequence) codec.sequence_ = codec.Compile(*profile.sequence);
   if (profile.mode.value) codec.mode_value_ = codec.Compile(*profile.mode.value);
   for (const ModeSignal::Bit& bit : profile.mode.bits) {
@@ -269,12 +272,13 @@ void RobotCodec::RobotStateFromRegisters(Words words, model::RobotState& state) 
   }
   state.temp_C.reset();
   if (!temperatures_.empty()) state.temp_C = Temperature(words);
-  state.tool_number.reset();
-  if (tool_number_) {
+  const auto number = [&](const std::optional<Field>& field) -> std::optional<int> {
     constexpr double kLargest = std::numeric_limits<int>::max();
-    state.tool_number =
-        static_cast<int>(std::clamp(Value(*tool_number_, words), -kLargest, kLargest));
-  }
+    if (!field) return std::nullopt;
+    return static_cast<int>(std::clamp(Value(*field, words), -kLargest, kLargest));
+  };
+  state.tool_number = number(tool_number_);
+  state.payload_item = number(payload_item_);
   state.mode = Mode(words);
 }
 

@@ -85,7 +85,7 @@ class RobotCodec {
   std::optional<std::array<Field, 3>> payload_cog_;
   std::vector<Field> temperatures_;
   bool hottest_joint_ = false;
-  std::optional<Field> tool_number_;
+  std::optional<Field> tool_number_, payload_item_;
   std::optional<Field> sequence_;
   std::vector<BitField> mode_bits_;
   std::optional<Field> mode_value_;

@@ -144,6 +144,7 @@ struct RobotProfile {
   std::vector<RegisterValue> temperatures;                  ///< [degree C]
   bool hottest_joint = false;  ///< temp_C is their maximum instead of their mean
   std::optional<RegisterValue> tool_number;
+  std::optional<RegisterValue> payload_item;
   std::optional<RegisterValue> sequence;  ///< incremented by the controller at each refresh
   ModeSignal mode;
   std::optional<PushProfile> push;

@@ -43,6 +43,8 @@ LinkResult ReplayRobot::Read(model::RobotState& state) {
   state.payload_kg = row.payload_kg;
   state.payload_cog_F = row.payload_cog_F;
   state.temp_C = row.temp_C;
+  state.tool_number = row.tool_number;
+  state.payload_item = row.payload_item;
   state.mode = model::RobotMode::kRunning;
   return LinkResult::kOk;
 }

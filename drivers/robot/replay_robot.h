@@ -16,10 +16,12 @@ struct ReplayRow {
   std::optional<double> payload_kg;
   std::optional<Vec3> payload_cog_F;
   std::optional<double> temp_C;
+  std::optional<int> tool_number{}, payload_item{};
 
   bool operator==(const ReplayRow& other) const {
     return q.size() == other.q.size() && q == other.q && payload_kg == other.payload_kg &&
-           payload_cog_F == other.payload_cog_F && temp_C == other.temp_C;
+           payload_cog_F == other.payload_cog_F && temp_C == other.temp_C &&
+           tool_number == other.tool_number && payload_item == other.payload_item;
   }
 };
 

@@ -109,7 +109,8 @@ void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payloa
     correction.code = CorrectionCode::kTorquesUnknown;
     return;
   }
-  const double reach_m = arm_.chain().Reach() + arm_.X_FT().p.norm() + point.p_TP.norm();
+  const double reach_m =
+      arm_.chain().Reach() + arm_.X_FT(payload.tool).p.norm() + point.p_TP.norm();
   if (X_BP.p.norm() > reach_m + limits_.max_translation_m) {
     correction.code = CorrectionCode::kUnreachable;
     return;
@@ -141,13 +142,13 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   correction.residual_m = error.head<3>().norm();
   correction.residual_rad = error.tail<3>().norm();
   correction.q = theta - state.sag;
-  correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q), p_TP);
+  correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q, payload.tool), p_TP);
   // With a free orientation, that of the loaded tip is the target.
   const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
-  correction.extrapolated = deflection::OutsideDomain(cell_, correction.q, payload.mass_kg,
-                                                      conditions.temp_C, conditions.t_s);
+  correction.extrapolated = deflection::OutsideDomain(
+      cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s, payload.tool);
 
   kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -172,7 +173,7 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   }
   const auto unloaded_point = [&](const model::JointVector& q, kinematics::Posture& posture) {
     arm_.chain().Evaluate(q, posture);
-    return PointOfTip(posture.X_BF() * arm_.X_FT(), p_TP);
+    return PointOfTip(posture.X_BF() * arm_.X_FT(payload.tool), p_TP);
   };
   kinematics::InverseOutcome outcome;
   landing.code =
@@ -188,7 +189,7 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
   landing.extrapolated = deflection::OutsideDomain(cell_, landing.q, payload.mass_kg,
-                                                   conditions.temp_C, conditions.t_s);
+                                                   conditions.temp_C, conditions.t_s, payload.tool);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

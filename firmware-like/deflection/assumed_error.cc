@@ -116,7 +116,7 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   } else {
     mass = kLargestShareOfRated * rated_ * uniform_;
   }
-  const Vec3 tip_F = arm.X_FT().p;
+  const Vec3 tip_F = arm.X_FT(load.modelled.tool).p;
   const Vec3 centre_F = load.centre_stated ? load.modelled.cog_F : tip_F;
   // RMS distance in space; each axis gets a third of its square.
   const double distance_sd_m = load.centre_stated
@@ -189,16 +189,17 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
 void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
                            const LoadStatement& load, const Vec3& p_TP, const Vec3& g_F) {
   const Mat3& R_BF = state.posture.X_BF().R;
-  if (arm.bends()) {
-    const beam::TipCompliance& tip = arm.tip_compliance();
+  if (arm.bends(load.modelled.tool)) {
+    const beam::TipCompliance& tip = arm.tip_compliance(load.modelled.tool);
     const double factor = state.tool.bend_factor;
     const auto bend = [&](const Vec3& force_F, const Vec3& moment_F) -> Vec3 {
       const Vec6 both =
           tip.C_wrench.leftCols<3>() * force_F + tip.C_wrench.rightCols<3>() * moment_F;
       return factor * (R_BF * both.head<3>());
     };
-    const Vec3 by_mass = bend(g_F, (-arm.beam_tip_F()).cross(g_F));
-    const Vec3 declared = R_BF * (state.bend_F - state.tool.root_F.cross(arm.X_FT().p));
+    const Vec3 by_mass = bend(g_F, (-arm.beam_tip_F(load.modelled.tool)).cross(g_F));
+    const Vec3 declared =
+        R_BF * (state.bend_F - state.tool.root_F.cross(arm.X_FT(load.modelled.tool).p));
     for (int a = 0; a < 3; ++a) {
       undeclared_.row(a) += by_mass[a] * load_change_.row(0);
       declared_error_.row(a) += declared[a] * bend_share_;
@@ -213,18 +214,20 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
   constexpr double kSmallestShare = 0.25;
   const double usual_kg = std::max(load.mass_kg.value_or(load.modelled.mass_kg),
                                    kSmallestShare * priors_.rated_payload_kg);
-  const double centre_m = load.centre_stated ? load.modelled.cog_F.norm() : arm.X_FT().p.norm();
-  const double sized_Nm = g_F.norm() * (usual_kg * centre_m + arm.loads().tool_body_kg_m().norm());
+  const double centre_m =
+      load.centre_stated ? load.modelled.cog_F.norm() : arm.X_FT(load.modelled.tool).p.norm();
+  const double sized_Nm =
+      g_F.norm() * (usual_kg * centre_m + arm.loads().tool_body_kg_m(load.modelled.tool).norm());
   if (sized_Nm <= 0) return;
   const Vec3 modelled_kg_m =
-      load.modelled.mass_kg * load.modelled.cog_F + arm.loads().tool_body_kg_m();
+      load.modelled.mass_kg * load.modelled.cog_F + arm.loads().tool_body_kg_m(load.modelled.tool);
   for (int axis = 0; axis < 2; ++axis) {  // the coupling does not twist
     torque_.setConstant(modelled_kg_m.cross(g_F)[axis]);
     for (int c = 0; c < 3; ++c) {
       torque_ += Vec3::Unit(c).cross(g_F)[axis] * load_change_.row(1 + c);
     }
     torque_ *= root_tilt_ / sized_Nm;
-    const Vec3 shift_B = R_BF * Vec3::Unit(axis).cross(arm.X_FT().p + p_TP);
+    const Vec3 shift_B = R_BF * Vec3::Unit(axis).cross(arm.X_FT(load.modelled.tool).p + p_TP);
     for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_B[a] * torque_;
   }
 }
@@ -239,7 +242,7 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
     moment_kg_m += priors_.links[k].mass_kg * (posture.X_BL[k] * priors_.links[k].com_L);
   }
   const double load_kg = load.modelled.mass_kg + load_change_.row(0).mean();
-  moment_kg_m += (load_kg + arm.loads().tool_mass_kg()) * state.X_BT.p;
+  moment_kg_m += (load_kg + arm.loads().tool_mass_kg(load.modelled.tool)) * state.X_BT.p;
   const Vec3 shift_per_rad = moment_kg_m.cross(g_B).cross(p_B);
   for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_per_rad[a] * base_;
 }

@@ -139,20 +139,22 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
   }
 
   const PoseOf<T>& X_BF = state.posture.X_BF();
-  PoseOf<T> X_FT{X_FT_.R.cast<T>(), X_FT_.p.cast<T>()};
+  const ToolModel& tool = Tool(load.tool);
+  PoseOf<T> X_FT{tool.X_FT.R.cast<T>(), tool.X_FT.p.cast<T>()};
   const Vec3Of<T> g_F = X_BF.R.transpose() * g_B;
   const Vec3Of<T> force_F = load.mass_kg * g_F;
   state.tool = {.g_F = g_F, .payload = load};
-  if (bends_) {
-    const Vec3Of<T> moment_F = (load.cog_F - beam_tip_F_.cast<T>()).cross(force_F);
-    Eigen::Matrix<T, 6, 1> bend = tip_compliance_.C_wrench.leftCols<3>().cast<T>() * force_F +
-                                  tip_compliance_.C_wrench.rightCols<3>().cast<T>() * moment_F +
-                                  tip_compliance_.C_gravity.cast<T>() * g_F;
+  if (tool.bends) {
+    const beam::TipCompliance& tip = tool.compliance;
+    const Vec3Of<T> moment_F = (load.cog_F - tool.beam_tip_F.cast<T>()).cross(force_F);
+    Eigen::Matrix<T, 6, 1> bend = tip.C_wrench.leftCols<3>().cast<T>() * force_F +
+                                  tip.C_wrench.rightCols<3>().cast<T>() * moment_F +
+                                  tip.C_gravity.cast<T>() * g_F;
     if (influence != nullptr) {
       state.tool.bend_factor = 1.0 + (*influence)[I::kBendRatio];
       state.tool.shear = (*influence)[I::kShear];
       bend *= state.tool.bend_factor;
-      const T shear = state.tool.shear * shear_m_per_N_;
+      const T shear = state.tool.shear * tool.shear_m_per_N;
       bend[0] += shear * force_F[0];
       bend[1] += shear * force_F[1];
     }
@@ -163,12 +165,13 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
     state.slope_F.setZero();
   }
   if (influence != nullptr) {
-    const Vec3Of<T> body_kg_m = loads_.tool_body_kg_m().cast<T>();
+    const Vec3& tool_kg_m = loads_.tool_body_kg_m(load.tool);
+    const Vec3Of<T> body_kg_m = tool_kg_m.cast<T>();
     Vec3Of<T> root = load.cog_F.cross(force_F) + body_kg_m.cross(g_F);
     root[2] = T(0);
     root *= (*influence)[I::kRootCompliance];
     state.tool.root_F = root;
-    state.bend_F += root.cross(X_FT_.p.cast<T>());
+    state.bend_F += root.cross(tool.X_FT.p.cast<T>());
     state.slope_F += root;
     X_FT.p += influence->Vector(I::kTip);
   }

@@ -22,21 +22,28 @@ template void LoadedArm::Equations<effects::Dual>(const model::JointVectorOf<eff
                                                   const model::JointVector&,
                                                   LoadedStateOf<effects::Dual>&) const;
 
+LoadedArm::ToolModel::ToolModel(const model::Tool& tool)
+    : compliance(beam::TipComplianceOf(tool)),
+      X_FT{Mat3::Identity(), tool.tcp_F},
+      beam_tip_F(0, 0, tool.Length()),
+      bends(!tool.rigid) {
+  for (const model::ToolSegment& segment : tool.segments) {
+    shear_m_per_N += segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
+  }
+}
+
 LoadedArm::LoadedArm(const model::CellModel& cell)
     : chain_(cell.robot),
       loads_(cell),
-      tip_compliance_(beam::TipComplianceOf(cell.tool)),
       X_WB_(cell.robot.X_WB),
-      X_FT_{Mat3::Identity(), cell.tool.tcp_F},
       base_rpy_(RollPitchYawFromRotation(cell.robot.X_WB.R)),
       g_W_(cell.robot.g_W),
       g_B_(cell.robot.X_WB.R.transpose() * cell.robot.g_W),
-      beam_tip_F_(0, 0, cell.tool.Length()),
-      bends_(!cell.tool.rigid),
       compliance_(chain_.size()),
       effects_(effects::ActiveEffectsOf(cell)),
       growth_(chain_, cell.tool.tcp_F, cell.domain ? &*cell.domain : nullptr),
       ranges_(cell.measurement.kind == model::MeasurementKind::kRange) {
+  for (int k = 0; k < cell.tools(); ++k) tools_.emplace_back(cell.ToolAt(k));
   for (int i = 0; i < chain_.size(); ++i) {
     compliance_[i] =
         cell.robot.joints[static_cast<std::size_t>(i)].compliance_rad_per_Nm.value_or(0.0);
@@ -54,10 +61,6 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
       missing = missing || !loads_.known(joint);
       centres_guessed_ = centres_guessed_ || loads_.guessed(joint);
     }
-  }
-  for (const model::ToolSegment& segment : cell.tool.segments) {
-    shear_m_per_N_ +=
-        segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
   }
   X_WC_ = cell.measurement.X_WC;
   declared_ = effects::DeclaredConditions(cell);
@@ -138,10 +141,10 @@ effects::Conditions LoadedArm::ConditionsAt(const model::JointVector& q,
   return moment;
 }
 
-Pose LoadedArm::UnloadedTip(const model::JointVector& q) const {
+Pose LoadedArm::UnloadedTip(const model::JointVector& q, int tool) const {
   kinematics::Posture posture;
   chain_.Evaluate(q, posture);
-  return posture.X_BF() * X_FT_;
+  return posture.X_BF() * X_FT(tool);
 }
 
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id) {

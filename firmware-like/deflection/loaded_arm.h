@@ -67,17 +67,20 @@ class LoadedArm {
   const kinematics::Chain& chain() const { return chain_; }
   const loads::GravityLoads& loads() const { return loads_; }
   const Pose& X_WB() const { return X_WB_; }
-  const Pose& X_FT() const { return X_FT_; }  ///< tip of the unloaded tool
+  /// Tip of the unloaded tool. Tools are given by their index, see CellModel::ToolAt.
+  const Pose& X_FT(int tool = 0) const { return Tool(tool).X_FT; }
   int size() const { return chain_.size(); }
-  bool bends() const { return bends_; }
+  int tools() const { return static_cast<int>(tools_.size()); }
+  bool bends(int tool = 0) const { return Tool(tool).bends; }
   /// Declared compliance, without effects [rad/(N m)] or [m/N].
   double compliance(int joint) const { return compliance_[joint]; }
   /// True if the tip is measured by a camera with a declared pose.
   bool read_by_camera() const { return X_WC_.has_value(); }
   /// True if ranges are measured; `p_read_W` then contains no error of the instrument.
   bool read_by_range() const { return ranges_; }
-  const beam::TipCompliance& tip_compliance() const { return tip_compliance_; }
-  const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< reference point of payload moments
+  const beam::TipCompliance& tip_compliance(int tool = 0) const { return Tool(tool).compliance; }
+  /// Reference point of payload moments: (0, 0, length).
+  const Vec3& beam_tip_F(int tool = 0) const { return Tool(tool).beam_tip_F; }
 
   /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
   /// the mass of a link outboard of it is not declared.
@@ -130,23 +133,30 @@ class LoadedArm {
                           const LoadedStateOf<T>& state) const;
 
   /// Tip pose in B without load and deflection, as computed by the controller.
-  Pose UnloadedTip(const model::JointVector& q) const;
+  Pose UnloadedTip(const model::JointVector& q, int tool = 0) const;
 
   /// Copy of `conditions` with q and the values declared by the cell filled in.
   effects::Conditions ConditionsAt(const model::JointVector& q,
                                    const effects::Conditions& conditions) const;
 
  private:
+  struct ToolModel {
+    explicit ToolModel(const model::Tool& tool);
+    beam::TipCompliance compliance;
+    Pose X_FT;
+    Vec3 beam_tip_F;
+    double shear_m_per_N = 0;  ///< sum L / (G A) of the segments
+    bool bends;
+  };
+  const ToolModel& Tool(int tool) const { return tools_[static_cast<std::size_t>(tool)]; }
+
   kinematics::Chain chain_;
   loads::GravityLoads loads_;
-  beam::TipCompliance tip_compliance_;
-  Pose X_WB_, X_FT_;
+  std::vector<ToolModel> tools_;
+  Pose X_WB_;
   Vec3 base_rpy_;
   Vec3 g_W_;
   Vec3 g_B_;
-  Vec3 beam_tip_F_;           ///< (0, 0, length): reference point of payload moments
-  double shear_m_per_N_ = 0;  ///< sum L / (G A) of the tool's segments
-  bool bends_;
   bool torques_missing_ = false;
   bool effect_torques_missing_ = false;
   bool centres_guessed_ = false;

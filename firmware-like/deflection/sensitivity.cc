@@ -148,7 +148,8 @@ void AddStructureEntries(const LoadedArm& arm, const model::JointVector& theta,
   const LoadedStateOf<double>& state = sensitivity.state;
   const Pose& X_BF = state.posture.X_BF();
   Mat3 R_BT = X_BF.R * SmallRotation<double>(state.slope_F);
-  Vec3 p_B = X_BF * Vec3(arm.X_FT().p + influence.Vector(I::kTip) + state.bend_F);
+  Vec3 p_B =
+      X_BF * Vec3(arm.X_FT(state.tool.payload.tool).p + influence.Vector(I::kTip) + state.bend_F);
   loads::OutboardMassesOf<double> outboard;
   model::JointVector tau;
   const Vec3 g_B = X_BF.R * state.tool.g_F;
@@ -218,7 +219,7 @@ void Differentiate(const LoadedArm& arm, const model::JointVector& theta,
   constexpr int kWidth = T::DIMENSION;
   const int n = arm.size();
   const int variables = n + static_cast<int>(entries.size());
-  const loads::PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
+  const loads::PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>(), payload.tool};
   LoadedStateOf<T> state;
   for (int first = 0; first < variables; first += kWidth) {
     model::JointVectorOf<T> theta_dual = theta.cast<T>();

@@ -115,7 +115,7 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
 
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s) {
+                   std::optional<double> t_s, int tool) {
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const model::Joint& joint = cell.robot.joints[k];
@@ -132,6 +132,11 @@ bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
   };
   for (const model::WrittenEffect& effect : cell.effects) {
     if (outside(effect.seen_t_s, t_s)) return true;
+  }
+  const std::vector<int>& tools = cell.domain->tools;
+  if (!tools.empty() &&
+      std::find(tools.begin(), tools.end(), cell.ToolAt(tool).number) == tools.end()) {
+    return true;
   }
   return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C) ||
          (payload_kg && BetweenLevels(*cell.domain, *payload_kg));

@@ -40,10 +40,11 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 
 /// True if q, payload or temperature lie outside the domain of the model's fit, if a combination of
 /// joints that hardly varied in the fitted rows leaves its range, or if the time lies outside the
-/// fitted time span of a time-dependent effect. Without a domain: true if q is outside the joint
-/// limits.
+/// fitted time span of a time-dependent effect, or no fitted row had this tool. Without a domain:
+/// true if q is outside the joint limits.
+/// @param tool  index, see CellModel::ToolAt
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s = std::nullopt);
+                   std::optional<double> t_s = std::nullopt, int tool = 0);
 
 }  // namespace plumbline::deflection

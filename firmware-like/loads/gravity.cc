@@ -23,18 +23,23 @@ GravityLoads::GravityLoads(const model::CellModel& cell) {
          joint.link_com_m ? *joint.link_com_m : GuessedCentre(joint, cell.robot.convention)});
     types_.push_back(joint.type);
   }
-  const double length_m = cell.tool.Length();
-  const Vec3 mount_kg_m(0, 0, cell.tool.mount_mass_kg * length_m / 2);
-  tool_mass_kg_ = cell.tool.mount_mass_kg;
+  for (int k = 0; k < cell.tools(); ++k) tools_.push_back(MassOf(cell.ToolAt(k)));
+}
+
+GravityLoads::ToolMass GravityLoads::MassOf(const model::Tool& tool) {
+  ToolMass mass;
+  const Vec3 mount_kg_m(0, 0, tool.mount_mass_kg * tool.Length() / 2);
+  mass.mass_kg = tool.mount_mass_kg;
   double z_m = 0;
-  for (const model::ToolSegment& segment : cell.tool.segments) {
+  for (const model::ToolSegment& segment : tool.segments) {
     const double mass_kg =
         segment.material.density_kg_m3 * segment.section.area_m2 * segment.length_m;
-    tool_mass_kg_ += mass_kg;
-    tool_body_kg_m_.z() += mass_kg * (z_m + segment.length_m / 2);
+    mass.mass_kg += mass_kg;
+    mass.body_kg_m.z() += mass_kg * (z_m + segment.length_m / 2);
     z_m += segment.length_m;
   }
-  if (tool_mass_kg_ > 0) tool_com_F_ = (mount_kg_m + tool_body_kg_m_) / tool_mass_kg_;
+  if (mass.mass_kg > 0) mass.com_F = (mount_kg_m + mass.body_kg_m) / mass.mass_kg;
+  return mass;
 }
 
 }  // namespace plumbline::loads

@@ -9,11 +9,12 @@
 
 namespace plumbline::loads {
 
-/// Load carried in addition to the tool.
+/// Load at the flange: the mounted tool, and what is carried in addition to it.
 template <typename T>
 struct PayloadOf {
-  T mass_kg = T(0);
+  T mass_kg = T(0);                     ///< without the tool
   Vec3Of<T> cog_F = Vec3Of<T>::Zero();  ///< centre of gravity in F [m]
+  int tool = 0;                         ///< index of the tool, see CellModel::ToolAt
 };
 
 using Payload = PayloadOf<double>;
@@ -49,7 +50,7 @@ class GravityLoads {
   /// True if a link with mass, from that joint outwards, has no declared centre of mass.
   bool guessed(int joint) const { return joint < guessed_before_; }
   /// Mass of tool body and mount [kg].
-  double tool_mass_kg() const { return tool_mass_kg_; }
+  double tool_mass_kg(int tool = 0) const { return Tool(tool).mass_kg; }
   /// A link as a point mass.
   struct LinkMass {
     double mass_kg;  ///< 0 if not declared
@@ -57,7 +58,7 @@ class GravityLoads {
   };
   const std::vector<LinkMass>& links() const { return links_; }
   /// First moment of the tool body, without the mount, about the origin of F [kg m].
-  const Vec3& tool_body_kg_m() const { return tool_body_kg_m_; }
+  const Vec3& tool_body_kg_m(int tool = 0) const { return Tool(tool).body_kg_m; }
 
   /// Computes the torques in one posture. Does not allocate.
   /// @param g_B       gravity in B [m/s^2]
@@ -72,9 +73,14 @@ class GravityLoads {
  private:
   std::vector<LinkMass> links_;
   std::vector<model::JointType> types_;
-  double tool_mass_kg_ = 0;
-  Vec3 tool_com_F_ = Vec3::Zero();
-  Vec3 tool_body_kg_m_ = Vec3::Zero();
+  struct ToolMass {
+    double mass_kg = 0;             ///< body and mount
+    Vec3 com_F = Vec3::Zero();      ///< of both [m]
+    Vec3 body_kg_m = Vec3::Zero();  ///< first moment of the body
+  };
+  static ToolMass MassOf(const model::Tool& tool);
+  const ToolMass& Tool(int tool) const { return tools_[static_cast<std::size_t>(tool)]; }
+  std::vector<ToolMass> tools_;
   int known_from_ = 0;
   int guessed_before_ = 0;
 };
@@ -86,10 +92,11 @@ Vec3Of<T> GravityLoads::Torques(const kinematics::PostureOf<T>& posture, const V
   tau.resize(posture.size);
   // Mass and first moment of everything outboard of the joint suffice, because gravity is uniform.
   const PoseOf<T>& X_BF = posture.X_BF();
-  const Vec3Of<T> tool_com_F = tool_com_F_.cast<T>();
-  T mass_kg = tool_mass_kg_ + payload.mass_kg;
+  const ToolMass& tool = Tool(payload.tool);
+  const Vec3Of<T> tool_com_F = tool.com_F.cast<T>();
+  T mass_kg = tool.mass_kg + payload.mass_kg;
   Vec3Of<T> moment_kg_m =
-      tool_mass_kg_ * (X_BF * tool_com_F) + payload.mass_kg * (X_BF * payload.cog_F);
+      tool.mass_kg * (X_BF * tool_com_F) + payload.mass_kg * (X_BF * payload.cog_F);
   if (outboard != nullptr) {
     (*outboard)[static_cast<std::size_t>(posture.size)] = {mass_kg, moment_kg_m};
   }

@@ -76,12 +76,20 @@ struct Tool {
   BeamTheory theory = BeamTheory::kEulerBernoulli;
   std::vector<ToolSegment> segments;  ///< empty for a rigid tool
   double mount_mass_kg = 0;           ///< lumped at mid length; loads the joints but not the beam
+  std::optional<int> number{};        ///< by which rows and the controller name it
 
   double Length() const {
     double length_m = 0;
     for (const ToolSegment& segment : segments) length_m += segment.length_m;
     return length_m;
   }
+};
+
+/// A body that the arm carries at times in addition to the payload, switched on by its number.
+struct PayloadItem {
+  int number = 1;  ///< at least 1; 0 means no item
+  double mass_kg = 0;
+  Vec3 cog_F = Vec3::Zero();  ///< centre of gravity in F [m]
 };
 
 enum class MeasurementKind { kPosition, kRange, kPose };
@@ -183,18 +191,33 @@ struct Domain {
   std::optional<double> time_zero_s;
   /// False if the model was changed after its fit; the residual then belongs to another model.
   bool as_validated = true;
+  std::vector<int> tools{};  ///< numbers of the tools in the fitted rows; empty: one, unnumbered
 };
 
 struct CellModel {
   Robot robot;
-  Tool tool;
+  Tool tool;                          ///< the only tool, or the first
+  std::vector<Tool> further_tools;    ///< the others; each tool then has a number
   std::optional<Vec3> payload_cog_F;  ///< absent: a payload mass cannot be used
+  std::vector<PayloadItem> payload_items;
   Measurement measurement;
   std::vector<Artefact> artefacts;
   std::vector<KnownDistance> distances;
   std::vector<WrittenEffect> effects;
   std::vector<SessionFrames> sessions;
   std::optional<Domain> domain;
+
+  int tools() const { return 1 + static_cast<int>(further_tools.size()); }
+  /// @param index  0: `tool`; k: the k-th of `further_tools`
+  const Tool& ToolAt(int index) const {
+    return index == 0 ? tool : further_tools[static_cast<std::size_t>(index - 1)];
+  }
+  bool any_tool_bends() const {
+    for (const Tool& other : further_tools) {
+      if (!other.rigid) return true;
+    }
+    return !tool.rigid;
+  }
 };
 
 }  // namespace plumbline::model

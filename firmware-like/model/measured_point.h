@@ -20,6 +20,8 @@ struct MeasuredPoint {
   JointVector tau;                   ///< measured [N m] or [N]
   std::optional<double> q_step_rad;  ///< resolution of the registers q was read from; 0: negligible
   std::optional<double> payload_kg;
+  std::optional<int> tool_number{};   ///< number of the mounted tool
+  std::optional<int> payload_item{};  ///< number of the payload item carried in addition; 0: none
   std::optional<double> temp_C;
   std::optional<Vec3> measured_W;    ///< tip [m]
   std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]

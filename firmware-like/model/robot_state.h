@@ -32,6 +32,7 @@ struct RobotState {
   std::optional<Vec3> payload_cog_F;  ///< [m]
   std::optional<double> temp_C;
   std::optional<int> tool_number;
+  std::optional<int> payload_item;  ///< number of the payload item; 0: none
   RobotMode mode = RobotMode::kUnknown;
 };
 

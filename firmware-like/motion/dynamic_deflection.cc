@@ -37,53 +37,63 @@ struct BodyMotion {
 
 }  // namespace
 
-DynamicModel::DynamicModel(const model::CellModel& cell) : bends_(!cell.tool.rigid) {
-  const double length_m = cell.tool.Length();
-  if (cell.tool.mount_mass_kg > 0) {
-    tool_.push_back({cell.tool.mount_mass_kg, Vec3(0, 0, length_m / 2)});
+DynamicModel::DynamicModel(const model::CellModel& cell) {
+  for (int k = 0; k < cell.tools(); ++k) tools_.push_back(ModelOf(cell.ToolAt(k)));
+}
+
+DynamicModel::ToolModel DynamicModel::ModelOf(const model::Tool& tool) {
+  ToolModel of_tool;
+  of_tool.bends = !tool.rigid;
+  if (tool.mount_mass_kg > 0) {
+    of_tool.masses.push_back({tool.mount_mass_kg, Vec3(0, 0, tool.Length() / 2)});
   }
   double z_m = 0;
-  for (const model::ToolSegment& segment : cell.tool.segments) {
+  for (const model::ToolSegment& segment : tool.segments) {
     // Two half masses with the same first and second moment along the axis.
     const double apart_m = segment.length_m / (2 * std::sqrt(3.0));
     const double half_kg =
         segment.material.density_kg_m3 * segment.section.area_m2 * segment.length_m / 2;
     const double middle_m = z_m + segment.length_m / 2;
-    tool_.push_back({half_kg, Vec3(0, 0, middle_m - apart_m)});
-    tool_.push_back({half_kg, Vec3(0, 0, middle_m + apart_m)});
+    of_tool.masses.push_back({half_kg, Vec3(0, 0, middle_m - apart_m)});
+    of_tool.masses.push_back({half_kg, Vec3(0, 0, middle_m + apart_m)});
     z_m += segment.length_m;
-    shear_m_per_N_ +=
+    of_tool.shear_m_per_N +=
         segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
   }
-  if (!bends_) return;
-  const beam::Beam beam(cell.tool, 1);
+  if (!of_tool.bends) return of_tool;
+  const beam::Beam beam(tool, 1);
   for (int axis = 0; axis < 3; ++axis) {
-    turned_bend_.col(axis) = beam.Solve({.angular_acceleration_F = Vec3::Unit(axis)}).Tip().d_F;
+    of_tool.turned_bend.col(axis) =
+        beam.Solve({.angular_acceleration_F = Vec3::Unit(axis)}).Tip().d_F;
   }
+  return of_tool;
 }
 
 Vec3 DynamicModel::Bend(const Setting& setting, const DynamicDeflection& flange,
                         const Vec3& omega_F) const {
   const loads::Payload& payload = setting.payload;
+  const ToolModel& tool = Tool(payload);
   const Vec3& alpha_F = flange.angular_acceleration_F;
   const Vec3 force_F = -payload.mass_kg * (flange.acceleration_F + alpha_F.cross(payload.cog_F) +
                                            omega_F.cross(omega_F.cross(payload.cog_F)));
   Vec3 bend = Vec3::Zero();
-  if (bends_) {
+  if (tool.bends) {
     const deflection::LoadedArm& arm = setting.arm;
-    const Vec3 moment_F = (payload.cog_F - arm.beam_tip_F()).cross(force_F);
-    bend = arm.tip_compliance().Bend(force_F, moment_F, -flange.acceleration_F).head<3>() +
-           turned_bend_ * alpha_F;
+    const Vec3 moment_F = (payload.cog_F - arm.beam_tip_F(payload.tool)).cross(force_F);
+    const beam::TipCompliance& tip = arm.tip_compliance(payload.tool);
+    bend =
+        tip.Bend(force_F, moment_F, -flange.acceleration_F).head<3>() + tool.turned_bend * alpha_F;
     bend *= 1 + setting.influence[I::kBendRatio];
-    const double shear = setting.influence[I::kShear] * shear_m_per_N_;
+    const double shear = setting.influence[I::kShear] * tool.shear_m_per_N;
     bend.head<2>() += shear * force_F.head<2>();
   }
   Vec3 root = payload.cog_F.cross(force_F);
-  for (const Mass& mass : tool_) {
+  for (const Mass& mass : tool.masses) {
     root -= mass.kg * mass.at_F.cross(flange.acceleration_F + alpha_F.cross(mass.at_F));
   }
   root.z() = 0;
-  return bend + setting.influence[I::kRootCompliance] * root.cross(setting.arm.X_FT().p);
+  return bend +
+         setting.influence[I::kRootCompliance] * root.cross(setting.arm.X_FT(payload.tool).p);
 }
 
 DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::JointVector& qd,
@@ -106,7 +116,9 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
     add(i, link.mass_kg, posture.X_BL[k] * link.com_L);
   }
   const Pose& X_BF = posture.X_BF();
-  for (const Mass& mass : tool_) add(arm.size() - 1, mass.kg, X_BF * mass.at_F);
+  for (const Mass& mass : Tool(setting.payload).masses) {
+    add(arm.size() - 1, mass.kg, X_BF * mass.at_F);
+  }
   add(arm.size() - 1, setting.payload.mass_kg, X_BF * setting.payload.cog_F);
 
   DynamicDeflection result;
@@ -126,7 +138,7 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
   result.acceleration_F = R_FB * body.AccelerationOf(X_BF.p);
   result.angular_acceleration_F = R_FB * body.alpha_B;
   const Mat3& R_WB = arm.X_WB().R;
-  result.tip_acceleration_W = R_WB * body.AccelerationOf(X_BF * arm.X_FT().p);
+  result.tip_acceleration_W = R_WB * body.AccelerationOf(X_BF * arm.X_FT(setting.payload.tool).p);
   const Vec3 bend_F = Bend(setting, result, R_FB * body.omega_B);
   result.tip_W = R_WB * (setting.tip_jacobian.topRows<3>() * result.sag + X_BF.R * bend_F);
   return result;
@@ -137,7 +149,7 @@ DynamicDeflection DynamicModel::At(const deflection::LoadedArm& arm, const Joint
                                    const effects::Conditions& conditions, Mat3& covariance) const {
   Setting setting{.arm = arm, .payload = payload};
   arm.chain().Evaluate(motion.q, setting.posture);
-  arm.chain().JacobianAt(setting.posture, setting.posture.X_BF() * arm.X_FT().p,
+  arm.chain().JacobianAt(setting.posture, setting.posture.X_BF() * arm.X_FT(payload.tool).p,
                          setting.tip_jacobian);
   effects::Conditions moment = arm.ConditionsAt(motion.q, conditions);
   setting.influence = arm.EffectsAt(moment);

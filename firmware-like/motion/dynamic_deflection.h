@@ -58,10 +58,17 @@ class DynamicModel {
   /// Bending of the tool, tip displacement in F [m].
   Vec3 Bend(const Setting& setting, const DynamicDeflection& flange, const Vec3& omega_F) const;
 
-  std::vector<Mass> tool_;  ///< point masses equivalent to the tool, without payload
-  bool bends_;
-  double shear_m_per_N_ = 0;
-  Eigen::Matrix<double, 3, 3> turned_bend_ = Mat3::Zero();  ///< tip [m] per angular acceleration
+  struct ToolModel {
+    std::vector<Mass> masses;  ///< point masses equivalent to the tool, without payload
+    bool bends = false;
+    double shear_m_per_N = 0;
+    Mat3 turned_bend = Mat3::Zero();  ///< tip [m] per angular acceleration
+  };
+  static ToolModel ModelOf(const model::Tool& tool);
+  const ToolModel& Tool(const loads::Payload& payload) const {
+    return tools_[static_cast<std::size_t>(payload.tool)];
+  }
+  std::vector<ToolModel> tools_;
 };
 
 }  // namespace plumbline::motion

@@ -246,6 +246,36 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
     cell.input.robot.tool_number = 3;
     CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
   }
+  SECTION("tool and payload item by the numbers that the controller reports") {
+    model::CellModel& declared = cell.config.cell;
+    declared.tool.number = 1;
+    model::Tool heavy = declared.tool;
+    heavy.number = 2;
+    heavy.mount_mass_kg += 50;
+    declared.further_tools = {heavy};
+    declared.payload_items = {{5, 20, *declared.payload_cog_F}};
+    cell.machine.reset();
+    model::RobotState& robot = cell.input.robot;
+    robot.tool_number = 1;
+    robot.payload_item = 5;
+    robot.payload_kg = 40;
+    CHECK(correction_of(cell.Running()) == Approx(at_60));
+    CHECK(cell.Next().payload.mass_kg == 60);
+    robot.payload_item = 0;
+    CHECK(correction_of(cell.Next()) < 0.95 * at_60);
+    robot.tool_number = 2;
+    robot.payload_item = 5;
+    CHECK(correction_of(cell.Next()) > 1.02 * at_60);
+    robot.payload_item = 6;
+    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    robot.payload_item.reset();
+    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    robot.payload_item = 0;
+    robot.tool_number = 3;
+    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    robot.tool_number.reset();
+    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+  }
   SECTION("a point may state its own payload") {
     cell.config.points[0].payload_kg = 60;
     cell.machine.reset();

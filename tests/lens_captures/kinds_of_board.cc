@@ -121,8 +121,8 @@ void AddPoorViews(std::vector<Kind>& kinds) {
          c.nearest = 3;
          c.views = 12;
        }});
-  kinds.push_back(
-      {"five views", Expected::kBad, "at least 6", [](Conditions& c, Random&) { c.views = 5; }});
+  kinds.push_back({"five views", Expected::kBad, "in 5 usable frames",
+                   [](Conditions& c, Random&) { c.views = 5; }});
   kinds.push_back({"the same frame repeated", Expected::kBad, "repeat|similar|same|tilt|at least 6",
                    [](Conditions& c, Random&) {
                      c.change_views = [](Views& views) {

@@ -70,7 +70,7 @@ TEST_CASE("A DV camcorder has no size to choose") {
                                                  {"readable", true},
                                                  {"rates_hz", nlohmann::json::array()}});
   CHECK_THAT(CamerasText(machine.tree()), Catch::Contains("  dvsd in the size of its frames\n"));
-  const auto table = CameraTable(machine.tree(), 1);
+  const auto table = CameraTable(machine.tree(), "1");
   REQUIRE(table);
   CHECK_THAT(*table, Catch::EndsWith("device = \"A1\"\n"));
 }

@@ -51,6 +51,33 @@ TEST_CASE("import refuses a table without measurements and names the ignored col
   CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
 }
 
+TEST_CASE("import says which columns it ignores and refuses two of one meaning") {
+  const ImportFolder folder;
+  const std::string out = " --output " + folder.At("m.csv");
+  const std::string table = folder.Write("t.csv", "q1_deg,range_mm,Height\n1,2,3\n2,3,4\n");
+  const Answer ignored = ImportFolder::Import(table + out);
+  CHECK(ignored.exit_code == 0);
+  CHECK_THAT(ignored.err, Contains("t.csv: ignored columns: \"Height\"; map"));
+
+  const std::string twice = folder.Write("d.csv", "q1_deg,range_mm,range_mm\n1,2,2\n2,3,4\n");
+  for (const std::string& how : {out, std::string(" --preview")}) {
+    const Answer refused = ImportFolder::Import(twice + how);
+    CHECK(refused.exit_code == 1);
+    CHECK_THAT(refused.err,
+               Contains("d.csv:1 column 3 \"range_mm\": has the same meaning as column 2 "
+                        "\"range_mm\" (range_mm) and other values") &&
+                   Contains("to = \"ignore\""));
+  }
+  const std::string map = folder.Write("map.toml",
+                                       "schema = 1\n[[column]]\nnumber = 3\nto = \"range_mm\"\n"
+                                       "[[column]]\nnumber = 2\nto = \"ignore\"\n");
+  CHECK(ImportFolder::Import(twice + out + " --mapping " + map).exit_code == 0);
+  CHECK(folder.TextOf("m.csv") == "q1_deg,range_mm\n1,2\n2,4\n");
+  // Equal columns leave nothing to decide.
+  const std::string equal = folder.Write("e.csv", "q1_deg,range_mm,range_mm\n1,2,2\n2,3,3\n");
+  CHECK(ImportFolder::Import(equal + out).exit_code == 0);
+}
+
 TEST_CASE("import refuses a permissible error that applies to nothing") {
   const ImportFolder folder;
   const std::string table = folder.Write("t.csv", "q1_deg,artefact\n1,ball\n2,ball\n");

@@ -509,6 +509,46 @@ TEST_CASE("A stepped tool has its segments in order; each is checked") {
                                  "[[tool.segment]]; give one or the other"});
 }
 
+TEST_CASE("Several tools and payload items have numbers of their own") {
+  const auto with = [](const std::string& tool, const std::string& item) {
+    std::string text = kGood;
+    text.replace(text.find("[tool]"), 6, "[[tool]]\nnumber = 4");
+    text.erase(text.find("tool = \"unknown\""), 16);
+    text += "[[tool]]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 300]\n" + tool;
+    return text + "[[payload.item]]\nnumber = 2\nmass_kg = 3\ncog_mm = [1, 2, 3]\n" + item;
+  };
+  const auto faults_of = [&](const std::string& tool, const std::string& item) {
+    FaultList faults;
+    CHECK_FALSE(CellFromText(with(tool, item), "cell.toml", faults));
+    return FaultsText(faults);
+  };
+  FaultList faults;
+  const auto cell = CellFromText(with("number = 0\n", ""), "cell.toml", faults);
+  INFO(FaultsText(faults));
+  REQUIRE(cell);
+  CHECK(cell->tools() == 2);
+  CHECK(cell->tool.number == 4);
+  CHECK_FALSE(cell->tool.rigid);
+  CHECK(cell->ToolAt(1).number == 0);
+  CHECK(cell->ToolAt(1).tcp_F == Vec3(1e-3, 2e-3, 0.3));
+  REQUIRE(cell->payload_items.size() == 1);
+  CHECK(cell->payload_items[0].mass_kg == 3);
+  CHECK(cell->payload_items[0].cog_F == Vec3(1e-3, 2e-3, 3e-3));
+
+  CHECK_THAT(faults_of("", ""), Catch::Contains("tool[2].number: missing"));
+  CHECK_THAT(faults_of("number = 4\n", ""),
+             Catch::Contains("tool[2].number: 4 is already the number of the tool in line"));
+  CHECK_THAT(faults_of("number = 70000\n", ""), Catch::Contains("70000 is outside 0..65535"));
+  CHECK_THAT(faults_of("number = 1\n", "[[payload.item]]\nnumber = 2\nmass_kg = 1\n"),
+             Catch::Contains("payload.item[2].number: 2 is already the number of the item") &&
+                 Catch::Contains("payload.item[2].cog_mm: missing"));
+  std::string unknown = with("number = 1\n", "");
+  unknown.replace(unknown.find("[measurement]"), 13, "[measurement]\ntool = \"unknown\"");
+  FaultList of_unknown;
+  CHECK_FALSE(CellFromText(unknown, "cell.toml", of_unknown));
+  CHECK_THAT(FaultsText(of_unknown), Catch::Contains("one tip is estimated per session"));
+}
+
 TEST_CASE("A rigid tool has a tip and no beam") {
   FaultList faults;
   const auto cell = CellFromText(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\n"),

@@ -541,6 +541,30 @@ TEST_CASE("The profile must provide what the configuration needs") {
         "cell/plumbline.toml:6 push.enabled: true requires a [push] table in the profile test");
 }
 
+TEST_CASE("A cell with several tools or payload items needs their numbers from the profile") {
+  FileMap files = kFiles;
+  std::string& cell = files["cell/cell.toml"];
+  cell.replace(cell.find("[tool]"), 6, "[[tool]]\nnumber = 1");
+  cell.insert(cell.find("[payload]"),
+              "[[tool]]\nnumber = 2\nmodel = \"rigid\"\ntcp_mm = [0, 0, 50]\n");
+  cell += "[[payload.item]]\nnumber = 3\nmass_kg = 1\ncog_mm = [0, 0, 9]\n";
+  FaultList faults;
+  CHECK_FALSE(ReadWith(files, kGood, faults));
+  CHECK_THAT(FaultsText(faults),
+             Catch::Contains(
+                 "robot.profile: \"profile.toml\" reads no tool number, but the cell declares 2") &&
+                 Catch::Contains("reads no payload item, but the cell declares 1"));
+  files["cell/profile.toml"] +=
+      "[tool_number]\ntable = \"holding\"\naddress = [5]\ntype = \"uint16\"\n"
+      "[payload_item]\ntable = \"holding\"\naddress = [6]\ntype = \"uint16\"\n";
+  FaultList none;
+  const auto config = ReadWith(files, kGood, none);
+  INFO(FaultsText(none));
+  REQUIRE(config);
+  CHECK(config->machine.cell.ToolAt(1).number == 2);
+  CHECK(config->robot.connection.profile.payload_item->address == 6);
+}
+
 TEST_CASE("a gauge takes the settings of its line from its format, unless they are given") {
   const std::string cell =
       "schema = 2\n[[artefact]]\nname = \"dial\"\nkind = \"gauge\"\n[[artefact]]\nname = "

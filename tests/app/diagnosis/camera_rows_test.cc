@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/refit.h"

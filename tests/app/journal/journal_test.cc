@@ -399,6 +399,8 @@ TEST_CASE("a journal of schema 1, which counted from the boot, is converted to w
                         "ALTER TABLE measurement DROP COLUMN artefact;"
                         "DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
                         "ALTER TABLE measurement DROP COLUMN camera;"
+                        "ALTER TABLE measurement DROP COLUMN payload_item;"
+                        "ALTER TABLE measurement DROP COLUMN tool;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 1"));
   }
@@ -524,6 +526,8 @@ TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
                         "ALTER TABLE measurement DROP COLUMN gauge_mm;"
                         "ALTER TABLE measurement DROP COLUMN artefact;"
                         "ALTER TABLE measurement DROP COLUMN camera;"
+                        "ALTER TABLE measurement DROP COLUMN payload_item;"
+                        "ALTER TABLE measurement DROP COLUMN tool;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 2"));
   }

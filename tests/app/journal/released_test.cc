@@ -99,6 +99,12 @@ void CheckGaugePress(const JournalRow& row) {
   CHECK_FALSE(row.command);
 }
 
+void CheckNumbers(const JournalRow& row) {
+  CHECK(row.tool_number == 2);
+  CHECK(row.payload_item == 7);
+  CHECK(row.payload_kg == 60);
+}
+
 /// Before schema 5 every probe was a measurement.
 void CheckQuarantined(Journal& journal, int schema) {
   JournalFilter filter;
@@ -145,6 +151,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
       CheckQuarantined(journal.value(), schema);
       if (schema >= 6) CheckTouch((*rows)[5]);
       if (schema >= 7) CheckGaugePress((*rows)[6]);
+      if (schema >= 8) CheckNumbers((*rows)[7]);
       const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
       REQUIRE(imported);
       CHECK(*imported == "measured.csv");
@@ -158,6 +165,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
     next.q = model::JointVector::Zero(2);
     JournalRow pressed = next;  // a source that schema 6 did not have
     pressed.source = Source::kGauge;
+    pressed.tool_number = 3;
     CHECK(*journal.value().Append({next, pressed}, TwoJoints()) == count + 2);
     CHECK(Journal::OpenForReading(path).ok());
   }

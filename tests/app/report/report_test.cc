@@ -420,6 +420,29 @@ TEST_CASE("each verdict has its own colour and word on the first page") {
   }
 }
 
+TEST_CASE("the first page counts checks in words, and names doubts beside them") {
+  const auto page = [](int passed, int failed, int doubts) {
+    diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
+    diagnosis.checks.clear();
+    for (int k = 0; k < passed + failed; ++k) {
+      diagnosis.checks.push_back({"p_value", "", k < passed, 1, 1, "a sentence"});
+    }
+    diagnosis.doubts.clear();
+    for (int k = 0; k < doubts; ++k) {
+      diagnosis.doubts.push_back({"backlash", {"q" + std::to_string(k + 1)}, "a reason"});
+      diagnosis.doubts.push_back({"backlash", {"q" + std::to_string(k + 1)}, "another reason"});
+    }
+    return FirstPage(ReportHtml(diagnosis, ExampleCell(), kSource));
+  };
+  CHECK(Has(page(1, 0, 0), "; the one check passed;"));
+  CHECK(Has(page(0, 1, 0), "; the one check failed;"));
+  CHECK(Has(page(4, 0, 0), "; all 4 checks passed;"));
+  CHECK(Has(page(3, 1, 0), "; 3 of 4 checks passed;"));
+  CHECK(Has(page(1, 0, 2), "; the one check passed, but 2 effects are in doubt;"));
+  CHECK(Has(page(3, 1, 1), "; 3 of 4 checks passed, and 1 effect is in doubt;"));
+  CHECK(Has(page(0, 0, 1), "; 1 effect is in doubt;"));
+}
+
 TEST_CASE("an ambiguous first page says which two explanations and what to measure") {
   const std::string page = FirstPage(
       ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kAmbiguous), ExampleCell(), kSource));

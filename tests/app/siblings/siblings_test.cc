@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "app/siblings/repeated_rows.h"
 #include "app/siblings/sibling_folder.h"
 #include "tests/app/diagnosis/simulated.h"
 #include "tests/app/temporary_folder.h"
@@ -33,6 +34,17 @@ MeasuredCell ArmWith(unsigned seed, double compliance, double ratio, int rows) {
   return data;
 }
 
+/// Gives `b` the poses of `a`, with readings that differ by the spread of two arms.
+void Remeasured(const table::MeasuredTable& a, table::MeasuredTable& b) {
+  std::mt19937_64 generator(11);
+  std::normal_distribution<double> spread(0, 1e-4);
+  for (std::size_t k = 0; k < b.rows.size(); ++k) {
+    b.rows[k].q = a.rows[k].q;
+    b.rows[k].measured_W =
+        *a.rows[k].measured_W + Vec3(spread(generator), spread(generator), spread(generator));
+  }
+}
+
 std::vector<Arm> ThreeSiblings() {
   std::vector<Arm> arms;
   for (unsigned k = 0; k < 3; ++k) {
@@ -50,6 +62,24 @@ Result<diagnosis::Diagnosis> Answer(const MeasuredCell& data, std::vector<Arm> a
 }
 
 }  // namespace
+
+TEST_CASE("rows of another set are recognised among others, in any order and at other times") {
+  const table::MeasuredTable a = ArmWith(5, 2e-6, 4e-4, 40).table;
+  table::MeasuredTable b = ArmWith(6, 2e-6, 4e-4, 40).table;  // another arm, other poses
+  CHECK(RepeatedRows(a, b) == 0);
+  Remeasured(a, b);  // the same poses, measured on another arm
+  CHECK(RepeatedRows(a, b) == 0);
+  for (std::size_t k = 0; k < 5; ++k) {
+    b.rows[7 * k] = a.rows[k];
+    b.rows[7 * k].t_s = 1e5 + static_cast<double>(k);
+  }
+  CHECK(RepeatedRows(a, b) == 5);
+  CHECK(RepeatedRows(b, a) == 5);
+  CHECK(IsRepeated(5, a.rows.size(), b.rows.size()));
+  CHECK_FALSE(IsRepeated(4, 40, 60));
+  CHECK_FALSE(IsRepeated(2, 4, 60));
+  CHECK(RepeatedRows(a, a) == a.rows.size());
+}
 
 TEST_CASE(
     "the pooled spread is an upper limit in eight of ten fleets, and the mean is within its sd") {

@@ -89,6 +89,9 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
         registers::kCommands);
   check(registers::SceneFields(), registers::kScene, registers::kScene + registers::kSceneSize - 1);
   CHECK(registers::kScene + registers::kSceneSize <= registers::kCommands);
+  CHECK(registers::kCommands + registers::kCommandsSize <= registers::kGauges);
+  CHECK(registers::kGauges + registers::kGaugeSize * status::kMaxGauges <= registers::kPoints);
+  check(registers::GaugeFields(), 0, registers::kGaugeSize - 1);
   check(registers::Commands(), registers::kCommands,
         registers::kCommands + registers::kCommandsSize - 1);
 }
@@ -507,6 +510,42 @@ TEST_CASE(
   camera = {};
   camera.camera_lost = camera.board_wanted = camera.fiducials_hidden = true;
   CHECK(registers::CameraWord(camera) == 0x1A);
+}
+
+TEST_CASE("gauges: state, latest reading with its age, and name") {
+  PlcEncoder encoder({false, OrientationConvention::kRollPitchYaw}, {});
+  PlcEnvironment environment;
+  environment.now_s = 100;
+  status::GaugeStatus& gauge = environment.gauges[1];
+  gauge.state = status::GaugeState::kConnecting;
+  gauge.artefact = 4;
+  gauge.since_s = 40.5;
+  gauge.name = {'d', 'i', 'a'};
+  const auto read = [&](const char* name, int k) {
+    const auto& image = encoder.Encode(SomeSnapshot(), environment);
+    for (const MapField& field : registers::GaugeFields()) {
+      if (std::string_view(field.name) != name) continue;
+      const int address = registers::kGauges + registers::kGaugeSize * k + field.address;
+      return ValueOfField(field.type, image, static_cast<std::size_t>(address), false);
+    }
+    FAIL("no field " << name);
+    return 0.0;
+  };
+  CHECK(read("gauge_state", 0) == 0);
+  CHECK(read("gauge_state_age", 0) == 0);
+  CHECK(read("gauge_state", 1) == 2);
+  CHECK(read("gauge_artefact", 1) == 4);
+  CHECK(read("gauge_state_age", 1) == 59);
+  CHECK(read("gauge_age", 1) == 4294967295);
+  CHECK(read("gauge_name_1", 1) == 0x6469);
+  CHECK(read("gauge_name_2", 1) == 0x6100);
+  CHECK(read("gauge_name_12", 1) == 0);
+  gauge.state = status::GaugeState::kReconnecting;
+  gauge.reading_m = -1.25e-4;
+  gauge.reading_s = 98.75;
+  CHECK(read("gauge_state", 1) == 3);
+  CHECK(read("gauge_reading", 1) == Approx(-0.125));
+  CHECK(read("gauge_age", 1) == 1250);
 }
 
 TEST_CASE("virtual objects: interference, smallest distance and stale status") {

@@ -1,0 +1,53 @@
+PRAGMA application_id = 1347177009;
+PRAGMA user_version = 8;
+BEGIN TRANSACTION;
+CREATE TABLE epoch (utc_s INTEGER NOT NULL);
+INSERT INTO "epoch" VALUES(1795312503);
+CREATE TABLE import (
+  id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
+  rows INTEGER NOT NULL, last_row INTEGER NOT NULL
+);
+INSERT INTO "import" VALUES(1,'measured.csv',-81985529216486896,2,4);
+CREATE TABLE measurement (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import', 'gauge')),
+  unix_ms INTEGER,
+  t_s REAL,  -- of probes: UTC since the epoch
+  session TEXT NOT NULL, command INTEGER,
+  q TEXT NOT NULL, qd TEXT, qdd TEXT, tau TEXT,  -- arrays; deg and Nm, mm and N where prismatic
+  payload_kg REAL, temp_C REAL,
+  predicted_x_mm REAL, predicted_y_mm REAL, predicted_z_mm REAL,
+  x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
+  qw REAL, qx REAL, qy REAL, qz REAL,
+  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
+  q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
+  covariance_mm2 TEXT,  -- of x y z by camera: array of 9 row by row
+  quarantine INTEGER NOT NULL DEFAULT 0,  -- 0 none; 1 waits for a person; 2 accepted; 3 rejected
+  artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
+  sigma_mm REAL,  -- of this row alone
+  camera TEXT,  -- that saw it, where it has a name: side, side+rear
+  tool INTEGER, payload_item INTEGER  -- numbers, where the cell has several
+);
+INSERT INTO "measurement" VALUES(1,'plc',1763710200123,12.125,'left station',17,'[30.25,125.0]',NULL,NULL,'[41.5,-7.25]',60.0,23.5,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(2,'plc',1763710260623,72.625,'',18,'[-90.5,125.0]',NULL,NULL,NULL,NULL,NULL,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,1,1,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(3,'import',NULL,137.5,'calib boot 00000001',NULL,'[-90.5,125.0]','[-45.25,62.5]','[-22.625,31.25]',NULL,0.0,NULL,NULL,NULL,NULL,100.0,200.0,300.0,2500.0,0.5,0.5,-0.5,0.5,NULL,0,0,NULL,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(4,'import',NULL,137.5,'calib boot 00000001',NULL,'[-90.5,125.0]','[-45.25,62.5]','[-22.625,31.25]',NULL,0.0,NULL,NULL,NULL,NULL,100.0,200.0,300.0,2500.0,0.5,0.5,-0.5,0.5,NULL,0,0,NULL,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(5,'camera',1763710320000,132.0,'',19,'[-90.5,125.0]',NULL,NULL,NULL,NULL,NULL,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,'[0.01,0.0025,0.0,0.0025,0.01,0.0,0.0,0.0,0.01]',2,NULL,NULL,NULL,'side+rear',NULL,NULL);
+INSERT INTO "measurement" VALUES(6,'plc',1763710380000,192.0,'left station',20,'[30.25,125.0]',NULL,NULL,'[41.5,-7.25]',60.0,23.5,1200.0,-400.0,900.0,1600.0,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,1,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(7,'import',NULL,NULL,'touched',NULL,'[15.0,250.0]',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0,0,NULL,NULL,0,'dial',-0.125,0.02,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(8,'gauge',1763710500000,312.0,'left station',NULL,'[30.25,125.0]',NULL,NULL,NULL,60.0,23.5,1200.0,-400.0,900.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,'dial',0.25,0.002,NULL,NULL,NULL);
+INSERT INTO "measurement" VALUES(9,'plc',1763710560000,372.0,'left station',21,'[30.25,125.0]',NULL,NULL,NULL,60.0,23.5,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,2,7);
+CREATE TABLE monitor_restart (
+  id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
+  reason TEXT NOT NULL
+);
+INSERT INTO "monitor_restart" VALUES(1,9,3,'model');
+INSERT INTO "monitor_restart" VALUES(2,9,3,'person');
+CREATE TABLE quarantine_decision (
+  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL
+);
+INSERT INTO "quarantine_decision" VALUES(1,5,1,1763710390000);
+CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
+DELETE FROM "sqlite_sequence";
+INSERT INTO "sqlite_sequence" VALUES('measurement',9);
+COMMIT;
