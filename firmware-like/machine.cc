@@ -5,6 +5,7 @@
 
 #include "firmware-like/cycle_status.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline {
@@ -79,7 +80,8 @@ void Machine::CheckInput(const MachineInput& input) {
   snapshot_.probes.standstill = !standstill_.Moving(input.now_s);
   motion_.Observe(input.robot, snapshot_.probes.standstill);
   const bool moved = reading_radius_due_ || snapshot_.robot.q != input.robot.q ||
-                     snapshot_.robot.q_resolution != input.robot.q_resolution;
+                     snapshot_.robot.q_resolution != input.robot.q_resolution ||
+                     snapshot_.robot.tool_number != input.robot.tool_number;
   reading_radius_due_ = false;
   snapshot_.robot = input.robot;
   if (!std::isfinite(snapshot_.robot.temp_C.value_or(0))) snapshot_.robot.temp_C.reset();
@@ -96,7 +98,9 @@ void Machine::CheckResolution(bool moved) {
   if (moved) {
     const deflection::LoadedArm& arm = corrector_.arm();
     deflection::LoadedState state;
-    arm.AtActual(robot.q, {}, {}, state);
+    loads::Payload empty_tool;
+    empty_tool.tool = loads::ToolIndexOf(config_.cell, robot.tool_number).value_or(0);
+    arm.AtActual(robot.q, empty_tool, {}, state);
     snapshot_.reading_radius_m = statistics::RadiusHolding95Percent(
         deflection::ReadingCovariance(arm, state, robot.q_resolution));
   }

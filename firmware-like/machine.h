@@ -79,7 +79,7 @@ class Machine {
  private:
   void CheckInput(const MachineInput& input);
   /// Computes the error that the resolution of the joint readings causes at the tip.
-  /// @param moved  since the last computation
+  /// @param moved  since the last computation, or another tool
   void CheckResolution(bool moved);
   void ChoosePayload();
   void ReportMotion();

@@ -108,7 +108,7 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   const model::CellModel& cell = config_.cell;
   probe.tool_number.reset();
   probe.payload_item.reset();
-  if (cell.tools() > 1) probe.tool_number = snapshot_.robot.tool_number;
+  if (cell.tools() > 1 || cell.tool.number) probe.tool_number = snapshot_.robot.tool_number;
   if (!cell.payload_items.empty()) probe.payload_item = snapshot_.robot.payload_item;
   probe.payload_kg = at.payload.mass_kg - loads::ItemMass_kg(cell, probe.payload_item);
   probe.temp_C = snapshot_.robot.temp_C;

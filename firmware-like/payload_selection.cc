@@ -58,7 +58,7 @@ std::optional<loads::Payload> PayloadSelector::WithMass(const std::optional<doub
 std::optional<loads::Payload> PayloadSelector::WithToolAndItem(
     std::optional<loads::Payload> payload, const model::CellModel& cell) const {
   if (!payload) return payload;
-  if (cell.tools() > 1) {
+  if (cell.tools() > 1 || cell.tool.number) {
     const std::optional<int> tool = loads::ToolIndexOf(cell, tool_number_);
     if (!tool) return std::nullopt;
     payload->tool = *tool;
@@ -67,7 +67,8 @@ std::optional<loads::Payload> PayloadSelector::WithToolAndItem(
   if (!item_number_) return std::nullopt;
   const model::PayloadItem* item = loads::ItemOf(cell, item_number_);
   if (item == nullptr && *item_number_ != 0) return std::nullopt;
-  return loads::WithItem(*payload, item);
+  const loads::Payload both = loads::WithItem(*payload, item);
+  return both.mass_kg <= loads::kMaxPayload_kg ? std::optional(both) : std::nullopt;
 }
 
 }  // namespace plumbline

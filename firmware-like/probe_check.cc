@@ -13,7 +13,9 @@ constexpr double kSamePlace = 0.1;      // as a share of the reach
 
 ProbeBounds ProbeBoundsOf(const deflection::LoadedArm& arm,
                           const correction::CorrectionLimits& limits) {
-  const double length_m = arm.chain().Reach() + arm.X_FT().p.norm();
+  double tool_m = 0;  // the longest one
+  for (int tool = 0; tool < arm.tools(); ++tool) tool_m = std::max(tool_m, arm.X_FT(tool).p.norm());
+  const double length_m = arm.chain().Reach() + tool_m;
   return {.reach_m = kReachMargin * length_m,
           .contradiction_m = limits.max_translation_m + kUndeclaredTurn_rad * length_m};
 }

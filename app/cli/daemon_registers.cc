@@ -64,13 +64,9 @@ Result<DaemonRegisters> DaemonRegisters::Read(const std::string& host, int port)
     if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
   }
   ok = ok && read(plc::registers::kScene, plc::registers::kSceneSize);
-  // A daemon of an earlier version has no gauge blocks and rejects the first request.
-  bool has_gauges = ok;
-  for (int k = 0; has_gauges && k < static_cast<int>(status::kMaxGauges); ++k) {
-    has_gauges =
-        read(plc::registers::kGauges + plc::registers::kGaugeSize * k, plc::registers::kGaugeSize);
-    ok = has_gauges || errno == EMBXILADD;
-    if (has_gauges && daemon.Gauge("gauge_state", k) > 0) daemon.gauges_ = k + 1;
+  for (int k = 0; ok && k < static_cast<int>(status::kMaxGauges); ++k) {
+    ok = read(plc::registers::kGauges + plc::registers::kGaugeSize * k, plc::registers::kGaugeSize);
+    if (ok && daemon.Gauge("gauge_state", k) > 0) daemon.gauges_ = k + 1;
   }
   for (int k = 0; ok && k < daemon.points(); ++k) {
     ok = read(plc::registers::kPoints + plc::registers::kPointSize * k, plc::registers::kPointSize);

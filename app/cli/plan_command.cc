@@ -80,8 +80,10 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
                              effect.planned, effect.random);
   }
   for (const std::string& one : plan.excluded) std::cerr << "  not shown: " << one << '\n';
-  std::cerr << fmt::format("order: the moves are {:.0f} % of those in the order of the choice\n",
-                           100 * plan.path_share)
+  std::cerr << fmt::format(
+                   "order: the path is {:.0f} % as long as in the order in which the postures were "
+                   "selected\n",
+                   100 * plan.path_share)
             << TimeText(options, plan) << '\n';
   std::vector<std::size_t> not_free;  // the robot comes to the first row from anywhere
   for (std::size_t k = 1; k < plan.rows.size(); ++k) {

@@ -83,8 +83,7 @@ bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditio
 /// fitted to such rows.
 bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses) {
   const bool fitted_without = cell.domain && !cell.domain->payload_kg;
-  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without &&
-         cell.payload_items.empty();
+  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
 }
 
 void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cell,

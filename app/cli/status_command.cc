@@ -258,7 +258,7 @@ void PrintGauge(const DaemonRegisters& daemon, int gauge) {
                         WithoutNegativeZero(daemon.Gauge("gauge_reading", gauge), 4),
                         GaugeTimeText(1e-3 * age_ms))
           : "no reading yet";
-  std::cout << fmt::format("{:<12} {} for {}; {}\n", "gauge " + NameOfGauge(daemon, gauge),
+  std::cout << fmt::format("{:<12} {}, for {}; {}\n", "gauge " + NameOfGauge(daemon, gauge),
                            Describe(state), GaugeTimeText(daemon.Gauge("gauge_state_age", gauge)),
                            reading);
 }

@@ -141,8 +141,8 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   data.cell = cell;
   data.table = std::move(measured);
   if (const Result<void> any = CheckMeasured(data); !any) return any.failure();
-  if (const auto problem = table::NumberProblem(cell, data.table)) return Error{*problem};
   if (const Result<void> found = FindObservations(data); !found) return found.failure();
+  if (const auto problem = table::NumberProblem(cell, data.table)) return Error{*problem};
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};

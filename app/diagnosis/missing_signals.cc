@@ -51,6 +51,15 @@ void NoteMissingSignals(Dataset& data) {
         "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used only as "
         "a signal, and the weight of the payload is not modelled");
   }
+  const bool tags = !data.cell.measurement.reference_tags_W.empty();
+  const auto& rows = data.table.rows;
+  if (tags && std::none_of(rows.begin(), rows.end(),
+                           [](const table::MeasuredRow& row) { return !row.camera.empty(); })) {
+    data.notes.emplace_back(
+        "[measurement] reference_tags_mm has no effect, because no row names a camera: add a "
+        "column "
+        "camera, or the errors of the tags are not included in the stated uncertainties");
+  }
   if (!data.torques_known) {
     data.notes.emplace_back(
         "a link has no link_mass_kg, so the joint torques are unknown: compliance is fitted as "

@@ -260,7 +260,8 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     rows.table.rows.push_back(row);
   }
   rows.clusters = rows.rows();
-  rows.conditions.assign(points.size(), data.conditions.back());
+  rows.conditions.assign(points.size(),
+                         proposed ? data.conditions[*proposed] : data.conditions.back());
   // Signals of empirical terms are those of an existing row.
   for (const SignalIndex s : data.signals.indices()) {
     rows.signals[s].values.assign(points.size(), data.signals[s].values.back());

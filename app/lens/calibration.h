@@ -46,9 +46,8 @@ struct LensCalibration : KnownLens {
 /// did not change between the first and the last view, a board shape within its model, and corners
 /// all over the image. The covariance is widened for errors that all views share (an uneven print)
 /// and for changes too small to be detected.
-/// @param views  in any order: their times decide which is the last, and the lens of that one
-/// counts;
-///               views of equal time in the order given
+/// @param views  in any order; their times decide which view is the last, since the lens after it
+///               is the one that is used. Views of equal time keep the order given.
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
                               image::ImageSize size, const CalibrationOptions& options = {});
 

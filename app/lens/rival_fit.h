@@ -73,7 +73,8 @@ class RivalProblem {
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
-  /// One linear step for each rival; courses are ignored.
+  /// One linear step for each rival; courses are ignored. Empty if a point is not in front of the
+  /// camera.
   std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals,
                                     const RivalResult& plain) const;
   const RivalBoard& board() const { return board_; }

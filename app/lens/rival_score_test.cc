@@ -104,8 +104,8 @@ std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals
   LinearStep step(rivals, noise_px_ * noise_px_ * PriorInformation({}, plain.shared, mean),
                   (noise_px_ / deviations_.array()).square().matrix());
   std::vector<Blocks> blocks;
+  if (!Linearize(step.all(), plain, blocks)) return {};
   std::vector<ScoreTest> tests(rivals.size());
-  if (!Linearize(step.all(), plain, blocks)) return tests;
   for (const Blocks& block : blocks) {
     Eigen::MatrixXd J(block.own.rows(), block.own.cols() + block.common.cols());
     J << block.own, block.common;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMostPasses = 50;
 
-/// The moves between postures; each is checked for collisions at most once per direction.
+/// The moves between postures; each pair is checked for collisions at most once.
 class Moves {
  public:
   Moves(const std::vector<model::JointVector>& postures, const model::JointVector& speeds,

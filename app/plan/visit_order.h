@@ -14,8 +14,9 @@ double MoveCost(const model::JointVector& from, const model::JointVector& to,
                 const model::JointVector& speeds);
 
 /// A short path through all postures, from any first to any last one: nearest neighbours, then
-/// reversals of parts of the path while one makes it shorter (2-opt) [Croes 1958]. Moves for which
-/// `is_free` is false are avoided where another order exists; none is added by a reversal.
+/// reversals of parts of the path while one makes it shorter (2-opt) [Croes 1958]. The nearest
+/// neighbour is chosen among those that can be reached by a move for which `is_free` is true, if
+/// there are any; a reversal adds no other move.
 /// @param speeds  empty: displacements count
 /// @return        indices into `postures`; deterministic
 std::vector<std::size_t> VisitOrder(

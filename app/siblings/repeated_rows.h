@@ -7,9 +7,9 @@
 
 namespace plumbline::siblings {
 
-/// Number of rows of `b` that are also rows of `a`: equal joints (1e-6 rad, 1e-6 m), equal readings
-/// (1e-6 m), equal artefact. Each row of `a` counts once. Time, temperature, payload and order may
-/// differ, since they are easily edited.
+/// Number of rows of `b` that are also rows of `a`: joints and readings that are equal after
+/// rounding to 1e-6 rad and 1e-6 m, equal artefact. Each row of `a` counts once. Time, temperature,
+/// payload and order may differ, since they are easily edited.
 std::size_t RepeatedRows(const table::MeasuredTable& a, const table::MeasuredTable& b);
 
 /// True if so many rows cannot be equal by chance: more than a tenth of the smaller set, and at

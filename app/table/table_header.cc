@@ -96,16 +96,14 @@ void HeaderReader::AddHeaderFault(std::string_view column, std::string what) {
 
 /// Suggests a missing column that an unknown one may be a misspelling of.
 std::string HeaderReader::DidYouMean(std::string_view name) const {
-  std::vector<std::string> absent;
+  std::vector<std::string> names;
   for (const Column& column : known_) {
-    if (column.quantity == Quantity::kOrientation)
-      continue;  // two characters: similar to everything
-    if (std::find(fields_.begin(), fields_.end(), column.name) == fields_.end()) {
-      absent.push_back(column.name);
-    }
+    // Those of an orientation have two characters: similar to everything.
+    if (column.quantity != Quantity::kOrientation) names.push_back(column.name);
   }
-  const std::string nearest = config::NearestWord(name, absent, 0);
-  return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
+  const std::string nearest = config::NearestWord(name, names, 0);
+  const bool there = std::find(fields_.begin(), fields_.end(), nearest) != fields_.end();
+  return nearest.empty() || there ? "" : fmt::format("; did you mean {}?", nearest);
 }
 
 void HeaderReader::AddColumn(std::string_view name) {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 
+#include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 #include "app/view_link/camera_json.h"
 #include "app/view_link/json_values.h"
@@ -172,7 +172,7 @@ ViewState StateOf(const Json& json) {
   state.motion = MotionOf(json.at("motion"));
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
-  state.tool = std::clamp(json.value("tool", 0), 0, 65535);
+  if (json.contains("tool")) state.tool = config::IntegerFromJson<std::uint16_t>(json.at("tool"));
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));

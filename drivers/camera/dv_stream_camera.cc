@@ -109,7 +109,8 @@ CameraResult DvStreamCamera::OnNoFrame(double timeout_s) {
   std::unique_lock lock(mutex_);
   const bool silent = clock_() - arrived_.last_byte_s > kFifoSilence_s;
   const bool damaged = arrived_.damaged > std::exchange(reported_damaged_, arrived_.damaged);
-  if (damaged) problem_ = fmt::format("{}: {}", options_.fifo, arrived_.why_damaged);
+  if (damaged && problem_.empty())
+    problem_ = fmt::format("{}: {}", options_.fifo, arrived_.why_damaged);
   lock.unlock();
   if (silent) {
     Close();

@@ -32,6 +32,15 @@ LoadedArm::ToolModel::ToolModel(const model::Tool& tool)
   }
 }
 
+/// Tip of the longest tool: its joints displace it most.
+const Vec3& FarthestTip_F(const model::CellModel& cell) {
+  int farthest = 0;
+  for (int k = 1; k < cell.tools(); ++k) {
+    if (cell.ToolAt(k).tcp_F.norm() > cell.ToolAt(farthest).tcp_F.norm()) farthest = k;
+  }
+  return cell.ToolAt(farthest).tcp_F;
+}
+
 LoadedArm::LoadedArm(const model::CellModel& cell)
     : chain_(cell.robot),
       loads_(cell),
@@ -41,7 +50,7 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
       g_B_(cell.robot.X_WB.R.transpose() * cell.robot.g_W),
       compliance_(chain_.size()),
       effects_(effects::ActiveEffectsOf(cell)),
-      growth_(chain_, cell.tool.tcp_F, cell.domain ? &*cell.domain : nullptr),
+      growth_(chain_, FarthestTip_F(cell), cell.domain ? &*cell.domain : nullptr),
       ranges_(cell.measurement.kind == model::MeasurementKind::kRange) {
   for (int k = 0; k < cell.tools(); ++k) tools_.emplace_back(cell.ToolAt(k));
   for (int i = 0; i < chain_.size(); ++i) {

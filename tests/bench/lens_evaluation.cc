@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 
@@ -27,6 +28,14 @@ Arguments ArgumentsOf(int argc, char** argv) {
   for (int k = 1; k < argc; ++k) {
     const std::string name = argv[k];
     const char* value = k + 1 < argc ? argv[k + 1] : "";
+    if (name == "--help" || name == "-h") {
+      fmt::print(
+          "lens_evaluation [--seed N] [--runs N] [--kind TEXT] [-v]\n"
+          "  --runs  captures of each kind (30), a tenth as many of the rendered kinds\n"
+          "  --kind  only the kinds whose name contains the text\n"
+          "  -v      print each mistake\n");
+      std::exit(0);
+    }
     if (name == "--seed") arguments.seed = std::strtoull(value, nullptr, 10);
     if (name == "--runs") arguments.runs = static_cast<int>(std::strtol(value, nullptr, 10));
     if (name == "--kind") arguments.kind = value;

@@ -276,6 +276,22 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
     robot.tool_number.reset();
     CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
   }
+  SECTION("a number that is not that of the only tool") {
+    cell.config.cell.tool.number = 1;
+    cell.machine.reset();
+    cell.input.robot.tool_number = 2;
+    CHECK(cell.Running().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    cell.input.robot.tool_number = 1;
+    CHECK(correction_of(cell.Next()) == Approx(at_60));
+    cell.input.robot.tool_number.reset();
+    CHECK(correction_of(cell.Next()) == Approx(at_60));
+  }
+  SECTION("an item that makes the payload implausible") {
+    cell.config.cell.payload_items = {{5, loads::kMaxPayload_kg, *cell.config.cell.payload_cog_F}};
+    cell.machine.reset();
+    cell.input.robot.payload_item = 5;
+    CHECK(cell.Running().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+  }
   SECTION("a point may state its own payload") {
     cell.config.points[0].payload_kg = 60;
     cell.machine.reset();
@@ -481,6 +497,34 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
   CHECK((taken.status & status::kLensCalibrated) != 0);
   CHECK_FALSE(cell.Next().probe_taken);
 
+  SECTION("a probe with the second tool, which is much longer, and an item") {
+    model::CellModel& declared = cell.config.cell;
+    declared.tool.number = 1;
+    model::Tool pole = declared.tool;
+    pole.number = 2;
+    pole.tcp_F.z() += 5;
+    declared.further_tools = {pole};
+    declared.payload_items = {{5, 20, *declared.payload_cog_F}};
+    cell.machine.reset();
+    cell.input.robot.payload_kg = 40;
+    cell.input.robot.tool_number = 2;
+    cell.input.robot.payload_item = 5;
+    cell.Running();
+    loads::Payload payload{60, *declared.payload_cog_F};
+    payload.tool = 1;
+    deflection::LoadedState state;
+    REQUIRE(deflection::LoadedArm(declared).AtCommanded(cell.taught, payload, {}, state));
+    command.code = model::PlcCommandCode::kProbe;
+    command.probe_W = state.p_read_W;
+    command.sequence += 1;
+    const Snapshot& probed = cell.Next();
+    REQUIRE(probed.probe_taken);
+    CHECK_FALSE(probed.probe.quarantined);
+    CHECK(probed.probe.tool_number == 2);
+    CHECK(probed.probe.payload_item == 5);
+    CHECK(probed.probe.payload_kg == Approx(40));
+    CHECK((probed.probe.predicted_W - state.p_read_W).norm() < 1e-9);
+  }
   SECTION("a probe measured by the PLC has no covariance") {
     command.code = model::PlcCommandCode::kProbe;
     command.probe_W = cell.PredictedTip();

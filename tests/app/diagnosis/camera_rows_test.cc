@@ -79,7 +79,7 @@ double ShiftDeviation(int rows, bool tags) {
 
 }  // namespace
 
-TEST_CASE("the pose and scale of one camera are told from an effect of the arm") {
+TEST_CASE("the pose and scale of one camera are separated from an effect of the arm") {
   for (const int seed : {3, 4}) {
     CAPTURE(seed);
     MeasuredCell data = Simulated("--family joint_compliance@q2,q3 --signal 20 --rows 60 --seed " +
