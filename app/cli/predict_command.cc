@@ -336,7 +336,9 @@ Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
         loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
     const model::PayloadItem* item = loads::ItemOf(cell, row.payload_item);
     std::optional<double> load_kg;
-    if (row.payload_kg || item != nullptr) load_kg = conditions[k].payload_kg;
+    // An item alone is the whole load only if the cell declares no payload beside it.
+    if (row.payload_kg || (item != nullptr && !cell.payload_cog_F))
+      load_kg = conditions[k].payload_kg;
     deflection::LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{

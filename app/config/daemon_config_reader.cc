@@ -20,6 +20,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/package_paths.h"
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {
 namespace {
@@ -160,6 +161,22 @@ void RequireNumbers(const model::CellModel& cell, const robot::RobotProfile& pro
   }
 }
 
+/// Adds a fault for each payload by tool number whose tool the cell does not declare.
+void CheckPayloadTable(const model::CellModel& cell, const PayloadPolicy& policy,
+                       const TomlTable& root) {
+  const auto payload = root.Table("payload");
+  if (!payload || policy.source != PayloadPolicy::Source::kTable || !cell.tool.number) return;
+  const std::vector<TomlTable> tools = payload->Tables("tool");
+  for (std::size_t k = 0; k < std::min(tools.size(), policy.table.size()); ++k) {
+    const int number = policy.table[k].number;
+    if (number < 0 || loads::ToolIndexOf(cell, number)) continue;
+    tools[k].AddFault("number",
+                      fmt::format("{} is not the number of a [[tool]] of the cell: no point is "
+                                  "corrected with it; declare that tool, or remove this entry",
+                                  number));
+  }
+}
+
 /// Checks that the profile provides everything that the configuration needs from it.
 void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   using Source = PayloadPolicy::Source;
@@ -190,6 +207,7 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
         fmt::format("requires a tool number, which the profile {} does not read", profile.name));
   }
   RequireNumbers(config.machine.cell, profile, root);
+  CheckPayloadTable(config.machine.cell, config.machine.payload, root);
   if (!push || !push_enabled) return;
   const int slots = profile.push ? profile.push->slots : 0;
   if (slots == 0) {

@@ -40,6 +40,12 @@ void CheckDistinct(const TomlTable& table, const CameraConfig& camera,
     table.AddFault("name",
                    fmt::format("is used for two cameras; give each its own: {}", kCameraNameList));
   }
+  const std::string& serial = camera.connection.dv.serial;
+  if (camera.kind == "dv" && earlier.kind == "dv" && !serial.empty() &&
+      serial == earlier.connection.dv.serial) {
+    table.AddFault("serial",
+                   "is used for two cameras, but lenses are stored under it; give each its own");
+  }
   const Selector own = SelectorOf(camera), other = SelectorOf(earlier);
   if (!own.value.empty() && own.value == other.value && std::string_view(own.key) == "device") {
     table.AddFault("device",

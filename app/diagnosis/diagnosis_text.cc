@@ -137,7 +137,8 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
 
 /// What the named effects leave.
 std::string UnknownPart(const Diagnosis& diagnosis) {
-  if (diagnosis.drivers == std::vector<std::string>{"artefact"}) {
+  if (diagnosis.drivers == std::vector<std::string>{"artefact"} ||
+      diagnosis.drivers == std::vector<std::string>{"camera"}) {
     return "something in the rejected rows with " + diagnosis.outlier_condition +
            ", which may have moved";
   }

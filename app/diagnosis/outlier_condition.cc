@@ -86,30 +86,27 @@ class LimitSearch {
   std::optional<Candidate> best_;
 };
 
-/// The artefact on which all rejected rows are, if chance does not explain it.
-std::optional<OutlierCondition> ArtefactOfOutliers(const Dataset& data,
-                                                   const PerRow<bool>& rejected) {
-  std::map<ArtefactIndex, int> rows;
-  std::set<ArtefactIndex> of_rejected;
+/// The only name of all rejected rows, if chance does not explain that.
+/// @param name_of  empty for rows without a name in this column
+template <typename NameOf>
+std::optional<OutlierCondition> NameOfOutliers(const Dataset& data, const PerRow<bool>& rejected,
+                                               const char* column, const NameOf& name_of) {
+  std::map<std::string, int> rows;
+  std::set<std::string> of_rejected;
   int count = 0;
   for (const RowIndex row : data.row_indices()) {
-    const Observation& of = data.observations[row];
-    if (!OnArtefact(of.kind)) {
-      if (rejected[row]) return std::nullopt;
-      continue;
-    }
-    ++rows[of.artefact];
+    const std::string name = name_of(row);
+    ++rows[name];
     if (!rejected[row]) continue;
-    of_rejected.insert(of.artefact);
+    of_rejected.insert(name);
     ++count;
   }
-  if (of_rejected.size() != 1 || rows.size() < 2) return std::nullopt;
-  const ArtefactIndex artefact = *of_rejected.begin();
-  const int own = rows[artefact];
+  if (of_rejected.size() != 1 || of_rejected.begin()->empty() || rows.size() < 2)
+    return std::nullopt;
+  const int own = rows[*of_rejected.begin()];
   const double p = HypergeometricTail(data.rows(), count, own, count);
   if (p * static_cast<double>(rows.size()) > kConditionSignificance) return std::nullopt;
-  return OutlierCondition{"artefact", data.cell.artefacts[artefact.offset()].name, 0, true, own,
-                          count};
+  return OutlierCondition{column, *of_rejected.begin(), 0, true, own, count};
 }
 
 }  // namespace
@@ -118,7 +115,14 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights) {
   PerRow<bool> rejected(weights.size(), false);
   for (const RowIndex row : weights.indices()) rejected[row] = weights[row] < kOutlierWeight;
-  if (auto of_artefact = ArtefactOfOutliers(data, rejected)) return of_artefact;
+  auto of_artefact = NameOfOutliers(data, rejected, "artefact", [&](RowIndex row) {
+    const Observation& of = data.observations[row];
+    return OnArtefact(of.kind) ? data.cell.artefacts[of.artefact.offset()].name : std::string();
+  });
+  if (of_artefact) return of_artefact;
+  auto of_camera = NameOfOutliers(data, rejected, "camera",
+                                  [&](RowIndex row) { return data.measured(row).camera; });
+  if (of_camera) return of_camera;
   const std::vector<RowIndex> counted = CountedRows(data, rejected);
   const auto runs = static_cast<int>(
       std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));

@@ -8,10 +8,10 @@
 
 namespace plumbline::diagnosis {
 
-/// Rows on one side of a value of a recorded signal, or on one artefact.
+/// Rows on one side of a value of a recorded signal, on one artefact, or by one camera.
 struct OutlierCondition {
   std::string column;
-  std::string artefact;        ///< its name, if `column` is "artefact"
+  std::string name;            ///< of the artefact or camera, if `column` is one of these
   double limit = 0;            ///< in file units
   bool above = true;           ///< the rows from `limit` up, otherwise those from `limit` down
   int rows = 0, rejected = 0;  ///< of these rows
@@ -24,9 +24,9 @@ struct OutlierCondition {
 /// because an instrument may fail in one region or for a while. For the same reason a run of
 /// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
 /// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
-/// pose is one error. Rows on one artefact are such a condition, too, as it may have moved; runs of
-/// rows count in full there, with P(X = m) that all rejected rows are on it. nullopt if there are
-/// fewer than three rejected rows by this count.
+/// pose is one error. Rows on one artefact or by one camera are such a condition, too, as it may
+/// have moved; runs of rows count in full there, with P(X = m) that all rejected rows are on it.
+/// nullopt if there are fewer than three rejected rows by this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
 

@@ -73,20 +73,29 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
       1e3 * data.repeat_sigma_m, 1e3 * data.sigma_m));
 }
 
+/// What rows under a condition that were rejected may have in common, and what to do.
+const char* WordsOf(const OutlierCondition& condition) {
+  if (condition.column == "artefact")
+    return "it may have moved, or it is loose; fasten it and measure again";
+  if (condition.column == "camera")
+    return "it may have moved, or its lens or tags are wrong; calibrate it again and measure more "
+           "rows "
+           "with it";
+  return "an effect acts only there, or the noise is larger there. Measure more rows there to "
+         "distinguish these";
+}
+
 /// Rejected rows that share a condition: what acts there is unknown.
 void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Diagnosis& diagnosis) {
   const std::optional<OutlierCondition> found = ConditionOfOutliers(data, weights);
   if (!found) return;
-  diagnosis.outlier_condition = found->artefact.empty()
+  diagnosis.outlier_condition = found->name.empty()
                                     ? fmt::format("{} of {:.6g} or {}", found->column, found->limit,
                                                   found->above ? "more" : "less")
-                                    : "artefact " + found->artefact;
-  diagnosis.notes.push_back(fmt::format(
-      "{} of the {} rows with {} are rejected as outliers: {}", found->rejected, found->rows,
-      diagnosis.outlier_condition,
-      found->artefact.empty() ? "an effect acts only there, or the noise is larger there. Measure "
-                                "more rows there to distinguish these"
-                              : "it may have moved, or it is loose; fasten it and measure again"));
+                                    : found->column + " " + found->name;
+  diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
+                                        found->rejected, found->rows, diagnosis.outlier_condition,
+                                        WordsOf(*found)));
   AddEach({found->column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }

@@ -25,7 +25,7 @@ struct CameraFrameFormula {
             .needs = {Signal::kCameras},
             .confused_with = {"base_frame", "measurement_scale", "camera_tag_size"},
             .independent_parameters = true,
-            .name = "an error of one camera's frame",
+            .name = "frame of one camera",
             .of_one_camera = true};
   }
 

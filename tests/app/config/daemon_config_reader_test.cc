@@ -563,6 +563,14 @@ TEST_CASE("A cell with several tools or payload items needs their numbers from t
   REQUIRE(config);
   CHECK(config->machine.cell.ToolAt(1).number == 2);
   CHECK(config->robot.connection.profile.payload_item->address == 6);
+
+  // Payloads by tool number are declared for tools 3 and 4.
+  std::string by_tool = kGood;
+  by_tool.replace(by_tool.find("source = \"fixed\""), 16, "source = \"table\"");
+  FaultList undeclared;
+  CHECK_FALSE(ReadWith(files, by_tool, undeclared));
+  CHECK_THAT(FaultsText(undeclared),
+             Catch::Contains("3 is not the number of a [[tool]] of the cell"));
 }
 
 TEST_CASE("a gauge takes the settings of its line from its format, unless they are given") {

@@ -131,6 +131,23 @@ TEST_CASE("an error of the reference tags that they may have is no effect of the
   CHECK(uncertain->verdict == Verdict::kNoEffect);
 }
 
+TEST_CASE("rejected rows that are those of one camera are not called no effect") {
+  MeasuredCell data = Simulated("--family none --rows 56 --seed 7");
+  ByTwoCameras(data);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    table::MeasuredRow& row = data.table.rows[k];
+    const bool rear = k % 11 == 0;
+    row.camera = rear ? "rear" : "side";
+    if (rear) row.measured_W->x() += 3e-3;
+  }
+  const auto answer = Diagnose(data.cell, data.table, {});
+  REQUIRE(answer);
+  CHECK(answer->verdict != Verdict::kNoEffect);
+  const bool found = std::count(answer->drivers.begin(), answer->drivers.end(), "camera") > 0 ||
+                     !Named(*answer).empty();
+  CHECK(found);
+}
+
 TEST_CASE("more rows do not reduce the error of the reference tags") {
   const double few = ShiftDeviation(40, false), many = ShiftDeviation(160, false);
   CHECK(many < 0.6 * few);
