@@ -66,7 +66,9 @@ std::optional<Mapping> AskMapping(const UnderstoodFile& file, std::istream& in, 
           in, out, fmt::format("{}: which quantity? [ignore] ", name),
           [](const std::string& text) { return text.empty() || KindOfTarget(text).has_value(); },
           "one of q1_deg .., x_mm, y_mm, z_mm, range_mm, gauge_mm, qw, qx, qy, qz, t_s, temp_C, "
-          "payload_kg, sigma_mm, u95_mm, session, artefact, number, name, delete; or nothing");
+          "payload_kg, sigma_mm, u95_mm, session, artefact, camera, tool, payload_item, number, "
+          "name, "
+          "delete; or nothing");
       if (!answer) return std::nullopt;
       column.to = *answer;
     }

@@ -265,7 +265,9 @@ std::optional<ValueKind> KindOfTarget(std::string_view target) {
       {"temp_C", ValueKind::kTemperature}, {"payload_kg", ValueKind::kMass},
       {"t_s", ValueKind::kTime},           {"session", ValueKind::kText},
       {"artefact", ValueKind::kText},      {"number", ValueKind::kText},
-      {"name", ValueKind::kText},          {"delete", ValueKind::kText}};
+      {"name", ValueKind::kText},          {"delete", ValueKind::kText},
+      {"camera", ValueKind::kText},        {"tool", ValueKind::kNumber},
+      {"payload_item", ValueKind::kNumber}};
   if (const auto known = kKinds.find(target); known != kKinds.end()) return known->second;
   const auto joint = model::JointColumnFromName(target);
   if (!joint || joint->joint >= model::kMaxJoints ||
@@ -288,6 +290,9 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
     if (meaning.unit.empty() && i < units.size()) meaning.unit = units[i];
     if (names[i].empty()) continue;
     meaning.target = TargetOf({parts[i].words, meaning.unit}, quaternion);
+    // Exports use such words for other things, too: only the names of measured.csv itself count.
+    if (names[i] == "camera" || names[i] == "tool" || names[i] == "payload_item")
+      meaning.target = names[i];
     meaning.because = "name";
     if (quaternion && meaning.target.starts_with("q") && meaning.target.size() == 2) {
       meaning.because = "name; scalar first, as Leica writes it";

@@ -267,7 +267,8 @@ std::string MeasuredCsv(const ImportedTable& table) {
   for (int joint = 1; joint <= 12; ++joint) {
     for (const char* unit : {"deg", "mm"}) columns.push_back(fmt::format("q{}_{}", joint, unit));
   }
-  for (const char* name : {"payload_kg", "temp_C", "artefact"}) columns.emplace_back(name);
+  for (const char* name : {"payload_kg", "tool", "payload_item", "temp_C", "camera", "artefact"})
+    columns.emplace_back(name);
   for (const char* name : kMeasuredColumns) columns.emplace_back(name);
   const auto absent = [&](const std::string& column) {
     return std::none_of(table.rows.begin(), table.rows.end(), [&](const ImportedRow& row) {

@@ -25,9 +25,10 @@ void ReadColumn(const config::TomlTable& table, std::vector<MappedColumn>& colum
   column.unit = table.String("unit").value_or("");
   const auto kind = KindOfTarget(column.to);
   if (!column.to.empty() && !kind) {
-    table.AddFault("to", fmt::format("\"{}\" is neither a column of measured.csv nor number, name, "
-                                     "delete, u95_mm, u95_x_mm, u95_y_mm, u95_z_mm",
-                                     column.to.substr(0, 60)));
+    table.AddFault(
+        "to",
+        "is neither a column of measured.csv nor number, name, delete, u95_mm, u95_x_mm, "
+        "u95_y_mm, u95_z_mm");
   } else if (kind && !column.unit.empty() && !ScaleOf(*kind, column.unit)) {
     table.AddFault("unit", fmt::format("\"{}\" is not a unit of {}; allowed: {}",
                                        column.unit.substr(0, 60), column.to, UnitsOf(*kind)));

@@ -68,6 +68,15 @@ TEST_CASE("a tracker's export and the robot's joints become measured.csv") {
   CHECK(table->unmeasured[0].t_s.value() == Approx(10.5));
 }
 
+TEST_CASE("cameras, tools and payload items keep their columns") {
+  const ImportedTable table =
+      RowsOf(Understood("x [mm],y [mm],z [mm],camera,tool,payload_item,Tool\n"
+                        "1,2,3,side,2,7,ball\n4,5,6,,1,0,ball\n"),
+             {});
+  CHECK(MeasuredCsv(table) ==
+        "tool,payload_item,camera,x_mm,y_mm,z_mm\n2,7,side,1,2,3\n1,0,,4,5,6\n");
+}
+
 TEST_CASE("a permissible error is added to the scatter") {
   ImportOptions options;
   options.permissible_error = PermissibleError{0.015, 0.006};
