@@ -111,8 +111,9 @@ void HttpServer::Admit(os::Descriptor socket, const std::string& peer) {
   Slot* free = nullptr;
   std::size_t of_peer = 0;
   for (Slot& slot : slots_) {
-    if (slot.done) Free(slot);
+    // Read once: a slot that ends in between would be reused with its thread not joined.
     if (slot.done) {
+      Free(slot);
       free = &slot;
     } else if (slot.peer == peer) {
       ++of_peer;
