@@ -131,6 +131,7 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
   for (const RecordedSignal& signal : data.signals) {
     if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
     std::vector<SignalRow> rows;
+    rows.reserve(counted.size());
     for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
     std::sort(rows.begin(), rows.end(),
               [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
