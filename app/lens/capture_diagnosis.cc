@@ -248,6 +248,47 @@ std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
   return adopted;
 }
 
+/// Adds the explanations that the residuals do not exclude. One that contains a better one is not
+/// listed, since it names no other cause, but its lens remains as credible.
+/// @return  those beside the first
+std::vector<const Attempt*> AddFindings(const Attempts& attempts, const Lens& plain,
+                                        image::ImageSize size, CaptureDiagnosis& diagnosis) {
+  const Attempt& first = attempts.all().front();
+  std::vector<const Attempt*> listed, others;
+  for (const Attempt& attempt : attempts.all()) {
+    const CaptureDiagnosis::Finding& found = attempt.finding;
+    if (found.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence)) break;
+    const bool same = std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
+      return better->finding.cause == found.cause;
+    });
+    if (same) continue;
+    const RadiusErrors error_px = LensDifferences(plain, attempt.rival, attempt.result, size);
+    if (&attempt != &first) others.push_back(&attempt);
+    if (std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
+          return Contains(attempt.rival, better->rival);
+        })) {
+      IncludeErrors(found.cause, error_px, diagnosis.unproved_px);
+      continue;
+    }
+    listed.push_back(&attempt);
+    diagnosis.findings.push_back(found);
+    diagnosis.findings.back().error_px = error_px;
+  }
+  return others;
+}
+
+/// A free board absorbs part of what a window or a shutter does: those that explain a good part of
+/// the same evidence stay credible.
+void AddCredibleBesideBoard(const Attempts& attempts, std::vector<const Attempt*>& others) {
+  const double least =
+      std::max(kMinEvidence, kCredibleShare * attempts.all().front().finding.evidence);
+  for (const Attempt& attempt : attempts.all()) {
+    if (IsBoard(attempt.finding.cause) || !(attempt.finding.evidence > least)) continue;
+    if (std::find(others.begin(), others.end(), &attempt) == others.end())
+      others.push_back(&attempt);
+  }
+}
+
 }  // namespace
 
 bool LeavesOneLens(CaptureCause cause) {
@@ -302,32 +343,9 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
-  std::vector<const Attempt*> listed, others;  // than the first one
-  for (const Attempt& attempt : attempts.all()) {
-    if (attempt.finding.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence))
-      break;
-    const bool same =
-        std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
-                    [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
-    // An explanation that contains a better one adds nothing to it.
-    const bool contains = std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
-      return Contains(attempt.rival, better->rival);
-    });
-    if (same || contains) continue;
-    listed.push_back(&attempt);
-    CaptureDiagnosis::Finding& finding = diagnosis.findings.emplace_back(attempt.finding);
-    finding.error_px =
-        LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
-    if (&attempt != &first) others.push_back(&attempt);
-  }
-  // A free board absorbs part of what a window or a shutter does: those that explain a good part of
-  // the same evidence stay credible.
-  for (const Attempt& attempt : attempts.all()) {
-    if (!IsBoard(first.finding.cause) || IsBoard(attempt.finding.cause)) continue;
-    if (std::find(others.begin(), others.end(), &attempt) == others.end() &&
-        attempt.finding.evidence > std::max(kMinEvidence, kCredibleShare * first.finding.evidence))
-      others.push_back(&attempt);
-  }
+  std::vector<const Attempt*> others =
+      AddFindings(attempts, LensFromShared(fit.shared), size, diagnosis);
+  if (IsBoard(first.finding.cause)) AddCredibleBesideBoard(attempts, others);
   if (!diagnosis.incomplete)
     diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
   return diagnosis;

@@ -64,7 +64,8 @@ struct CaptureDiagnosis {
   /// board, all its points are free, in the second entry with a bend of its own in each view.
   std::vector<Adopted> adopted;
   /// Largest root mean square difference between the plain lens and that of an effect that the
-  /// residuals neither show nor exclude, within each candidate radius; 0 if there are findings.
+  /// residuals neither show nor exclude, within each candidate radius. If there are findings, that
+  /// of explanations that contain one of them.
   RadiusErrors unproved_px{};
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
