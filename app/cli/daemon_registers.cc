@@ -84,6 +84,28 @@ Result<DaemonRegisters> DaemonRegisters::Read(const std::string& host, int port)
   return daemon;
 }
 
+std::string DaemonRegisters::CameraName(int camera) const {
+  const auto name = static_cast<std::size_t>(Camera("camera_name", camera));
+  return name < status::kCameraNames.size() ? status::kCameraNames[name] : "";
+}
+
+std::string DaemonRegisters::GaugeName(int gauge) const {
+  std::string name;
+  for (const plc::MapField& field : plc::registers::GaugeFields()) {
+    if (!std::string_view(field.name).starts_with("gauge_name_")) continue;
+    const auto word = static_cast<unsigned>(Gauge(field.name, gauge));
+    for (const unsigned code : {word >> 8U, word & 0xFFU}) {  // two characters in a register
+      if (code != 0) name += static_cast<char>(code);
+    }
+  }
+  return name;
+}
+
+bool DaemonRegisters::HasGaugeReading(int gauge) const {
+  constexpr double kNoReading_ms = 4294967295;
+  return Gauge("gauge_age", gauge) < kNoReading_ms;
+}
+
 double DaemonRegisters::Find(std::span<const plc::MapField> fields, std::string_view name,
                              int base) const {
   for (const plc::MapField& field : fields) {

@@ -50,6 +50,11 @@ class DaemonRegisters {
                 plc::registers::kBodies + plc::registers::kCameraStride * camera +
                     plc::registers::kBodySize * body);
   }
+  /// Configured name; empty if the camera has none.
+  std::string CameraName(int camera) const;
+  std::string GaugeName(int gauge) const;
+  /// False until the gauge sends its first reading.
+  bool HasGaugeReading(int gauge) const;
   int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
   bool Status(int bit) const { return (Word("status") & bit) != 0; }
 

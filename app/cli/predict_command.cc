@@ -6,23 +6,19 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
-#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
 #include "app/cli/rounded.h"
 #include "app/cli/same_file.h"
+#include "app/cli/tip_prediction.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
-#include "app/table/conditions.h"
 #include "app/table/numbered_rows.h"
-#include "firmware-like/correction/correct.h"
-#include "firmware-like/deflection/landing_uncertainty.h"
-#include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/effects/event_time_uncertainty.h"
-#include "firmware-like/loads/numbered_load.h"
-#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::cli {
 namespace {
@@ -71,21 +67,6 @@ std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
       options.cell, free, missing);
 }
 
-/// True if it is unknown whether an event of the model has happened at this moment.
-bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditions& moment) {
-  return std::any_of(arm.effects().begin(), arm.effects().end(),
-                     [&](const effects::ActiveEffect& effect) {
-                       return effects::UncertaintyOfEventTime(effect, moment).has_value();
-                     });
-}
-
-/// True if the deflection depends on a payload that the rows do not contain, unless the cell was
-/// fitted to such rows.
-bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses) {
-  const bool fitted_without = cell.domain && !cell.domain->payload_kg;
-  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
-}
-
 void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cell,
                       const table::MeasuredTable& poses) {
   if (poses.recorded.payload && !cell.payload_cog_F) {
@@ -122,63 +103,6 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
   return "u_mm: some radii have the basis \"assumed\": typical values replace what the cell does "
          "not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "
          "model to measured points with `plumbline diagnose`";
-}
-
-/// Index of a cell's session frames by session id.
-struct FramesById {
-  explicit FramesById(const model::CellModel& cell) {
-    for (const model::SessionFrames& session : cell.sessions) by_id.emplace(session.id, &session);
-    if (!cell.sessions.empty()) last = &cell.sessions.back();
-  }
-  std::map<std::string, const model::SessionFrames*> by_id;
-  const model::SessionFrames* last =
-      nullptr;  ///< used for rows of a session that the cell does not list
-};
-
-/// The cell with the frames of a single session. Copying the frames of all sessions into each
-/// session's cell would take quadratic time.
-model::CellModel CellWithSession(const model::CellModel& bare, const FramesById& frames,
-                                 const std::string& id) {
-  model::CellModel own = bare;
-  const auto known = frames.by_id.find(id);
-  const model::SessionFrames* session = known == frames.by_id.end() ? frames.last : known->second;
-  if (session != nullptr) own.sessions = {*session};
-  return own;
-}
-
-/// Covariance of a session's frames; for an unknown session, that of the last one.
-Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const diagnosis::FrameCovariances& aligned,
-                                              const model::CellModel& cell, const std::string& id) {
-  auto known = aligned.find(id);
-  if (known == aligned.end() && !cell.sessions.empty())
-    known = aligned.find(cell.sessions.back().id);
-  if (known == aligned.end()) return Eigen::Matrix<double, 9, 9>::Zero();
-  return known->second;
-}
-
-/// 95 % radius of the tip due to the uncertainty of the session's frames [m].
-///   p_W = X_WB (p_BF + R_BF tip):  dp = dbase + turn x (p_W - base) + R_WB R_BF dtip
-double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_WB,
-                   const deflection::LoadedState& state) {
-  Eigen::Matrix<double, 3, 9> J;
-  J.leftCols<3>().setIdentity();
-  const Vec3 arm_W = state.p_read_W - X_WB.p;
-  for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
-  J.rightCols<3>() = X_WB.R * state.posture.X_BF().R;
-  return statistics::RadiusHolding95Percent(J * covariance * J.transpose());
-}
-
-/// Displacement of the tip as the frames of its session blend into those of the declared model,
-/// because the correction fades with distance [m].
-/// @param cell  holds only the frames of the row's session
-Vec3 MovedByFading(const model::CellModel& cell, double share,
-                   const deflection::LoadedState& state) {
-  if (share == 1 || cell.sessions.empty()) return Vec3::Zero();
-  const model::SessionFrames& frames = cell.sessions.front();
-  const Pose& X_BF = state.posture.X_BF();
-  const Vec3 tip_F = frames.tip_declared_F.value_or(cell.tool.tcp_F);
-  const Vec3 faded_W = frames.X_WB_declared.value_or(cell.robot.X_WB) * (X_BF * tip_F);
-  return (1 - share) * (faded_W - cell.robot.X_WB * (X_BF * cell.tool.tcp_F));
 }
 
 /// True for an effect whose time axis is the row number of the fitted file: an event or a curve
@@ -292,78 +216,6 @@ int Run(const PredictOptions& options) {
 }
 
 }  // namespace
-
-Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
-                                        const table::MeasuredTable& poses,
-                                        const model::DeclaredDeviation& deviation,
-                                        const diagnosis::FrameCovariances& aligned,
-                                        const std::function<void(std::size_t)>& done) {
-  struct SessionArm {
-    model::CellModel cell;
-    deflection::LoadedArm arm;
-    deflection::LandingUncertainty uncertainty;
-    Eigen::Matrix<double, 9, 9> frames;  ///< covariance
-  };
-  std::map<std::string, SessionArm> arms;
-  const FramesById frames(cell);
-  model::CellModel bare = cell;
-  bare.sessions.clear();
-  std::vector<Prediction> predictions;
-  const std::vector<effects::Conditions> conditions = ConditionsOf(cell, poses);
-  constexpr std::size_t kRowsAtOnce = 64;
-  for (std::size_t k = 0; k < poses.rows.size(); ++k) {
-    if (done && k % kRowsAtOnce == 0) done(k);
-    const table::MeasuredRow& row = poses.rows[k];
-    auto known = arms.find(row.session);
-    if (known == arms.end()) {
-      model::CellModel of_session =
-          deflection::CellOfSession(CellWithSession(bare, frames, row.session), row.session);
-      deflection::LoadedArm arm(of_session);
-      deflection::LandingUncertainty uncertainty(of_session, arm, deviation);
-      known = arms.emplace(row.session,
-                           SessionArm{std::move(of_session), std::move(arm), std::move(uncertainty),
-                                      FrameCovarianceOf(aligned, cell, row.session)})
-                  .first;
-    }
-    const deflection::LoadedArm& arm = known->second.arm;
-    if (arm.torques_missing(poses.recorded.tau)) {
-      return Error{
-          "joints have a compliance, but their gravity torques are unknown; give link_mass_kg for "
-          "every link, or remove compliance_rad_per_Nm"};
-    }
-    // The declared centre of gravity also applies to a payload of unknown mass.
-    const loads::Payload payload =
-        loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
-    const model::PayloadItem* item = loads::ItemOf(cell, row.payload_item);
-    std::optional<double> load_kg;
-    // An item alone is the whole load only if the cell declares no payload beside it.
-    if (row.payload_kg || (item != nullptr && !cell.payload_cog_F))
-      load_kg = conditions[k].payload_kg;
-    deflection::LoadedState state;
-    if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
-      return Error{
-          fmt::format("{}:{}: the deflection does not converge; check "
-                      "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
-                      poses.file, row.line, payload.mass_kg)};
-    }
-    const bool outside = deflection::OutsideDomain(known->second.cell, row.q, load_kg, row.temp_C,
-                                                   conditions[k].t_s, payload.tool);
-    const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
-                              EventStateUnknown(arm, conditions[k]);
-    deflection::LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
-    if (load_kg) load.mass_kg = load_kg;
-    if (item != nullptr) load.centre_stated = true;
-    model::StatedRadius radius =
-        known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
-    if (!aligned.empty() && radius.known()) {
-      radius.radius_m = std::hypot(
-          radius.radius_m, FrameRadius(known->second.frames, known->second.cell.robot.X_WB, state));
-    }
-    const Vec3 moved_W = MovedByFading(known->second.cell, arm.growth().Share(row.q), state);
-    predictions.push_back({state.p_read_W + moved_W, radius, extrapolated});
-  }
-  return predictions;
-}
 
 void AddPredictCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PredictOptions>();

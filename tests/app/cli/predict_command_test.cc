@@ -1,6 +1,4 @@
 // Predictions compared with another simulator's results, if the recorded sets are available.
-#include "app/cli/predict_command.h"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +13,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/cli/tip_prediction.h"
 #include "app/config/cell_reader.h"
 #include "tests/app/cli/run_command.h"
 

@@ -1,0 +1,123 @@
+#include "app/cli/status_devices.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+
+#include "app/cli/rounded.h"
+#include "app/cli/status_line.h"
+#include "app/printed_digits.h"
+#include "drivers/plc/register_map.h"
+
+namespace plumbline::cli {
+namespace {
+
+/// "x 1.23, y 4.56, z 7.89 mm, ±0.42 mm (95 %)": a measured position with the digits that its
+/// radius leaves.
+std::string PositionText(const Vec3& p_mm, double radius_mm) {
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format("x {:.{}f}, y {:.{}f}, z {:.{}f} mm, ±{:.{}f} mm (95 %)",
+                     WithoutNegativeZero(p_mm.x(), decimals), decimals,
+                     WithoutNegativeZero(p_mm.y(), decimals), decimals,
+                     WithoutNegativeZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
+}
+
+std::string Age(double age_ms) {
+  return age_ms >= 65535 ? "never or long ago" : fmt::format("{:.0f} ms ago", age_ms);
+}
+
+/// "12 s", "5 min", "3.5 h".
+std::string GaugeTimeText(double time_s) {
+  if (time_s < 120) return fmt::format("{:.0f} s", time_s);
+  return time_s < 7200 ? fmt::format("{:.0f} min", time_s / 60)
+                       : fmt::format("{:.1f} h", time_s / 3600);
+}
+
+/// A tracked body of a camera, both counted from 0.
+void PrintBody(const DaemonRegisters& daemon, int camera, int body, std::ostream& out) {
+  const auto value = [&](const char* name) { return daemon.Body(name, camera, body); };
+  const bool valid = (static_cast<int>(value("body_validity")) & plc::registers::kValid) != 0;
+  const std::string text =
+      valid ? fmt::format("{}, seen {}",
+                          PositionText({value("body_x"), value("body_y"), value("body_z")},
+                                       value("body_radius")),
+                          Age(value("body_age")))
+            : "not visible, or the lens is not valid";
+  PrintStatusLine(out, "body", fmt::format("{:<5}  {}", body + 1, text));
+}
+
+}  // namespace
+
+void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out) {
+  const auto line = [&](std::string_view topic, std::string_view text) {
+    PrintStatusLine(out, topic, text);
+  };
+  const auto value = [&](const char* name) { return daemon.Camera(name, camera); };
+  const auto number = [&](const char* name) { return static_cast<int>(value(name)); };
+  const int state = number("camera_state");
+  const std::string called = daemon.CameraName(camera);
+  line(called.empty() ? "camera" : "camera " + called,
+       fmt::format("{}: {}", lens::ZoomStateText(static_cast<lens::ZoomState>(state - 1)),
+                   lens::ZoomReasonText(static_cast<lens::ZoomReason>(number("camera_reason")))));
+  line("", fmt::format("zoom {}, read {}; last frame {}; {}", number("zoom"),
+                       Age(value("zoom_age")), Age(value("camera_age")),
+                       number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
+                                          : std::string("no stored lens")));
+  const int usable_px = number("lens_usable_radius");
+  if (usable_px > 0 && usable_px != plc::registers::kWholeImage) {
+    line("", fmt::format("lens usable up to {} px from the middle of the image; nothing is "
+                         "measured beyond",
+                         usable_px));
+  }
+  if (const int bits = number("camera_bits"); bits != 0) {
+    line("", BitsText(bits, plc::registers::CameraBits()));
+  }
+  if (const int tags = number("contradicting_tags"); tags > 0) {
+    line("", fmt::format("reference tag {}{} contradicts the others; the log names each",
+                         number("contradicting_tag"),
+                         tags > 1 ? fmt::format(" and {} more", tags - 1) : ""));
+  }
+  if (const int prompt = number("board_prompt"); prompt > 0) {
+    line("board",
+         fmt::format("{} ({} views)", lens::BoardPromptText(static_cast<lens::BoardPrompt>(prompt)),
+                     number("board_views")));
+  }
+  for (int k = 0; k < number("bodies"); ++k) PrintBody(daemon, camera, k, out);
+  if ((number("tip_validity") & plc::registers::kValid) != 0) {
+    line("tip", fmt::format("{}, measured by camera",
+                            PositionText({value("tip_x"), value("tip_y"), value("tip_z")},
+                                         value("tip_radius"))));
+  }
+}
+
+void PrintGauge(const DaemonRegisters& daemon, int gauge, std::ostream& out) {
+  const auto state = static_cast<status::GaugeState>(daemon.Gauge("gauge_state", gauge));
+  const std::string reading =
+      daemon.HasGaugeReading(gauge)
+          ? fmt::format("{:.4f} mm, {} ago",
+                        WithoutNegativeZero(daemon.Gauge("gauge_reading", gauge), 4),
+                        GaugeTimeText(1e-3 * daemon.Gauge("gauge_age", gauge)))
+          : "no reading yet";
+  PrintStatusLine(out, "gauge " + daemon.GaugeName(gauge),
+                  fmt::format("{}, for {}; {}", Describe(state),
+                              GaugeTimeText(daemon.Gauge("gauge_state_age", gauge)), reading));
+}
+
+void PrintObjects(const DaemonRegisters& daemon, std::ostream& out) {
+  const auto number = [&](const char* name) { return static_cast<int>(daemon.Scene(name)); };
+  if (number("scene_age") >= 65535) return;
+  std::string text = number("scene_state") == 2   ? "INTERFERENCE"
+                     : number("scene_state") == 1 ? "apart"
+                                                  : "unknown";
+  if (number("scene_object_a") > 0) {
+    text += fmt::format(", nearest: {} and {}, {:.2f} mm", number("scene_object_a"),
+                        number("scene_object_b"), daemon.Scene("scene_distance"));
+  }
+  if (const int pairs = number("scene_unmeasured"); pairs > 0) {
+    text += fmt::format(", {} pairs not measured", pairs);
+  }
+  PrintStatusLine(out, "objects", text);
+}
+
+}  // namespace plumbline::cli
