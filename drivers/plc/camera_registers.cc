@@ -4,27 +4,17 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "drivers/plc/register_values.h"
 #include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::plc {
 namespace {
 
-using Source = const MapSource&;
-
 constexpr std::int32_t kNoTag = 65535;
-constexpr double kMaxAge_ms = 65535;  // also reported when the event never happened
 using enum FieldType;
 
 const status::CameraStatus& Camera(Source s) {
   return *s.camera;
-}
-
-double Age_ms(Source s, double time_s) {
-  const double age_ms = std::floor(1e3 * (s.environment.now_s - time_s));
-  return age_ms < kMaxAge_ms ? std::max(0.0, age_ms) : kMaxAge_ms;
 }
 
 double TipRadius_mm(Source s) {
@@ -48,7 +38,7 @@ double BodyPosition_mm(Source s) {
 }
 template <int K>
 double BodyAngle_deg(Source s) {
-  return kDegPerRad * AnglesFromRotation(s.body->X_WK.R, s.convention.orientation)[K];
+  return Angle_deg(s.body->X_WK, s, K);
 }
 
 const std::array kCameraFields = {

@@ -25,7 +25,10 @@ Integer Saturate(double value) {
 }  // namespace
 
 PlcEncoder::PlcEncoder(const PlcConvention& convention, std::vector<std::uint16_t> point_ids)
-    : convention_(convention), point_ids_(std::move(point_ids)), postures_(point_ids_.size()) {
+    : convention_(convention),
+      fields_(registers::Fields()),
+      point_ids_(std::move(point_ids)),
+      postures_(point_ids_.size()) {
   const std::size_t points = point_ids_.size();
   registers_.resize(points == 0 ? registers::kPoints
                                 : registers::kPostures + registers::kPostureSize * points);
@@ -70,8 +73,7 @@ void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
 const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
                                                      const PlcEnvironment& environment) {
   MapSource source{snapshot, environment, convention_};
-  for (const MapField& field : registers::Fields())
-    Put(field.address, field.type, field.value(source));
+  for (const MapField& field : fields_) Put(field.address, field.type, field.value(source));
   for (std::size_t k = 0; k < environment.cameras.size(); ++k) EncodeCamera(source, k);
   for (const MapField& field : registers::SceneFields())
     Put(field.address, field.type, field.value(source));

@@ -35,6 +35,7 @@ class PlcEncoder {
   void Put(std::uint16_t address, FieldType type, double value);
 
   PlcConvention convention_;
+  std::span<const MapField> fields_;  ///< at fixed addresses
   std::vector<std::uint16_t> point_ids_;
   std::vector<std::uint16_t> registers_;
   struct Posture {

@@ -1,26 +1,17 @@
 // Posture block of a configured point: the joint values that its command pose was solved with.
 #include <array>
 
-#include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "drivers/plc/register_values.h"
 
 namespace plumbline::plc {
 namespace {
 
-using Source = const MapSource&;
 using enum FieldType;
-
-/// Converts a joint value from SI to [deg], or [mm] for a prismatic joint.
-double InRegisterUnit(Source s, int joint, double value) {
-  const bool prismatic = (s.snapshot.prismatic_joints >> joint) & 1;
-  return (prismatic ? kMmPerMetre : kDegPerRad) * value;
-}
 
 template <int K>
 double PostureJoint(Source s) {
   const model::JointVector& q = s.point->correction.q;
-  return K < q.size() ? InRegisterUnit(s, K, q[K]) : 0;
+  return K < q.size() ? JointInRegisterUnit(s, K, q[K]) : 0;
 }
 
 double PostureBits(Source s) {
@@ -57,7 +48,7 @@ const std::array kPostureFields = {
              "distance of that joint from its limit (mm if prismatic); 0 if no joint has limits",
              [](Source s) {
                const correction::JointDistance& limit = s.point->posture.limit;
-               return limit.joint < 0 ? 0 : InRegisterUnit(s, limit.joint, limit.distance);
+               return limit.joint < 0 ? 0 : JointInRegisterUnit(s, limit.joint, limit.distance);
              }},
     MapField{28, kFloat, "posture_singular_value", "",
              "smallest singular value of the tip Jacobian, metres and radians weighted equally; "

@@ -1,5 +1,5 @@
-// Register map of the PLC interface: one table for the server, config/register-map.md and the
-// tests.
+// Register map of the PLC interface: the tables that the server, config/register-map.md and the
+// tests use.
 #pragma once
 
 #include <array>
@@ -96,9 +96,8 @@ namespace registers {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
 inline constexpr std::uint16_t kStateSize = 26;  ///< identity and state, from address 0
-inline constexpr std::uint16_t kStatusWord = 11;
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
-inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
+inline constexpr std::uint16_t kResultCrc = 138;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 64;
 inline constexpr std::uint16_t kMonitoring = 400, kMonitoringSize = 28;
@@ -141,7 +140,12 @@ inline constexpr std::uint16_t kPostureValid = 1 << 0;    ///< as bit 0 of the p
 inline constexpr std::uint16_t kPostureTaught = 1 << 1;   ///< near_deg is configured
 inline constexpr std::uint16_t kPostureDiffers = 1 << 2;  ///< the posture differs from near_deg
 
-/// Entries at fixed addresses, in ascending order.
+/// Blocks at fixed addresses, in ascending order.
+std::span<const MapField> StateFields();
+std::span<const MapField> ResultFields();
+std::span<const MapField> RobotFields();
+std::span<const MapField> MonitoringFields();
+/// All entries of these blocks; the first call allocates.
 std::span<const MapField> Fields();
 /// Entries of a point block, offsets in ascending order.
 std::span<const MapField> PointFields();

@@ -1,18 +1,13 @@
 // Registers 640..648: interference and smallest distance of the virtual objects.
-#include <algorithm>
 #include <array>
-#include <cmath>
 
-#include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/length.h"
+#include "drivers/plc/register_values.h"
 
 namespace plumbline::plc {
 namespace {
 
-using Source = const MapSource&;
-
 using enum FieldType;
-constexpr double kMaxSceneAge_ms = 65535, kUnknownDistance_mm = -1;
+constexpr double kUnknownDistance_mm = -1;
 
 const status::SceneStatus& Scene(Source s) {
   return s.environment.scene;
@@ -55,10 +50,7 @@ const std::array kSceneFields = {
              [](Source s) -> double { return Fresh(s) ? Scene(s).unmeasured : 0; }},
     MapField{647, kU16, "scene_age", "ms",
              "age of the scene status; 65535: older than that, or never reported",
-             [](Source s) {
-               const double age_ms = std::floor(1e3 * (s.environment.now_s - Scene(s).time_s));
-               return age_ms < kMaxSceneAge_ms ? std::max(0.0, age_ms) : kMaxSceneAge_ms;
-             }},
+             [](Source s) { return Age_ms(s, Scene(s).time_s); }},
     MapField{648, kU16, "scene_blocked", "",
              "number of approach paths that are blocked by an object",
              [](Source s) -> double { return Fresh(s) ? Scene(s).blocked : 0; }},
