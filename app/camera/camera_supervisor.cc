@@ -7,12 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <ctime>
 #include <utility>
-
-#include "app/lens_store/stored_views.h"
-#include "app/printed_digits.h"
 
 namespace plumbline::camera {
 namespace {
@@ -22,52 +17,6 @@ constexpr double kBoardSearchInterval_s = 0.3;
 /// Consecutive searches without a board after which a refused one has left the view.
 constexpr int kSearchesToLeave = 3;
 constexpr int kImageThreadNice = 5;  ///< the control cycle has priority
-/// Dead band of a lens, as a relative change of its focal length: this moves the corner of a 1080p
-/// image by 0.3 px. It is converted to zoom counts by the slope of the lens curve.
-constexpr double kRelativeFocalBand = 3e-4;
-/// Limit on that conversion, in configured dead bands, where the curve is flat by chance.
-constexpr std::int32_t kMaxBands = 10;
-constexpr double kMinPlaceSd_m = 1e-6;  ///< keeps the fit regular if a place is declared exact
-
-LensSupervisorSettings SettingsFrom(const config::CameraConfig& camera,
-                                    const config::VisionConfig& vision) {
-  const config::TagsConfig& tags = vision.tags;
-  LensSupervisorSettings settings;
-  settings.name = camera.name;
-  settings.zoom = camera.zoom.supervision;
-  settings.acceptable_px = vision.board.acceptable_px;
-  settings.cell = config::CellReferenceTags(tags);
-  settings.tag_check.place_sd_m =
-      std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kMinPlaceSd_m);
-  for (const tracking::Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
-  settings.X_WK = tags.X_WK;
-  settings.family = tags.family;
-  if (const auto family = tracking::TagFamilyOfName(tags.family)) {
-    settings.opencv_turns = OpenCvTurns(*family);
-  }
-  settings.tool = tags.tool;
-  settings.tip_T = tags.tip_T;
-  return settings;
-}
-
-BoardSettings BoardFrom(const config::BoardConfig& config) {
-  BoardSettings board;
-  board.board = config.board;
-  board.views = config.views;
-  board.max_views = config.max_views;
-  board.patience_s = config.patience_s;
-  board.options = {config.acceptable_px, config.distance_m};
-  return board;
-}
-
-std::string UtcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
 
 }  // namespace
 
@@ -78,12 +27,12 @@ CameraSupervisor::CameraSupervisor(const config::CameraConfig& camera,
     : zoom_(camera.zoom),
       board_(vision.board),
       devices_(std::move(devices)),
-      stores_(stores),
+      lenses_(stores, camera.zoom.supervision, sink),
       plumbline_(std::move(plumbline)),
       link_(link),
       sink_(sink),
       show_(std::move(show)),
-      supervisor_(SettingsFrom(camera, vision), std::move(sink)) {}
+      supervisor_(LensSupervisorSettingsFrom(camera, vision), std::move(sink)) {}
 
 CameraSupervisor::~CameraSupervisor() {
   Stop();
@@ -250,62 +199,21 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
     contradicted = supervisor.contradicted();
     return baseline;
   });
-  if (changed && check.baseline) StoreBaseline(context, *check.baseline);
-  if (contradicted) StoreContradiction(context);
-}
-
-/// The lens is contradicted by the tags: without a change of their declaration it is so after a
-/// restart, too.
-void CameraSupervisor::StoreContradiction(const FrameContext& context) {
-  const std::int64_t id = context.lens->id;
-  if (id == 0 || stores_.baselines.IsContradicted(id)) return;
-  if (const auto kept = stores_.baselines.StoreContradiction(id); !kept) {
-    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
-  }
-}
-
-void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
-  if (!context.lens->calibrated || context.lens->id == 0) return;
-  if (const auto kept = stores_.baselines.Store(context.lens->id, baseline); !kept) {
-    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
-  }
-}
-
-lens_store::LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
-  const CameraIdentity& camera = devices_.camera->identity();
-  return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
+  if (changed && check.baseline) lenses_.StoreBaseline(*lens, *check.baseline);
+  if (contradicted) lenses_.StoreContradiction(*lens);
 }
 
 void CameraSupervisor::LookUpLens(const FrameContext& context) {
-  if (devices_.camera->identity().serial.empty()) return;
+  const CameraIdentity& camera = devices_.camera->identity();
+  if (camera.serial.empty()) return;
   const double lookup_time_s = MonotonicSeconds();
-  const lens::ZoomSupervisorSettings& bands = zoom_.supervision;
-  const auto found =
-      stores_.lenses.Find(LensKeyFor(context), {bands.zoom_band_counts, bands.focus_band_counts});
+  const auto found = lenses_.Find(camera, context);
   WithSupervisor(
       [&](LensSupervisor& supervisor) { supervisor.OnStoreFault(found ? "" : found.error()); });
   if (!found) return;
-  std::shared_ptr<ActiveLens> lens;
-  std::shared_ptr<const TagBaseline> baseline;
-  if (*found) {
-    const lens_store::LensFound& entry = **found;
-    lens = std::make_shared<ActiveLens>();
-    lens->known = entry.entry;
-    lens->calibrated = entry.how == lens_store::LensFound::How::kCalibrated;
-    lens->id = lens->calibrated ? entry.entry.id : 0;
-    lens->log_focal_sd = entry.log_focal_sd;
-    if (entry.log_focal_per_count) {
-      lens->band_counts =
-          std::min(lens::DeadBandCounts(*entry.log_focal_per_count, kRelativeFocalBand),
-                   kMaxBands * std::max(1, zoom_.supervision.zoom_band_counts));
-    }
-    if (lens->calibrated) {
-      baseline = stores_.baselines.Find(lens->id);
-      lens->contradicted = stores_.baselines.IsContradicted(lens->id);
-    }
-  }
   WithSupervisor([&](LensSupervisor& supervisor) {
-    supervisor.OnLensLookup(lens, baseline, context, lookup_time_s, MonotonicSeconds());
+    supervisor.OnLensLookup(found->lens, found->baseline, context, lookup_time_s,
+                            MonotonicSeconds());
   });
 }
 
@@ -331,7 +239,7 @@ void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
 
 void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
-    session_.emplace(BoardFrom(board_), frame.luma.size(), frame.time_s);
+    session_.emplace(BoardSettingsFrom(board_), frame.luma.size(), frame.time_s);
     search_standstill_.reset();
     worker_image_s_ = 0;  // a pending response belongs to a frame from before the capture
   }
@@ -379,26 +287,8 @@ void CameraSupervisor::FinishBoard() {
 }
 
 void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext& context) {
-  const lens::LensCalibration& solved = *session.calibration();
-  lens_store::LensEntry entry;
-  entry.key = LensKeyFor(context);
-  static_cast<lens::KnownLens&>(entry) = solved;
-  entry.rms_px = solved.rms_px;
-  entry.uncertainty_px = solved.uncertainty.max_px;
-  entry.board = WordsOf(solved.board);
-  entry.corners = lens_store::EncodeViews({solved.board, session.views()});
-  if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
-  entry.utc = UtcNow();
-  const double fx_sd = std::sqrt(solved.covariance(lens::kFx, lens::kFx));
-  const int decimals = DecimalsFor({fx_sd}, 2);
-  sink_({log::Event::kCalibrated,
-         fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
-                     "{:.2g} px (both 1 sd), {} views{}",
-                     solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
-                     solved.frames_used.size(),
-                     solved.notes.empty() ? "" : "; " + solved.notes.front())});
   // If this fails, the lens is still used until the zoom changes.
-  const auto stored = stores_.lenses.Append(entry);
+  const auto stored = lenses_.Store(devices_.camera->identity(), context, session, link_.temp_C);
   WithSupervisor([&](LensSupervisor& supervisor) {
     supervisor.OnStoreFault(stored ? "" : stored.error());
     if (stored) supervisor.SetStoredId(*stored);

@@ -12,9 +12,10 @@
 #include "app/camera/board_session.h"
 #include "app/camera/board_worker.h"
 #include "app/camera/camera_devices.h"
+#include "app/camera/camera_lenses.h"
 #include "app/camera/camera_link.h"
-#include "app/camera/camera_stores.h"
 #include "app/camera/lens_supervisor.h"
+#include "app/camera/supervision_settings.h"
 #include "drivers/thread_heartbeat.h"
 
 namespace plumbline::camera {
@@ -56,14 +57,11 @@ class CameraSupervisor {
   void TakeFrame(const CameraFrame& frame);
   void Track(const FrameContext& context, const CameraFrame& frame);
   void LookUpLens(const FrameContext& context);
-  lens_store::LensKey LensKeyFor(const FrameContext& context) const;
   void LookForBoard(const CameraFrame& frame);
   void CaptureBoard(const CameraFrame& frame);
   void OnMissingFrame(double now_s);
   void FinishBoard();
   void StoreLens(const BoardSession& session, const FrameContext& context);
-  void StoreBaseline(const FrameContext& context, const TagBaseline& baseline);
-  void StoreContradiction(const FrameContext& context);
   void Pause(double seconds);
   FrameContext CurrentContext();
   /// Calls `function` with the LensSupervisor under the mutex, then publishes its status.
@@ -83,7 +81,7 @@ class CameraSupervisor {
   const config::ZoomConfig zoom_;
   const config::BoardConfig board_;
   const CameraDevices devices_;
-  CameraStores& stores_;
+  CameraLenses lenses_;  ///< used by the image thread only
   const std::string plumbline_;
   CameraLink& link_;
   const log::LogSink sink_;

@@ -1,33 +1,14 @@
 #include "app/camera/lens_supervisor.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "app/printed_digits.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "app/camera/lens_messages.h"
 
 namespace plumbline::camera {
 namespace {
-
-log::Event LogEventOf(const lens::ZoomTransition& transition) {
-  switch (transition.to) {
-    case lens::ZoomState::kValid:
-      return log::Event::kLensValid;
-    case lens::ZoomState::kStale:
-      return log::Event::kLensStale;
-    case lens::ZoomState::kRefused:
-      return log::Event::kLensRefused;
-    case lens::ZoomState::kUnknown:
-      return transition.why == lens::ZoomReason::kSensorLost ? log::Event::kLensUnknown
-                                                             : log::Event::kLensState;
-    default:
-      return transition.from == lens::ZoomState::kValid ? log::Event::kLensInvalidated
-                                                        : log::Event::kLensState;
-  }
-}
 
 lens::ZoomEvent EventOf(lens::ZoomEvent::Kind kind, double now_s) {
   lens::ZoomEvent event;
@@ -36,18 +17,13 @@ lens::ZoomEvent EventOf(lens::ZoomEvent::Kind kind, double now_s) {
   return event;
 }
 
-const tracking::SeenBody* Find(const std::vector<tracking::SeenBody>& bodies,
-                               const std::string& name) {
-  for (const tracking::SeenBody& body : bodies) {
-    if (body.body->name == name) return &body;
-  }
-  return nullptr;
-}
-
 }  // namespace
 
 LensSupervisor::LensSupervisor(LensSupervisorSettings settings, log::LogSink sink)
-    : settings_(std::move(settings)), sink_(std::move(sink)), supervision_(settings_.zoom) {}
+    : settings_(std::move(settings)),
+      sink_(std::move(sink)),
+      supervision_(settings_.zoom),
+      faults_(sink_) {}
 
 void LensSupervisor::Take(lens::ZoomEvent event) {
   if (const auto transition = supervision_.Handle(event)) ApplyTransition(*transition);
@@ -65,23 +41,12 @@ void LensSupervisor::ApplyTransition(const lens::ZoomTransition& transition) {
     standstill_zoom_ = transition.zoom_counts;
     standstill_focus_ = transition.focus_counts;
   }
-  if (to != lens::ZoomState::kValid) InvalidateBodies();
+  if (to != lens::ZoomState::kValid) bodies_.Invalidate();
   if (to != lens::ZoomState::kCalibrating) {
     prompt_ = lens::BoardPrompt::kNone;
     board_views_ = 0;
   }
-  const std::string at =
-      transition.zoom_counts ? fmt::format(" (zoom {})", *transition.zoom_counts) : "";
-  const bool explain = !check_message_.empty() && (transition.why == lens::ZoomReason::kTagsBad);
-  std::vector<log::LogField> fields = {{"CAMERA_STATE", std::string(lens::ZoomStateText(to))}};
-  if (transition.zoom_counts) {
-    fields.push_back({"ZOOM_COUNTS", fmt::format("{}", *transition.zoom_counts)});
-  }
-  sink_(
-      {LogEventOf(transition),
-       fmt::format("camera {}: {}{}{}", lens::ZoomStateText(to),
-                   lens::ZoomReasonText(transition.why), at, explain ? "; " + check_message_ : ""),
-       fields});
+  sink_(TransitionEntry(transition, check_message_));
 }
 
 void LensSupervisor::DropLens() {
@@ -93,19 +58,12 @@ void LensSupervisor::DropLens() {
   contradicting_.clear();
 }
 
-void LensSupervisor::InvalidateBodies() {
-  tip_.Reset();
-  for (status::CameraStatus::Body& body : bodies_) body.valid = false;
-}
-
 bool LensSupervisor::IsCurrent(const FrameContext& context) const {
   return context.standstill == standstill_ && context.lens == lens_;
 }
 
 void LensSupervisor::OnZoomReading(const lens::ZoomReading& reading, double now_s) {
-  if (sensor_ && *sensor_ != zoom::ZoomResult::kOk)
-    sink_({log::Event::kSensorBack, "zoom sensor responds again"});
-  sensor_ = zoom::ZoomResult::kOk;
+  faults_.OnSensor(zoom::ZoomResult::kOk, {});
   if (reading.zoom_counts) zoom_counts_ = reading.zoom_counts;
   if (reading.focus_counts) focus_counts_ = reading.focus_counts;
   zoom_time_s_ = reading.time_s;
@@ -116,11 +74,7 @@ void LensSupervisor::OnZoomReading(const lens::ZoomReading& reading, double now_
 
 void LensSupervisor::OnSensorFault(zoom::ZoomResult result, std::string_view problem,
                                    double now_s) {
-  if (result != zoom::ZoomResult::kWaiting && sensor_ != result) {
-    sensor_ = result;
-    sink_({log::Event::kSensorFault,
-           fmt::format("zoom sensor: {}: {}", zoom::ZoomResultText(result), problem)});
-  }
+  faults_.OnSensor(result, problem);
   Take(EventOf(lens::ZoomEvent::Kind::kLost, now_s));
 }
 
@@ -129,21 +83,8 @@ void LensSupervisor::OnTime(double now_s) {
 }
 
 void LensSupervisor::OnCameraResult(CameraResult result, std::string_view problem, double now_s) {
-  const bool ok = result == CameraResult::kFrame;
-  if (ok) frame_time_s_ = now_s;
-  if (result == CameraResult::kWaiting || result == CameraResult::kNoFrame || camera_ == result) {
-    return;
-  }
-  if (ok && camera_) {
-    sink_({log::Event::kCameraBack,
-           fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
-  } else if (!ok) {
-    if (!camera_ || *camera_ == CameraResult::kFrame) camera_lost_s_ = now_s;
-    InvalidateBodies();
-    sink_({result == CameraResult::kEnded ? log::Event::kCameraEnded : log::Event::kCameraLost,
-           fmt::format("camera: {}: {}", CameraResultText(result), problem)});
-  }
-  camera_ = result;
+  if (result == CameraResult::kFrame) frame_time_s_ = now_s;
+  if (faults_.OnCamera(result, problem, now_s)) bodies_.Invalidate();
 }
 
 FrameContext LensSupervisor::frame_context() const {
@@ -175,13 +116,7 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
     event.kind = lens::ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
     event.contradicted = lens->contradicted;
-    sink_({log::Event::kLensFound, lens->calibrated
-                                       ? fmt::format("camera: lens {} from the store, f {:.1f} px",
-                                                     lens->id, lens->known.lens.fx)
-                                       : fmt::format("camera: lens interpolated between calibrated "
-                                                     "zooms, f {:.1f} px +- {:.{}f} % (1 sd)",
-                                                     lens->known.lens.fx, 100 * lens->log_focal_sd,
-                                                     DecimalsFor({100 * lens->log_focal_sd}, 2))});
+    sink_(LensFoundEntry(*lens));
   }
   lens_ = std::move(lens);
   baseline_ = lens_ ? std::move(baseline) : nullptr;
@@ -200,28 +135,8 @@ bool LensSupervisor::AdoptPrints(const TagCheck& check) {
   if (named) return false;
   opencv_prints_ = !opencv_prints_;
   failed_checks_ = 0;
-  const char* const library = opencv_prints_ ? "OpenCV" : "the AprilTag library";
-  const char* const word = opencv_prints_ ? "opencv" : "apriltag";
-  sink_({log::Event::kTagsContradict,
-         fmt::format("camera: the reference tags are {} as {} draws them, rotated by half a turn; "
-                     "all tags whose drawn_by is not given are now read so. Set drawn_by = \"{}\" "
-                     "in the tag file.",
-                     settings_.family, library, word)});
+  sink_(PrintsEntry(settings_.family, opencv_prints_));
   return true;
-}
-
-/// Names the tags once if they contradict a calibration since it was accepted.
-void LensSupervisor::ReportContradiction(const TagCheck& check) {
-  std::string what = check.message;
-  if (!check.unresolved.empty()) {
-    what = fmt::format("reference tags {} contradict each other, and no majority of them agrees",
-                       fmt::join(check.unresolved, ", "));
-  }
-  sink_({log::Event::kTagsContradict,
-         fmt::format("camera: {}. The lens was calibrated with these tags in place, so another "
-                     "calibration is not requested. Check the tags' places and drawn_by in the "
-                     "tag file; command 9 calibrates again.",
-                     what)});
 }
 
 bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& context, double image_s,
@@ -237,7 +152,7 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
     event.kind = good ? lens::ZoomEvent::Kind::kTagsGood : lens::ZoomEvent::Kind::kTagsNotVisible;
     if (good) failed_checks_ = 0;
   } else {
-    tip_.Reset();
+    bodies_.ResetTip();
     if (++failed_checks_ < kChecksToReject) return false;
     if (AdoptPrints(check)) return false;
     event.kind = check.verdict == TagTestOutcome::kBad ? lens::ZoomEvent::Kind::kTagsBad
@@ -267,7 +182,7 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   Take(event);
   if (contradicted()) {
     contradicting_ = check.unresolved;
-    if (!contradicted_before) ReportContradiction(check);
+    if (!contradicted_before) sink_(ContradictionEntry(check));
   }
   return changed;
 }
@@ -277,35 +192,7 @@ void LensSupervisor::OnBodies(const std::vector<tracking::SeenBody>& seen,
   if (!context.lens || context.standstill != standstill_ || state() != lens::ZoomState::kValid ||
       failed_checks_ > 0)
     return;
-  const lens::LensCovariance& lens = context.lens->known.covariance;
-  const tracking::SeenBody* const cell = Find(seen, settings_.cell.name);
-  const auto places = [this](const tracking::SeenBody& body) {
-    return TagPositionSd{settings_.tag_check.place_sd_m,
-                         body.body->place_sd_m.value_or(tracking::kPlaceSdOnOnePlate_m)};
-  };
-  for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
-    const tracking::SeenBody* const body = Find(seen, settings_.bodies[k]);
-    status::CameraStatus::Body& status = bodies_[k];
-    status.valid = body != nullptr && cell != nullptr;
-    if (!status.valid) continue;
-    status.ambiguous = body->ambiguous || cell->ambiguous;
-    status.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    const CameraPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
-                                            Vec3::Zero(), lens, image_s, places(*body));
-    status.radius_m =
-        statistics::RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
-    status.time_s = image_s;
-  }
-  const tracking::SeenBody* const tool =
-      settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
-  const bool reliable = tool != nullptr && cell != nullptr && !tool->ambiguous &&
-                        !cell->ambiguous && cell->used.size() >= 2;
-  if (reliable) {
-    tip_.Take(MeasurePoint(cell->estimate, tool->estimate, settings_.X_WK, settings_.tip_T, lens,
-                           image_s, places(*tool)));
-  } else {
-    tip_.Reset();
-  }
+  bodies_.Take(settings_, seen, context.lens->known.covariance, image_s);
 }
 
 bool LensSupervisor::StartBoard(double now_s) {
@@ -365,16 +252,6 @@ void LensSupervisor::SetStoredId(std::int64_t id) {
   lens_ = std::move(stored);
 }
 
-void LensSupervisor::OnStoreFault(const std::string& fault) {
-  if (fault == store_fault_) return;
-  if (fault.empty()) {
-    sink_({log::Event::kLensStoreWorks, "lens store works again"});
-  } else {
-    sink_({log::Event::kLensStoreFault, "lens store: " + fault});
-  }
-  store_fault_ = fault;
-}
-
 status::CameraStatus LensSupervisor::Status() const {
   status::CameraStatus status;
   status.configured = true;
@@ -382,7 +259,7 @@ status::CameraStatus LensSupervisor::Status() const {
   status.state = state();
   status.reason = supervision_.reason();
   status.lens_stale = state() != lens::ZoomState::kValid;
-  status.camera_lost = camera_ != CameraResult::kFrame;
+  status.camera_lost = faults_.camera_lost();
   status.zoom_unknown = state() == lens::ZoomState::kUnknown;
   status.board_wanted = supervision_.request() == lens::ZoomRequest::kBoard;
   status.fiducials_hidden = status.reason == lens::ZoomReason::kTagsNotVisible;
@@ -392,7 +269,7 @@ status::CameraStatus LensSupervisor::Status() const {
     if (status.contradicting_count == status.contradicting_tags.size()) break;
     status.contradicting_tags[status.contradicting_count++] = id;
   }
-  status.store_fault = !store_fault_.empty();
+  status.store_fault = faults_.store_fault();
   status.prompt = prompt_;
   if (status.prompt == lens::BoardPrompt::kNone && status.board_wanted) {
     status.prompt = lens::BoardPrompt::kShowBoard;
@@ -408,15 +285,8 @@ status::CameraStatus LensSupervisor::Status() const {
   }
   status.zoom_time_s = zoom_time_s_;
   status.frame_time_s = frame_time_s_;
-  status.bodies_configured = std::min(settings_.bodies.size(), bodies_.size());
-  status.bodies = bodies_;
-  if (const auto tip = tip_.Point(); tip && state() == lens::ZoomState::kValid) {
-    status.tip_valid = true;
-    status.tip_W = tip->p_W;
-    status.tip_covariance_W = tip->covariance_W;
-    status.tip_tag_covariance_W = tip->tag_covariance_W;
-    status.tip_time_s = tip->time_s;
-  }
+  status.bodies_configured = std::min(settings_.bodies.size(), status.bodies.size());
+  bodies_.AddTo(status, state() == lens::ZoomState::kValid);
   return status;
 }
 

@@ -8,31 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "app/camera/measured_tip.h"
+#include "app/camera/device_faults.h"
+#include "app/camera/supervision_settings.h"
 #include "app/camera/tag_check.h"
+#include "app/camera/tracked_bodies.h"
 #include "app/lens_store/lens_entry.h"
 #include "app/log/log_entry.h"
-#include "app/tracking/tracker.h"
-#include "drivers/camera/camera.h"
-#include "drivers/zoom/zoom.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline::camera {
-
-struct LensSupervisorSettings {
-  status::CameraName name = status::CameraName::kNone;
-  lens::ZoomSupervisorSettings zoom;
-  TagCheckSettings tag_check;
-  double acceptable_px = 0.5;       ///< largest acceptable projection uncertainty (1 sd)
-  tracking::Body cell;              ///< the reference tags
-  std::string family;               ///< of all tags
-  bool opencv_turns = false;        ///< OpenCV draws that family rotated by half a turn
-  Pose X_WK;                        ///< the cell's body in the measurement frame
-  std::string tool;                 ///< name of the body that carries the tip; empty: none
-  Vec3 tip_T = Vec3::Zero();        ///< on that body [m]
-  std::vector<std::string> bodies;  ///< bodies that are reported, in this order
-};
 
 /// Snapshot for the image thread: what to do with the next frame. Passed back with each result, so
 /// that results for an earlier lens or zoom are recognized and dropped.
@@ -83,7 +68,8 @@ class LensSupervisor {
   void CancelBoard(double now_s);
   /// The active lens has been stored under this id.
   void SetStoredId(std::int64_t id);
-  void OnStoreFault(const std::string& fault);  ///< empty: the store works
+  /// @param fault  empty: the store works
+  void OnStoreFault(const std::string& fault) { faults_.OnStore(fault); }
 
   lens::ZoomState state() const { return supervision_.state(); }
   /// Whether the tags contradict the calibration in use since it was accepted.
@@ -95,10 +81,8 @@ class LensSupervisor {
   void Take(lens::ZoomEvent event);
   void ApplyTransition(const lens::ZoomTransition& transition);
   void DropLens();
-  void InvalidateBodies();
   bool IsCurrent(const FrameContext& context) const;
   bool AdoptPrints(const TagCheck& check);
-  void ReportContradiction(const TagCheck& check);
 
   const LensSupervisorSettings settings_;
   log::LogSink sink_;
@@ -116,12 +100,8 @@ class LensSupervisor {
   std::vector<int> contradicting_;  ///< reference tags that contradict the others, or each other
   lens::BoardPrompt prompt_ = lens::BoardPrompt::kNone;
   std::size_t board_views_ = 0;
-  std::array<status::CameraStatus::Body, status::CameraStatus::kMaxBodies> bodies_;
-  StationaryPointFilter tip_;
-  std::optional<CameraResult> camera_;      ///< last logged result
-  std::optional<zoom::ZoomResult> sensor_;  ///< last logged result
-  double camera_lost_s_ = 0;
-  std::string store_fault_;
+  TrackedBodies bodies_;
+  DeviceFaults faults_;
 };
 
 /// Consecutive tag checks that must fail before the tags count as moved, the zoom as drifted or the

@@ -13,6 +13,10 @@ std::string TextFromUtc(double utc_s) {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
+std::string TextOfUtcNow() {
+  return TextFromUtc(static_cast<double>(std::time(nullptr)));
+}
+
 std::optional<double> UtcFromText(const std::string& text) {
   std::tm parts{};
   const char* const end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts);

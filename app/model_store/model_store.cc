@@ -1,6 +1,5 @@
 #include "app/model_store/model_store.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,6 +11,7 @@
 
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
+#include "app/config/utc_text.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/model_json.h"
 #include "drivers/files/open_failure.h"
@@ -274,7 +274,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   if (!initialized) return initialized.failure();
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
-  facts.date = UtcNow();
+  facts.date = config::TextOfUtcNow();
   facts.from = file;
   const Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
@@ -316,7 +316,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   if (!state) return state.failure();
   const Result<void> initialized = InitializeState();
   if (!initialized) return initialized.failure();
-  if (facts.date.empty()) facts.date = UtcNow();
+  if (facts.date.empty()) facts.date = config::TextOfUtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
@@ -380,10 +380,6 @@ const char* NameOf(ModelFacts::Origin origin) {
       return "manual";
   }
   return "?";
-}
-
-std::string UtcNow() {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", fmt::gmtime(std::time(nullptr)));
 }
 
 }  // namespace plumbline::model_store

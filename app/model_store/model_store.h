@@ -153,7 +153,4 @@ class ModelStore {
 
 const char* NameOf(ModelFacts::Origin origin);
 
-/// The current time in the format of ModelFacts::date.
-std::string UtcNow();
-
 }  // namespace plumbline::model_store

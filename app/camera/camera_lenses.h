@@ -1,0 +1,49 @@
+// Lenses and tag baselines of one camera, in the stores that all cameras share.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "app/camera/board_session.h"
+#include "app/camera/camera_stores.h"
+#include "app/camera/lens_supervisor.h"
+#include "firmware-like/result.h"
+
+namespace plumbline::camera {
+
+/// Calls block on disk access. Not thread-safe; the stores are.
+class CameraLenses {
+ public:
+  /// A lens for a zoom; both null if the store has none.
+  struct Found {
+    std::shared_ptr<const ActiveLens> lens;
+    std::shared_ptr<const TagBaseline> baseline;  ///< null for an interpolated lens
+  };
+
+  /// @param stores  must outlive this object
+  CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom, log::LogSink sink);
+
+  /// The lens of a camera for the zoom and focus of `context`.
+  Result<Found> Find(const CameraIdentity& camera, const FrameContext& context);
+
+  /// Logs an accepted calibration and appends it to the store.
+  /// @param temp_C  of the robot; NaN: unknown
+  /// @return        the id of the lens
+  Result<std::int64_t> Store(const CameraIdentity& camera, const FrameContext& context,
+                             const BoardSession& session, double temp_C);
+
+  /// Stores the residuals of the reference tags when the lens was last verified. A lens that is
+  /// interpolated or not stored has no baseline.
+  void StoreBaseline(const ActiveLens& lens, const TagBaseline& baseline);
+
+  /// Stores that the reference tags contradict the lens, so that a restart does not request the
+  /// same calibration again.
+  void StoreContradiction(const ActiveLens& lens);
+
+ private:
+  CameraStores& stores_;
+  const lens::ZoomSupervisorSettings zoom_;
+  const log::LogSink sink_;
+};
+
+}  // namespace plumbline::camera
