@@ -19,6 +19,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/file_kind.h"
+#include "app/config/required_file.h"
 #include "app/config/text_file.h"
 #include "app/model_store/usable_model.h"
 #include "app/scene/object_table.h"
@@ -124,12 +125,8 @@ std::string CameraText(const config::CameraConfig& camera) {
 bool CheckObjects(const config::DaemonConfig& config, config::FaultList& faults) {
   const std::string& file = config.overlay.objects_file;
   if (file.empty()) return true;
-  const Result<std::string> text = config::ReadTextFile(file);
-  if (!text) {
-    faults.Add(
-        {config::Fault::Severity::kFault, file, 0, "", files::ReadErrorText(file, text.error())});
-    return false;
-  }
+  const auto text = config::ReadRequiredFile(file, faults);
+  if (!text) return false;
   const tracking::TagDatabase* const tags =
       !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
   const auto table = scene::ObjectTableFromText(*text, file, tags, faults);

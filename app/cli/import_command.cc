@@ -12,11 +12,11 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
+#include "app/config/required_file.h"
 #include "app/config/text_file.h"
 #include "app/imports/ask.h"
 #include "app/imports/preview.h"
 #include "app/table/csv.h"
-#include "drivers/files/open_failure.h"
 
 namespace plumbline::cli {
 namespace {
@@ -26,14 +26,6 @@ struct ImportCommandOptions {
   bool preview = false;
   imports::ImportOptions units;
 };
-
-std::optional<std::string> ReadImportFile(const std::string& path, config::FaultList& faults) {
-  const auto text = config::ReadTextFile(path);
-  if (text) return *text;
-  faults.Add(
-      {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-  return std::nullopt;
-}
 
 /// "15+6": 15 um + 6 um/m.
 std::optional<imports::PermissibleError> PermissibleErrorOf(const std::string& text) {
@@ -58,12 +50,12 @@ class MappedFile {
 
   /// @return nullopt after a fault
   std::optional<imports::UnderstoodFile> Read(config::FaultList& faults) {
-    const auto bytes = ReadImportFile(path_, faults);
+    const auto bytes = config::ReadRequiredFile(path_, faults);
     if (!bytes) return std::nullopt;
     imports::Mapping mapping;
     const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
     if (known) {
-      const auto text = ReadImportFile(mapping_path_, faults);
+      const auto text = config::ReadRequiredFile(mapping_path_, faults);
       const auto read =
           text ? imports::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
       if (!read) return std::nullopt;
@@ -173,7 +165,7 @@ void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFil
 
 int PreviewYaml(const ImportCommandOptions& options) {
   config::FaultList faults;
-  const auto text = ReadImportFile(options.file, faults);
+  const auto text = config::ReadRequiredFile(options.file, faults);
   std::cerr << config::FaultsText(faults);
   if (!text) return kExitFault;
   const auto shown = imports::RobotCalibrationText(*text);

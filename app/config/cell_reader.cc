@@ -11,11 +11,10 @@
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
 #include "app/config/payload_item_reader.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
 #include "app/config/unlikely_values.h"
-#include "drivers/files/open_failure.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -338,12 +337,8 @@ std::optional<model::CellModel> CellFromText(std::string_view text, const std::s
 }
 
 std::optional<model::CellModel> ReadCell(const std::string& path, FaultList& faults) {
-  const Result<std::string> text = ReadTextFile(path);
-  if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
-  return CellFromText(*text, path, faults);
+  const auto text = ReadRequiredFile(path, faults);
+  return text ? CellFromText(*text, path, faults) : std::nullopt;
 }
 
 }  // namespace plumbline::config

@@ -15,9 +15,9 @@
 #include "app/config/limits.h"
 #include "app/config/point_reader.h"
 #include "app/config/posture_check.h"
+#include "app/config/required_file.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
-#include "drivers/files/open_failure.h"
 #include "drivers/files/package_paths.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
@@ -377,12 +377,8 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
                                              std::size_t postures) {
-  const Result<std::string> text = ReadTextFile(path);
-  if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
-  return DaemonConfigFromText(*text, path, faults, postures);
+  const auto text = ReadRequiredFile(path, faults);
+  return text ? DaemonConfigFromText(*text, path, faults, postures) : std::nullopt;
 }
 
 }  // namespace plumbline::config

@@ -7,9 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
-#include "drivers/files/open_failure.h"
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
@@ -324,15 +322,6 @@ std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
   own.SortByLine();
   for (const Fault& fault : own.All()) faults.Add(fault);
   return own.HasFaults() ? std::nullopt : profile;
-}
-
-std::optional<robot::RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
-  const Result<std::string> text = ReadTextFile(path);
-  if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
-  return RobotProfileFromText(*text, path, faults);
 }
 
 }  // namespace plumbline::config

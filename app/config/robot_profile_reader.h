@@ -19,7 +19,4 @@ namespace plumbline::config {
 std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
                                                         const std::string& file, FaultList& faults);
 
-/// RobotProfileFromText() on the content of a file; a file that cannot be read is a fault.
-std::optional<robot::RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults);
-
 }  // namespace plumbline::config

@@ -2,9 +2,7 @@
 
 #include <limits>
 
-#include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
-#include "drivers/files/open_failure.h"
 
 namespace plumbline::config {
 namespace {
@@ -88,15 +86,6 @@ std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const 
   faults.Append(found);
   if (found.HasFaults()) return std::nullopt;
   return profile;
-}
-
-std::optional<zoom::HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
-  const Result<std::string> text = ReadTextFile(path);
-  if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
-  return HidProfileFromText(*text, path, faults);
 }
 
 }  // namespace plumbline::config

@@ -15,7 +15,4 @@ namespace plumbline::config {
 std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
                                                    FaultList& faults);
 
-/// HidProfileFromText() on the content of a file; a file that cannot be read is a fault.
-std::optional<zoom::HidProfile> ReadHidProfile(const std::string& path, FaultList& faults);
-
 }  // namespace plumbline::config

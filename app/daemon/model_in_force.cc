@@ -7,12 +7,12 @@
 #include <map>
 
 #include "app/config/daemon_config_reader.h"
+#include "app/config/required_file.h"
 #include "app/config/text_file.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
-#include "drivers/files/open_failure.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -146,12 +146,8 @@ struct Declared {
 
 std::optional<Declared> ReadDeclared(const std::string& path, config::FaultList& faults,
                                      const std::optional<RunningDaemon>& running) {
-  const Result<std::string> text = config::ReadTextFile(path);
-  if (!text) {
-    faults.Add(
-        {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
+  const auto text = config::ReadRequiredFile(path, faults);
+  if (!text) return std::nullopt;
   // Each file is read once, so that the text recorded in the store is the text that was parsed.
   std::map<std::string, std::string> texts;
   const auto read = [&texts](const std::string& file) {

@@ -2,8 +2,7 @@
 
 #include <sys/stat.h>
 
-#include "app/config/text_file.h"
-#include "drivers/files/open_failure.h"
+#include "app/config/required_file.h"
 
 namespace plumbline::scene {
 
@@ -21,12 +20,8 @@ std::optional<ObjectTableUpdate> ObjectTableFile::Poll() {
   if (!stable || (read_ && now == *read_)) return std::nullopt;
   read_ = now;
   ObjectTableUpdate news;
-  const auto text = config::ReadTextFile(path_);
-  if (!text) {
-    news.faults.Add(
-        {config::Fault::Severity::kFault, path_, 0, "", files::ReadErrorText(path_, text.error())});
-    return news;
-  }
+  const auto text = config::ReadRequiredFile(path_, news.faults);
+  if (!text) return news;
   if (auto table = ObjectTableFromText(*text, path_, tags_, news.faults)) {
     table_ = std::move(table);
     news.accepted = true;

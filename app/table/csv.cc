@@ -3,56 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
-#include "app/config/limits.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/config/toml_reader.h"
 #include "app/table/csv_fields.h"
 #include "app/table/gaps.h"
+#include "app/table/row_values.h"
 #include "app/table/table_header.h"
-#include "drivers/files/open_failure.h"
 
 namespace plumbline::table {
 namespace {
 
-constexpr double kMaxNumber = 1e12;            // no measurement is larger
 constexpr double kMinCellSize_m = 0.01;        // measured points of any robot extend farther
 constexpr double kQuaternionTolerance = 0.01;  // of its norm; rounding in a file is far smaller
-
-/// The number in a field; infinity if it is not a number.
-double NumberOrInfinity(std::string_view field) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  const bool whole = error == std::errc() && end == field.data() + field.size();
-  return whole && std::abs(number) <= kMaxNumber ? number : HUGE_VAL;
-}
 
 /// Number of decimals in a field; nullopt if it has an exponent.
 std::optional<int> DecimalsOf(std::string_view field) {
   if (field.find_first_of("eE") != std::string_view::npos) return std::nullopt;
   const auto point = field.find('.');
   return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
-}
-
-/// One camera, or two in the order of their names in the format: "rear+side" gives "side+rear".
-/// nullopt if the field names no camera, an unknown one, or one of them twice.
-std::optional<std::string> CamerasNamed(std::string_view field) {
-  constexpr std::array<std::string_view, 4> kNames = {"side", "rear", "front", "top"};
-  const auto place = [&](std::string_view name) {
-    return std::find(kNames.begin(), kNames.end(), name) - kNames.begin();
-  };
-  const auto count = static_cast<std::ptrdiff_t>(kNames.size());
-  const auto plus = field.find('+');
-  const std::ptrdiff_t first = place(field.substr(0, plus));
-  if (first == count) return std::nullopt;
-  if (plus == std::string_view::npos) return std::string(field);
-  const std::ptrdiff_t second = place(field.substr(plus + 1));
-  if (second == count || second == first) return std::nullopt;
-  return std::string(kNames[static_cast<std::size_t>(std::min(first, second))]) + "+" +
-         std::string(kNames[static_cast<std::size_t>(std::max(first, second))]);
 }
 
 /// Reads the lines below the header; each yields a row or a warning.
@@ -74,9 +44,6 @@ class TableReader {
 
  private:
   void WarnIfInMetres();
-  std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
-  std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
-  static void StoreNumber(const Column& column, std::string_view field, MeasuredRow& row);
   bool ReadJoints(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
   void SkipMeasurement(MeasuredRow row, std::string_view column, const std::string& reason);
@@ -92,173 +59,6 @@ class TableReader {
   MeasuredTable table_;
 };
 
-bool IsMeasured(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::kPosition:
-    case Quantity::kRange:
-    case Quantity::kOrientation:
-    case Quantity::kArtefact:
-    case Quantity::kGauge:
-    case Quantity::kSigma:
-    case Quantity::kCamera:
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// Marks an empty cell of a measured table for FillEmptyCells(). Returns why the row cannot be used
-/// without it, or an empty string.
-std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) const {
-  const char* const needed = "is empty";
-  switch (column.quantity) {
-    case Quantity::kSession:
-    case Quantity::kQ:
-      return needed;
-    case Quantity::kPosition:
-      row.measured_W->setConstant(std::nan(""));
-      return {};
-    case Quantity::kOrientation:
-      row.orientation_W->coeffs().setConstant(std::nan(""));
-      return {};
-    case Quantity::kRange:
-    case Quantity::kGauge:
-    case Quantity::kArtefact:
-    case Quantity::kSigma:
-    case Quantity::kCamera:
-      return {};
-    default:
-      break;
-  }
-  if (use_ == TableUse::kPoses) return needed;
-  switch (column.quantity) {
-    case Quantity::kQd:
-      row.qd[column.index] = std::nan("");
-      break;
-    case Quantity::kQdd:
-      row.qdd[column.index] = std::nan("");
-      break;
-    case Quantity::kTau:
-      row.tau[column.index] = std::nan("");
-      break;
-    default:
-      break;
-  }
-  return {};
-}
-
-/// Stores the number of a tool or payload item. Anything else leaves it absent, which is a fault
-/// only if the cell declares several tools or items (numbered_rows.h).
-void TableReader::StoreNumber(const Column& column, std::string_view field, MeasuredRow& row) {
-  constexpr int kLargest = 65535;
-  int number = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (error != std::errc() || end != field.data() + field.size()) return;
-  if (number < 0 || number > kLargest) return;
-  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) = number;
-}
-
-/// Parses a field and stores it in the row. Returns why it cannot, or an empty string.
-std::string TableReader::Store(const Column& column, std::string_view field,
-                               MeasuredRow& row) const {
-  if (column.quantity == Quantity::kUnused) return {};
-  if (use_ == TableUse::kPoses && IsMeasured(column.quantity)) return {};
-  if (column.quantity == Quantity::kFurther) {
-    row.further[static_cast<std::size_t>(column.index)] =
-        field.empty() ? std::nan("") : NumberOrInfinity(field);
-    return {};
-  }
-  if (column.quantity == Quantity::kTool || column.quantity == Quantity::kPayloadItem) {
-    StoreNumber(column, field, row);
-    return {};
-  }
-  if (field.empty()) return StoreEmpty(column, row);
-  if (column.quantity == Quantity::kSession) {
-    row.session = std::string(field);
-    return {};
-  }
-  if (column.quantity == Quantity::kArtefact) {
-    row.artefact = std::string(field);
-    return {};
-  }
-  if (column.quantity == Quantity::kCamera) {
-    const auto camera = CamerasNamed(field);
-    if (!camera) {
-      return Shown(field) +
-             " is not a camera: write side, rear, front or top, or two of them "
-             "joined by + for their mean";
-    }
-    row.camera = *camera;
-    return {};
-  }
-  double number = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-  if (error == std::errc::result_out_of_range) return Shown(field) + " is out of range";
-  if (error != std::errc() || end != field.data() + field.size()) {
-    return Shown(field) + " is not a number";
-  }
-  if (!std::isfinite(number)) return Shown(field) + " is not a finite number";
-  if (std::abs(number) > kMaxNumber) return Shown(field) + " is out of range";
-  const double value = number * column.to_si;
-  switch (column.quantity) {
-    case Quantity::kTime:
-      row.t_s = value;
-      break;
-    case Quantity::kQ:
-      row.q[column.index] = value;
-      break;
-    case Quantity::kQd:
-      row.qd[column.index] = value;
-      break;
-    case Quantity::kQdd:
-      row.qdd[column.index] = value;
-      break;
-    case Quantity::kTau:
-      row.tau[column.index] = value;
-      break;
-    case Quantity::kPayload:
-      if (value < 0 || value > loads::kMaxPayload_kg) {
-        return fmt::format("{:g} is outside 0..{:g}", value, loads::kMaxPayload_kg);
-      }
-      row.payload_kg = value;
-      break;
-    case Quantity::kTemperature:
-      row.temp_C = value;
-      break;
-    case Quantity::kPosition:
-      (*row.measured_W)[column.index] += value;  // remains NaN if another cell is empty
-      break;
-    case Quantity::kRange:
-      if (value < 0) return Shown(field) + " is negative";
-      row.range_m = value;
-      break;
-    case Quantity::kOrientation:
-      // Eigen stores (x, y, z, w); the columns are (w, x, y, z).
-      row.orientation_W->coeffs()[(column.index + 3) % 4] += value;
-      break;
-    case Quantity::kJointStep:
-      if (value < 0) return Shown(field) + " is negative";
-      row.q_step_rad = value;
-      break;
-    case Quantity::kGauge:
-      row.gauge_m = value;
-      break;
-    case Quantity::kSigma:
-      if (!(value > 0)) return Shown(field) + " is not positive";
-      row.sigma_m = value;
-      break;
-    case Quantity::kArtefact:
-    case Quantity::kCamera:
-    case Quantity::kFurther:
-    case Quantity::kSession:
-    case Quantity::kTool:
-    case Quantity::kPayloadItem:
-    case Quantity::kUnused:
-      break;
-  }
-  return {};
-}
-
 void TableReader::Skip(int line, std::string_view column, const std::string& reason) {
   table_.unreadable_lines.push_back(line);
   faults_.Add({config::Fault::Severity::kWarning, table_.file, line, std::string(column),
@@ -270,7 +70,7 @@ bool TableReader::ReadJoints(MeasuredRow& row) const {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const Quantity quantity = columns_[i].quantity;
     if (quantity != Quantity::kQ && quantity != Quantity::kSession) continue;
-    if (!Store(columns_[i], fields_[i], row).empty()) return false;
+    if (!StoreField(columns_[i], fields_[i], use_, row).empty()) return false;
   }
   return true;
 }
@@ -312,7 +112,7 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
     row.orientation_W = Eigen::Quaterniond(0, 0, 0, 0);
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const std::string reason = Store(columns_[i], fields_[i], row);
+    const std::string reason = StoreField(columns_[i], fields_[i], use_, row);
     if (!reason.empty()) {
       const double number = NumberOrInfinity(Trimmed(fields_[i]));
       if (columns_[i].quantity == Quantity::kPayload && std::isfinite(number)) {
@@ -412,13 +212,8 @@ std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::stri
 std::optional<MeasuredTable> ReadTable(const std::string& path,
                                        const std::vector<model::Joint>& joints,
                                        config::FaultList& faults, TableUse use) {
-  const Result<std::string> text = config::ReadTextFile(path);
-  if (!text) {
-    faults.Add(
-        {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
-    return std::nullopt;
-  }
-  return TableFromCsv(*text, path, joints, faults, use);
+  const auto text = config::ReadRequiredFile(path, faults);
+  return text ? TableFromCsv(*text, path, joints, faults, use) : std::nullopt;
 }
 
 }  // namespace plumbline::table

@@ -1,4 +1,4 @@
-// Tools and payload items that the rows of a table name by their numbers.
+// Check of the tool and payload item numbers in a table against what the cell declares.
 #pragma once
 
 #include <optional>

@@ -6,8 +6,10 @@
 #include <map>
 #include <numbers>
 
+#include "app/config/required_file.h"
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
+#include "tests/file_text.h"
 
 namespace plumbline::robot_profile_reader_test {
 
@@ -19,7 +21,8 @@ constexpr double kRad = std::numbers::pi / 180;
 
 robot::RobotProfile Shipped(const std::string& name) {
   FaultList faults;
-  const auto profile = ReadRobotProfile("config/profiles/" + name, faults);
+  const std::string path = "config/profiles/" + name;
+  const auto profile = RobotProfileFromText(test::FileText(path), path, faults);
   INFO(FaultsText(faults));
   REQUIRE(profile);
   CHECK(faults.All().empty());
@@ -362,7 +365,7 @@ TEST_CASE("all faults are reported at once, ordered by line") {
 
 TEST_CASE("a file that is not there is a fault") {
   FaultList faults;
-  CHECK_FALSE(ReadRobotProfile("config/profiles/none.toml", faults));
+  CHECK_FALSE(ReadRequiredFile("config/profiles/none.toml", faults));
   CHECK_THAT(FaultsText(faults), Catch::Contains("config/profiles/none.toml"));
 }
 

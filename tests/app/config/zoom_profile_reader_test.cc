@@ -15,7 +15,8 @@ TEST_CASE("every profile of config/profiles/zoom reads without faults") {
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles/zoom")) {
     if (entry.path().extension() != ".toml") continue;
     FaultList faults;
-    const auto profile = ReadHidProfile(entry.path().string(), faults);
+    const std::string path = entry.path().string();
+    const auto profile = HidProfileFromText(test::FileText(path), path, faults);
     CAPTURE(FaultsText(faults));
     CHECK(profile);
     CHECK(faults.All().empty());
@@ -26,7 +27,8 @@ TEST_CASE("every profile of config/profiles/zoom reads without faults") {
 
 TEST_CASE("Computar LensConnect, as its source has it, byte by byte") {
   FaultList faults;
-  const auto profile = ReadHidProfile("config/profiles/zoom/computar-lensconnect.toml", faults);
+  const std::string path = "config/profiles/zoom/computar-lensconnect.toml";
+  const auto profile = HidProfileFromText(test::FileText(path), path, faults);
   REQUIRE(profile);
   CHECK(profile->vendor_id == 0x10C4);
   CHECK(profile->product_id == 0x8D08);
@@ -61,7 +63,6 @@ TEST_CASE("wrong lines of a profile, each with its fault") {
     return HidProfileFromText(text, "lens.toml", faults).has_value();
   });
   FaultList faults;
-  CHECK_FALSE(ReadHidProfile("config/profiles/zoom/none.toml", faults));
   CHECK_FALSE(HidProfileFromText("a = [", "a.toml", faults));
   CHECK_FALSE(HidProfileFromText("", "a.toml", faults));
 }

@@ -1,0 +1,15 @@
+// Reading of a text file that must exist: if it cannot be read, that is a fault of the input.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/config/fault.h"
+
+namespace plumbline::config {
+
+/// @param faults  receives a fault with reason and remedy if the file cannot be read
+/// @return        the content; nullopt with a fault
+std::optional<std::string> ReadRequiredFile(const std::string& path, FaultList& faults);
+
+}  // namespace plumbline::config

@@ -1,0 +1,22 @@
+// Values of a row: a field of the file parsed as the quantity of its column.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "app/table/csv.h"
+#include "app/table/table_header.h"
+
+namespace plumbline::table {
+
+/// The number in a field; infinity if it is not a number.
+double NumberOrInfinity(std::string_view field);
+
+/// Parses a field and stores it in the row, in SI units. Empty cells of a measured table are stored
+/// as NaN for FillEmptyCells().
+/// @param row  has its vectors at their sizes; positions and orientations start at zero
+/// @return     why the row cannot be used with this field, or an empty string
+std::string StoreField(const Column& column, std::string_view field, TableUse use,
+                       MeasuredRow& row);
+
+}  // namespace plumbline::table
