@@ -139,13 +139,6 @@ bool IsLinear(const effects::EffectTerm& term) {
       });
 }
 
-bool IsInverse(const effects::EffectTerm& term, int parameter) {
-  const auto& specs = term.effect->traits().parameters;
-  if (parameter < 0 || parameter >= static_cast<int>(term.parameters.size())) return false;
-  const effects::TermParameter& own = term.parameters[static_cast<std::size_t>(parameter)];
-  return specs[static_cast<std::size_t>(own.spec)].inverse;
-}
-
 bool RepeatsWithAngle(const effects::Effect& effect) {
   const auto& specs = effect.traits().parameters;
   return std::any_of(specs.begin(), specs.end(), effects::IsCycles);

@@ -58,8 +58,6 @@ bool HasContinuousShape(const Block& block);
 bool ActsFromEventTime(const effects::EffectTerm& term);
 /// True if the prediction is linear in all parameters of the term.
 bool IsLinear(const effects::EffectTerm& term);
-/// True for a parameter whose file value is the inverse of the acting size, a positive number.
-bool IsInverse(const effects::EffectTerm& term, int parameter);
 /// True for an effect that is periodic in a joint angle, with any number of cycles per turn.
 bool RepeatsWithAngle(const effects::Effect& effect);
 

@@ -16,7 +16,6 @@ enum class MessageKind : std::uint8_t {
   kProbe = 5,  ///< NPROBE
   kLost = 6,   ///< NLOST
 };
-inline constexpr int kMessageKinds = 7;
 
 const char* TopicTypeOf(MessageKind kind);
 

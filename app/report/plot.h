@@ -13,7 +13,6 @@ namespace plumbline::plot {
 inline constexpr const char* kAccent = "#0b6e8f";
 inline constexpr const char* kInk = "#25313a";
 inline constexpr const char* kGrey = "#a9b4bb";
-inline constexpr const char* kFaint = "#d5dce0";
 
 inline constexpr const char* kAxisNames[] = {"x", "y", "z"};
 

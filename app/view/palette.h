@@ -14,9 +14,8 @@ constexpr scene::Colour FromRgb(unsigned rgb, float opacity = 1) {
 }
 
 inline constexpr scene::Colour kGround = FromRgb(0x1b1e23), kPanel = FromRgb(0x24282f),
-                               kEdge = FromRgb(0x3b4149), kText = FromRgb(0xe6e8eb),
-                               kFaded = FromRgb(0xb4bbc3), kDarkText = FromRgb(0x07090b),
-                               kShadow = FromRgb(0x14171b, 0.92F);
+                               kText = FromRgb(0xe6e8eb), kFaded = FromRgb(0xb4bbc3),
+                               kDarkText = FromRgb(0x07090b), kShadow = FromRgb(0x14171b, 0.92F);
 /// Text and glyphs of an abnormal state, on kGround, kPanel and kShadow.
 inline constexpr scene::Colour kAdvisory = FromRgb(0x86c4f4), kWarning = FromRgb(0xf5c04e),
                                kAlarm = FromRgb(0xff9c96);

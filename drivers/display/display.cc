@@ -8,24 +8,6 @@
 
 namespace plumbline::display {
 
-std::string_view DisplayResultText(DisplayResult result) {
-  switch (result) {
-    case DisplayResult::kReady:
-      return "ready";
-    case DisplayResult::kShown:
-      return "shown";
-    case DisplayResult::kBusy:
-      return "the previous picture is not on the screen yet";
-    case DisplayResult::kWaiting:
-      return "no display yet";
-    case DisplayResult::kLost:
-      return "display lost";
-    case DisplayResult::kSizeMismatch:
-      return "the picture does not match the size of the display";
-  }
-  return "?";
-}
-
 NoDisplay::NoDisplay(const NoDisplayOptions& options, Clock clock, Sleep sleep)
     : options_(options), clock_(clock), sleep_(sleep) {}
 

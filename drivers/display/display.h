@@ -18,9 +18,6 @@ enum class DisplayResult : std::uint8_t {
   kSizeMismatch,  ///< the picture does not have the current size(); draw it again
 };
 
-/// Text for the log, for example "no display yet".
-std::string_view DisplayResultText(DisplayResult result);
-
 /// A display. Not thread-safe. It connects and reconnects by itself. There is no queue: a picture
 /// is drawn from the newest data once the previous one is on the screen.
 class Display {

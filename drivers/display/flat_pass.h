@@ -27,7 +27,6 @@ class FlatPass {
 
   /// Advance width of a text [px]; 0 without a font.
   float TextWidth(const std::string& text, float height_px);
-  int atlas_width_px() const { return atlas_width_; }
 
  private:
   struct Vertex {

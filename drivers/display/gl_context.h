@@ -31,7 +31,6 @@ class GlContext {
   bool reports_resets() const { return reset_status_ != nullptr; }
   /// True if the EGL display supports the extension.
   bool Has(const std::string& egl_extension) const;
-  void* egl_display() const { return display_; }
 
  private:
   GlContext() = default;

@@ -1,11 +1,8 @@
 #include "drivers/robot/registry.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <array>
 #include <utility>
 
+#include "drivers/device_kinds.h"
 #include "drivers/robot/modbus_robot.h"
 
 namespace plumbline::robot {
@@ -35,33 +32,21 @@ Device MakeReplay(const RobotConnection& connection) {
   return ReplayRobot::Create(connection.replay, connection.clock);
 }
 
-struct Kind {
-  std::string_view transport;
-  Device (*make)(const RobotConnection&);
-};
-
-constexpr std::array<Kind, 3> kKinds = {{
+constexpr DeviceKind<RobotDevice, RobotConnection> kKinds[] = {
     {"tcp", MakeTcp},
     {"rtu", MakeRtu},
     {"replay", MakeReplay},
-}};
+};
 
 }  // namespace
 
 std::vector<std::string_view> RobotTransports() {
-  std::vector<std::string_view> transports;
-  transports.reserve(kKinds.size());
-  for (const Kind& kind : kKinds) transports.push_back(kind.transport);
-  return transports;
+  return NamesOf(kKinds);
 }
 
 Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                                                const RobotConnection& connection) {
-  for (const Kind& kind : kKinds) {
-    if (kind.transport == transport) return kind.make(connection);
-  }
-  return Error{fmt::format("robot transport \"{}\" is not one of {}", transport,
-                           fmt::join(RobotTransports(), ", "))};
+  return MakeOfKind(kKinds, "robot transport", transport, connection);
 }
 
 }  // namespace plumbline::robot

@@ -17,7 +17,6 @@
 #include <mutex>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace plumbline::bench {
@@ -57,11 +56,6 @@ class BenchRobot {
     modbus_free(link_);
   }
   int port() const { return port_; }
-  /// Arrival times of the requests from the daemon [ms] since the last call.
-  std::vector<double> TakeRequests_ms() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(requests_ms_, {});
-  }
   void SetPayload(std::uint16_t grams) {
     const std::lock_guard lock(mutex_);
     map_->tab_registers[12] = grams;
@@ -73,10 +67,8 @@ class BenchRobot {
     while (!stop_ && modbus_tcp_accept(link_, &listener_) >= 0) {
       for (;;) {
         const int length = modbus_receive(link_, query);
-        const double now_ms = Now_ms();
         if (length < 0) break;
         const std::lock_guard lock(mutex_);
-        requests_ms_.push_back(now_ms);
         modbus_reply(link_, query, length, map_);
       }
       modbus_close(link_);
@@ -87,7 +79,6 @@ class BenchRobot {
   modbus_mapping_t* map_;
   int listener_ = -1, port_ = 0;
   std::mutex mutex_;
-  std::vector<double> requests_ms_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
