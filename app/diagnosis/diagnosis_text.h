@@ -1,6 +1,7 @@
 // Text of a diagnosis shared by the terminal summary, the JSON answer and the report.
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,9 @@ std::string EffectName(const Finding& finding);
 /// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
 /// a term of two signals, and an effect of the catalogue.
 std::string LinearTrendText(const effects::ActiveEffect& effect);
+/// "1, 23 or 25 cycles per turn".
+std::string CyclesText(const std::set<double>& cycles);
+
 /// Name of a rival, and of the finding that it would replace; with the variants if both have the
 /// same id and differ in the variant only.
 std::string RivalName(const Rival& rival);
@@ -57,11 +61,5 @@ bool HasEmpiricalTerm(const Diagnosis& diagnosis);
 /// Measuring conditions of a proposed pose other than joints and payload: "wait 20 min, q3 rising";
 /// empty if there are none.
 std::string MeasuringText(const NextPose& pose);
-
-/// The verdict in one sentence, without a capital at its start and without a full stop.
-std::string Headline(const Diagnosis& diagnosis);
-
-/// RMS error before and after the correction, and on which points; empty if there are no findings.
-std::string ErrorSentence(const Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/headline.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 

@@ -8,6 +8,9 @@
 #include <utility>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/headline.h"
+#include "app/report/certificate_text.h"
+#include "app/report/certificate_verdict.h"
 #include "app/report/html.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -15,170 +18,10 @@
 namespace plumbline::report {
 namespace {
 
-constexpr std::size_t kMaxNameLength = 32, kMaxSentenceLength = 500, kMaxWordLength = 24,
-                      kMaxInstrumentLength = 44, kMaxFileLength = 60;
+constexpr std::size_t kMaxNameLength = 32, kMaxWordLength = 24, kMaxInstrumentLength = 44,
+                      kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
-
-/// The text cut at a character boundary if it is longer than the page permits.
-std::string Shortened(const std::string& text, std::size_t most) {
-  const std::string valid = ValidUtf8(text);
-  if (valid.size() <= most) return valid;
-  std::size_t end = most;
-  while (end > 0 && (static_cast<unsigned char>(valid[end]) & 0xC0) == 0x80) --end;
-  return valid.substr(0, end) + "\u2026";
-}
-
-struct VerdictMark {
-  const char *word, *glyph, *style;
-};
-
-VerdictMark MarkOf(diagnosis::Verdict verdict) {
-  switch (verdict) {
-    case diagnosis::Verdict::kNoEffect:
-      return {"No effect", "\u25cf", "no-effect"};
-    case diagnosis::Verdict::kExplained:
-      return {"Explained", "\u25cf", "explained"};
-    case diagnosis::Verdict::kAmbiguous:
-      return {"Ambiguous", "\u25b2", "ambiguous"};
-    case diagnosis::Verdict::kUnknown:
-      break;
-  }
-  return {"Unknown cause", "\u25a0", "unknown"};
-}
-
-/// The finding that a rival would replace, with its joints.
-std::string ReplacedFinding(const diagnosis::Diagnosis& diagnosis, const diagnosis::Rival& rival) {
-  for (const diagnosis::Finding& finding : diagnosis.findings) {
-    if (finding.effect.term.effect->traits().id != rival.instead_of) continue;
-    const std::string name = diagnosis::EffectName(finding);
-    if (rival.cycles) return fmt::format("{} ({})", name, diagnosis::ReplacedName(rival));
-    const bool variants = rival.id == rival.instead_of && !rival.instead_of_word.empty();
-    return variants ? fmt::format("{} ({})", name, rival.instead_of_word) : name;
-  }
-  return diagnosis::ReplacedName(rival);
-}
-
-/// "q1 -103.81, q2 -81.92 deg": the joints of a pose.
-std::string PoseText(const diagnosis::NextPose& pose, const model::CellModel& cell) {
-  std::string text;
-  for (Eigen::Index i = 0; i < pose.q.size(); ++i) {
-    const auto joint = static_cast<std::size_t>(i);
-    const bool linear = joint < cell.robot.joints.size() &&
-                        cell.robot.joints[joint].type == model::JointType::kPrismatic;
-    text += fmt::format("{}q{} {:.1f}{}", i == 0 ? "" : ", ", i + 1,
-                        pose.q[i] * (linear ? kMmPerMetre : kDegPerRad), linear ? " mm" : "\u00b0");
-  }
-  return text;
-}
-
-/// The verdict in one sentence; if rivals remain, which two and what to measure.
-std::string VerdictSentence(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
-  const bool rivals = diagnosis.verdict == diagnosis::Verdict::kAmbiguous &&
-                      !diagnosis.rivals.empty() && diagnosis.rival_drivers.empty();
-  if (!rivals) return diagnosis::Capitalized(diagnosis::Headline(diagnosis)) + ".";
-  const diagnosis::Rival& rival = diagnosis.rivals.front();
-  std::string text = fmt::format("Either {} or {}: these rows cannot separate them; ",
-                                 ReplacedFinding(diagnosis, rival), diagnosis::RivalName(rival));
-  if (diagnosis.next_poses.empty()) {
-    text += "no pose near those measured was found that would.";
-  } else {
-    const diagnosis::NextPose& pose = diagnosis.next_poses.front();
-    text += fmt::format("measure {} with {:.1f} kg, where the explanations differ by {} mm.",
-                        PoseText(pose, cell), pose.payload_kg,
-                        diagnosis::MillimetreText(pose.separation_m));
-  }
-  const std::size_t more = diagnosis.rivals.size() - 1;
-  if (more > 0) {
-    text += fmt::format(" {} further explanation{} in the appendix.", more,
-                        more == 1 ? " is" : "s are");
-  }
-  return text;
-}
-
-std::string CountText(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
-/// "all 4 checks passed, but 2 effects are in doubt", or empty.
-std::string ChecksText(const diagnosis::Diagnosis& diagnosis) {
-  const std::size_t all = diagnosis.checks.size();
-  const auto passed =
-      static_cast<std::size_t>(std::count_if(diagnosis.checks.begin(), diagnosis.checks.end(),
-                                             [](const auto& check) { return check.passed; }));
-  std::set<std::pair<std::string, std::vector<std::string>>> doubtful;
-  for (const diagnosis::Doubt& doubt : diagnosis.doubts) doubtful.emplace(doubt.id, doubt.scope);
-  std::string text;
-  if (all == 1) {
-    text = passed == 1 ? "the one check passed" : "the one check failed";
-  } else if (all > 1) {
-    text = passed == all ? fmt::format("all {} checks passed", all)
-                         : fmt::format("{} of {} checks passed", passed, all);
-  }
-  if (doubtful.empty()) return text;
-  const char* const link = text.empty() ? "" : passed == all ? ", but " : ", and ";
-  return text + link + CountText(doubtful.size(), "effect") +
-         (doubtful.size() == 1 ? " is in doubt" : " are in doubt");
-}
-
-/// What the verdict rests on: rows, checks, errors against the noise.
-std::string RestsOn(const diagnosis::Diagnosis& diagnosis) {
-  std::set<std::string> sessions;
-  for (const diagnosis::RowTrace& row : diagnosis.rows) sessions.insert(row.session);
-  std::string text = "Rests on " + CountText(diagnosis.rows.size(), "row");
-  if (sessions.size() > 1) text += fmt::format(" in {} sessions", sessions.size());
-  if (!diagnosis.outlier_rows.empty()) {
-    text += fmt::format(" ({} rejected)", diagnosis.outlier_rows.size());
-  }
-  if (const std::string checks = ChecksText(diagnosis); !checks.empty()) text += "; " + checks;
-  const std::string error = diagnosis::ErrorSentence(diagnosis);
-  text += error.empty() ? fmt::format("; residual {} mm RMS",
-                                      diagnosis::MillimetreText(diagnosis.rms_before_m))
-                        : "; residual " + error;
-  if (const auto arrow = text.find(" -> "); arrow != std::string::npos) {
-    text.replace(arrow, 4, " \u2192 ");
-  }
-  return text + fmt::format("; noise floor {} mm, {}.",
-                            diagnosis::MillimetreText(diagnosis.noise_floor_m),
-                            diagnosis::OriginText(diagnosis.noise_floor_origin));
-}
-
-/// Reservations: why a correction was withheld, doubts, failed checks.
-std::vector<std::string> Reservations(const diagnosis::Diagnosis& diagnosis) {
-  std::vector<std::string> lines;
-  if (!diagnosis.withheld.empty()) lines.push_back("No correction: " + diagnosis.withheld);
-  for (const diagnosis::ExplanationCheck& check : diagnosis.checks) {
-    if (check.effect.empty() && !check.passed) lines.push_back("Not explained: " + check.sentence);
-  }
-  for (const diagnosis::Doubt& doubt : diagnosis.doubts) {
-    lines.push_back("In doubt: " + diagnosis::EffectName(doubt.id, doubt.scope) + ": " +
-                    doubt.reason);
-  }
-  for (const diagnosis::Finding& finding : diagnosis.findings) {
-    if (finding.implausible.empty()) continue;
-    lines.push_back("Implausible: " + diagnosis::EffectName(finding) + ": " + finding.implausible);
-  }
-  return lines;
-}
-
-std::string Banner(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
-  const VerdictMark mark = MarkOf(diagnosis.verdict);
-  std::string html = fmt::format(
-      "<div class=\"banner {}\">\n<p class=\"word\">{} {}</p>\n<p class=\"headline\">{}</p>\n",
-      mark.style, mark.glyph, mark.word,
-      Escape(Shortened(VerdictSentence(diagnosis, cell), kMaxSentenceLength)));
-  html += "<p>" + Escape(Shortened(RestsOn(diagnosis), kMaxSentenceLength)) + "</p>\n";
-  const std::vector<std::string> reservations = Reservations(diagnosis);
-  if (!reservations.empty()) {
-    html += "<p>" + Escape(Shortened(reservations.front(), kMaxSentenceLength / 2));
-    if (reservations.size() > 1) {
-      html += fmt::format(" {} more in the appendix.",
-                          CountText(reservations.size() - 1, "reservation"));
-    }
-    html += "</p>\n";
-  }
-  return html + "</div>\n";
-}
 
 std::string ConformityBlock(const CertificateInput& input) {
   const std::optional<double>& tolerance_m = input.source.certificate_details.tolerance_m;
@@ -344,7 +187,7 @@ std::string CertificatePage(const CertificateInput& input) {
       CountText(input.diagnosis.rows.size(), "measured point") + "</p></td><td class=\"when\">" +
       Escape(source.utc.empty() ? source.date : source.utc) + "<br>Plumbline " +
       Escape(source.version) + "</td></tr></tbody></table>\n</header>\n";
-  html += Banner(input.diagnosis, input.cell);
+  html += VerdictBanner(input.diagnosis, input.cell);
   html += ConformityBlock(input);
   const std::string points = CertificateFigureHtml(input.points, "points"),
                     deciding = CertificateFigureHtml(input.deciding, "deciding");

@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/signal_unit.h"
+#include "app/report/deciding_signal.h"
 #include "app/report/plot.h"
 #include "app/report/signal_bins.h"
 
@@ -16,152 +17,6 @@ constexpr int kWidth = 700, kPointsHeight = 138, kDecidingHeight = 190;
 constexpr const char* kTolerance = "#b42318";
 constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
 constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
-constexpr double kNearAxis_m = 1e-3;    // radial and tangential are undefined on the base's axis
-
-/// A component of the residual.
-enum class Component { kX, kY, kZ, kRadial, kTangential };
-
-const char* NameOf(Component component) {
-  switch (component) {
-    case Component::kX:
-      return "in x";
-    case Component::kY:
-      return "in y";
-    case Component::kZ:
-      return "in z";
-    case Component::kRadial:
-      return "away from the base's axis";
-    case Component::kTangential:
-      break;
-  }
-  return "around the base's axis";
-}
-
-/// Unit vector of a component at a point, in W.
-Vec3 DirectionAt(Component component, const Pose& X_WB, const Vec3& p_W) {
-  if (component <= Component::kZ) return Vec3::Unit(static_cast<int>(component));
-  const Vec3 axis = X_WB.R * Vec3::UnitZ();
-  const Vec3 from_axis = (p_W - X_WB.p) - axis * axis.dot(p_W - X_WB.p);
-  if (from_axis.norm() < kNearAxis_m) return Vec3::Zero();
-  const Vec3 radial = from_axis.normalized();
-  return component == Component::kRadial ? radial : Vec3(axis.cross(radial));
-}
-
-std::vector<Component> ComponentsOf(const model::CellModel& cell) {
-  std::vector<Component> all = {Component::kX, Component::kY, Component::kZ};
-  if (cell.measurement.frame_known) {
-    all.push_back(Component::kRadial);
-    all.push_back(Component::kTangential);
-  }
-  return all;
-}
-
-struct Selected {
-  const diagnosis::SignalTrace* signal = nullptr;
-  Component component = Component::kZ;
-  Cloud cloud, rejected;  ///< rejected: outliers, drawn only if they may show the cause
-  double share_before = 0, share_after = 0;  ///< of the mean square
-};
-
-Cloud CloudAlong(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal,
-                 Component component, const Pose& X_WB, bool outliers) {
-  std::vector<diagnosis::RowIndex> order;
-  const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
-  for (const diagnosis::RowIndex row : diagnosis::FirstIndices<diagnosis::RowIndex>(count)) {
-    const diagnosis::RowTrace& of = diagnosis.rows[row];
-    if (of.outlier == outliers && std::isfinite(signal.values[row]) && of.before.allFinite() &&
-        of.after.allFinite()) {
-      order.push_back(row);
-    }
-  }
-  std::stable_sort(order.begin(), order.end(), [&](diagnosis::RowIndex a, diagnosis::RowIndex b) {
-    return signal.values[a] < signal.values[b];
-  });
-  Cloud cloud;
-  for (const diagnosis::RowIndex row : order) {
-    const diagnosis::RowTrace& of = diagnosis.rows[row];
-    const Vec3 along = DirectionAt(component, X_WB, of.p_measured);
-    cloud.value.push_back(signal.values[row]);
-    cloud.before.push_back(1e3 * along.dot(of.before));
-    cloud.after.push_back(1e3 * along.dot(of.after));
-  }
-  return cloud;
-}
-
-/// A cloud with further points, sorted again.
-Cloud Joined(const Cloud& a, const Cloud& b) {
-  std::vector<std::array<double, 3>> points;
-  for (const Cloud* of : {&a, &b}) {
-    for (std::size_t k = 0; k < of->value.size(); ++k) {
-      points.push_back({of->value[k], of->before[k], of->after[k]});
-    }
-  }
-  std::stable_sort(points.begin(), points.end(),
-                   [](const auto& p, const auto& q) { return p[0] < q[0]; });
-  Cloud joined;
-  for (const auto& [value, before, after] : points) {
-    joined.value.push_back(value);
-    joined.before.push_back(before);
-    joined.after.push_back(after);
-  }
-  return joined;
-}
-
-/// Variance of the residual, and the share of it that binned means explain, both corrected for the
-/// degrees of freedom.
-std::pair<double, double> ExplainedBy(const std::vector<Bin>& bins, double Bin::*mean,
-                                      const std::vector<double>& residual) {
-  const auto n = static_cast<double>(residual.size());
-  const auto k = static_cast<double>(bins.size());
-  if (n <= k || k < 2) return {0, 0};
-  double sum = 0, square = 0, between = 0;
-  for (const double one : residual) sum += one;
-  for (const double one : residual) square += (one - sum / n) * (one - sum / n);
-  for (const Bin& bin : bins) between += bin.count * std::pow(bin.*mean - sum / n, 2);
-  if (square <= 0) return {0, 0};
-  return {square / (n - 1), std::max(0.0, 1 - (square - between) / (n - k) / (square / (n - 1)))};
-}
-
-/// Signals that may decide the verdict: the drivers of an unknown cause, otherwise all.
-std::vector<const diagnosis::SignalTrace*> EligibleSignals(const diagnosis::Diagnosis& diagnosis) {
-  std::vector<const diagnosis::SignalTrace*> all, drivers;
-  for (const diagnosis::SignalTrace& signal : diagnosis.signals) {
-    all.push_back(&signal);
-    const auto& names = diagnosis.drivers;
-    if (std::find(names.begin(), names.end(), signal.name) != names.end()) {
-      drivers.push_back(&signal);
-    }
-  }
-  return drivers.empty() ? all : drivers;
-}
-
-Selected Select(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
-  const bool unknown = diagnosis.verdict == diagnosis::Verdict::kUnknown;
-  // What is left gives away a cause without a driver; otherwise what was there before correction.
-  const bool by_after = unknown && diagnosis.drivers.empty();
-  Selected best;
-  double most = -1;
-  for (const diagnosis::SignalTrace* const signal : EligibleSignals(diagnosis)) {
-    for (const Component component : ComponentsOf(cell)) {
-      Selected one{signal, component, {}, {}};
-      one.cloud = CloudAlong(diagnosis, *signal, component, cell.robot.X_WB, false);
-      if (unknown) {
-        one.rejected = CloudAlong(diagnosis, *signal, component, cell.robot.X_WB, true);
-      }
-      const Cloud all = Joined(one.cloud, one.rejected);
-      const std::vector<Bin> bins = BinsOf(all);
-      const auto [before, share_before] = ExplainedBy(bins, &Bin::before, all.before);
-      const auto [after, share_after] = ExplainedBy(bins, &Bin::after, all.after);
-      one.share_before = share_before;
-      one.share_after = share_after;
-      const double explained = by_after ? after * share_after : before * share_before;
-      if (explained <= most || one.cloud.value.empty()) continue;
-      most = explained;
-      best = std::move(one);
-    }
-  }
-  return best;
-}
 
 struct Slope {
   double mm_per_unit, expanded;  ///< k = 2
@@ -188,7 +43,8 @@ std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
   return Slope{slope, 2 * std::sqrt(std::max(0.0, yy - slope * xy) / (n - 2) / xx)};
 }
 
-std::string DecidingSentence(const Selected& selected, bool corrected, diagnosis::Verdict verdict) {
+std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
+                             diagnosis::Verdict verdict) {
   const std::string label = diagnosis::SignalLabel(selected.signal->name);
   // In a sentence without the unit: "time explains 77 % of the residual".
   const std::string name = label.substr(0, label.rfind(" ("));
@@ -227,7 +83,7 @@ std::string DecidingSentence(const Selected& selected, bool corrected, diagnosis
 }
 
 /// The smallest interval that contains all values and the noise band, widened by a margin.
-std::pair<double, double> ScaleOf(const Selected& selected, bool corrected, double noise_mm) {
+std::pair<double, double> ScaleOf(const DecidingSignal& selected, bool corrected, double noise_mm) {
   double low = -noise_mm, high = noise_mm;
   for (const Cloud* cloud : {&selected.cloud, &selected.rejected}) {
     for (std::size_t k = 0; k < cloud->value.size(); ++k) {
@@ -325,7 +181,7 @@ CertificateFigure PointsFigure(const AchievedAccuracy& achieved,
 CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
                                  const model::CellModel& cell) {
   CertificateFigure figure;
-  const Selected selected = Select(diagnosis, cell);
+  const DecidingSignal selected = SelectSignal(diagnosis, cell);
   if (selected.signal == nullptr) return figure;
   const bool corrected = !diagnosis.findings.empty() && diagnosis.withheld.empty();
   const bool rejected = !selected.rejected.value.empty();

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/headline.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 

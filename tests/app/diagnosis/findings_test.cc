@@ -12,6 +12,7 @@
 #include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/explained_effects.h"
+#include "app/diagnosis/headline.h"
 #include "app/diagnosis/summary.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
