@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 
+#include "app/cli/board_frames.h"
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
@@ -19,7 +19,6 @@
 #include "app/cli/terminal_output.h"
 #include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
-#include "app/lens/chessboard_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/artoolkit_file.h"
 #include "app/lens_store/opencv_file.h"
@@ -42,91 +41,6 @@ struct CalibrateLensOptions {
     return {{"--json", json}, {"--yaml", yaml}, {"--xml", xml}, {"--dat", dat}};
   }
 };
-
-struct Frames {
-  std::vector<lens::BoardView> views;
-  std::vector<lens::RefusedFrame> refused;
-  image::ImageSize size;
-  std::string size_conflict;  ///< no size is the most frequent one; empty: none
-};
-
-/// Detects the board in every image. Images whose size differs from the most frequent one are
-/// refused.
-Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::string>& names,
-                  const lens::Board& board, Progress& progress) {
-  struct Found {
-    lens::BoardView view;
-    image::ImageSize size;
-  };
-  std::vector<Found> found;
-  Frames frames;
-  std::map<std::pair<int, int>, int> sizes;
-  for (std::size_t k = 0; k < names.size() && !Interruption::Requested(); ++k) {
-    progress.ShowCount(k, names.size(), "images");
-    const Result<camera::GreyImage> image =
-        camera::ReadImage((std::filesystem::path(options.images) / names[k]).string());
-    if (!image) {
-      frames.refused.push_back({names[k], image.error()});
-      continue;
-    }
-    ++sizes[{image->width, image->height}];
-    const Result<lens::BoardView> view = lens::DetectBoard(image->View(), board);
-    if (!view) {
-      frames.refused.push_back({names[k], view.error()});
-      continue;
-    }
-    found.push_back({*view, {image->width, image->height}});
-    found.back().view.name = names[k];
-    found.back().view.time_s = static_cast<double>(k);
-  }
-  int most = 0;
-  for (const auto& [size, count] : sizes) {
-    if (count <= most) continue;
-    most = count;
-    frames.size = {size.first, size.second};
-  }
-  std::string tied;
-  for (const auto& [size, count] : sizes) {
-    if (count == most)
-      tied += fmt::format("{}{} images are {} x {} px", tied.empty() ? "" : " and ", count,
-                          size.first, size.second);
-  }
-  if (tied.find(" and ") != std::string::npos)
-    frames.size_conflict = tied + ", but a lens belongs to one size; give images of one size";
-  for (Found& one : found) {
-    if (one.size == frames.size) {
-      frames.views.push_back(std::move(one.view));
-    } else {
-      frames.refused.push_back(
-          {one.view.name,
-           fmt::format("{} x {} px, but the lens is calibrated for {} x {}", one.size.width,
-                       one.size.height, frames.size.width, frames.size.height)});
-    }
-  }
-  return frames;
-}
-
-/// Hint if most images show a complete chessboard of another size than requested; else empty.
-std::string OtherBoardHint(const CalibrateLensOptions& options,
-                           const std::vector<std::string>& names, const lens::Board& board) {
-  if (board.kind != lens::BoardKind::kChessboard) return "";
-  std::map<std::pair<int, int>, std::size_t> seen;
-  std::size_t readable = 0;
-  for (const std::string& name : names) {
-    const auto image = camera::ReadImage((std::filesystem::path(options.images) / name).string());
-    if (!image || Interruption::Requested()) continue;
-    ++readable;
-    if (const auto size = lens::WholeChessboardIn(image->View())) ++seen[*size];
-  }
-  for (const auto& [size, count] : seen) {
-    if (2 * count <= readable) continue;
-    return fmt::format(
-        "no image shows {} x {} inner corners, but {} of {} show {} x {}; try --board {}x{}",
-        board.columns, board.rows, count, readable, size.first, size.second, size.first,
-        size.second);
-  }
-  return "";
-}
 
 /// "k1 -0.1, k2 0.02, ..", with the kind of lens if it is not the usual one.
 std::string DistortionText(const lens::Lens& lens) {
@@ -273,7 +187,7 @@ int Run(const CalibrateLensOptions& options) {
   }
   Interruption interruption;
   Progress progress(std::cerr, options.quiet);
-  Frames frames = ReadFrames(options, *names, board, progress);
+  BoardFrames frames = DetectBoards(options.images, *names, board, progress);
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
@@ -287,7 +201,7 @@ int Run(const CalibrateLensOptions& options) {
     calibration.reasons = {frames.size_conflict};
   }
   if (frames.views.empty()) {
-    const std::string hint = OtherBoardHint(options, *names, board);
+    const std::string hint = OtherBoardHint(options.images, *names, board);
     if (!hint.empty()) calibration.reasons.insert(calibration.reasons.begin(), hint);
   }
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),

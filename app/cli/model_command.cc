@@ -1,7 +1,6 @@
 #include "app/cli/model_command.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
+#include "app/cli/model_print.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
@@ -59,39 +59,6 @@ bool Exists(const model_store::ModelStore& store, int number) {
   return false;
 }
 
-std::string MarkOf(int number, const model_store::ModelState& state) {
-  std::vector<std::string> marks;
-  if (number == state.applied) marks.emplace_back("APPLIED");
-  if (number == state.proposed) marks.emplace_back("proposed");
-  if (number == state.declared) marks.emplace_back("declared");
-  if (state.set_aside && number == state.set_aside->version) marks.emplace_back("SET ASIDE");
-  return fmt::format("{}", fmt::join(marks, ", "));
-}
-
-std::string Millimetres(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3f}", *value) : "-";
-}
-
-nlohmann::json AsJson(const model_store::ModelVersion& version,
-                      const model_store::ModelState& state) {
-  nlohmann::json json = text::JsonOrNull(model_store::JsonFrom(version.facts));
-  json["version"] = version.number;
-  json["applied"] = version.number == state.applied;
-  json["proposed"] = version.number == state.proposed;
-  json["declared"] = version.number == state.declared;
-  const bool aside = state.set_aside && version.number == state.set_aside->version;
-  json["set_aside"] = aside;
-  if (aside) json["set_aside_because"] = state.set_aside->changes;
-  return json;
-}
-
-/// Explains why an applied version is not in force, and lists the keys that changed.
-void PrintSetAside(const model_store::ModelState& state, const std::string& state_directory) {
-  if (!state.set_aside) return;
-  std::cout << '\n' << model_store::SupersededText(state, state_directory) << '\n';
-  for (const std::string& change : state.set_aside->changes) std::cout << "  " << change << '\n';
-}
-
 int List(const ModelOptions& options) {
   const Result<model_store::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
@@ -103,7 +70,7 @@ int List(const ModelOptions& options) {
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
     for (const model_store::ModelVersion& version : *versions) {
-      nlohmann::json one = AsJson(version, state);
+      nlohmann::json one = VersionJson(version, state);
       for (const char* mark : {"applied", "proposed", "declared", "set_aside"}) {
         if (!known) one[mark] = nullptr;
       }
@@ -112,18 +79,9 @@ int List(const ModelOptions& options) {
     std::cout << text::JsonText(list, 1) << '\n';
     return known ? kExitOk : Fail(known.error(), kExitFault);
   }
-  std::cout << ForReading
-            << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "version", "date", "origin",
-                           "verdict", "before", "after")
-            << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "", "", "", "", "mm", "mm");
-  for (const auto& [number, facts] : *versions) {
-    const std::string mark = MarkOf(number, state);
-    std::cout << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}{}\n", number, facts.date,
-                             NameOf(facts.origin), facts.verdict.empty() ? "-" : facts.verdict,
-                             Millimetres(facts.rms_before_mm), Millimetres(facts.rms_after_mm),
-                             mark.empty() ? "" : "  " + mark);
-  }
-  PrintSetAside(state, options.state);
+  std::cout << ForReading;
+  PrintVersions(*versions, state, std::cout);
+  PrintSetAside(state, options.state, std::cout);
   return known ? kExitOk : Fail(known.error(), kExitFault);
 }
 
@@ -139,37 +97,12 @@ int Show(const ModelOptions& options) {
   const Result<std::string> text = store->Text(number);
   if (!text) return Fail(text.error(), kExitFault);
   if (options.json) {
-    nlohmann::json json = AsJson({number, *facts}, *state);
+    nlohmann::json json = VersionJson({number, *facts}, *state);
     json["file"] = store->ModelFile(number);
     std::cout << text::JsonText(json, 1) << '\n';
     return kExitOk;
   }
-  std::cout << fmt::format("# version {}  {}\n# {}, {}, from {}\n", number, MarkOf(number, *state),
-                           NameOf(facts->origin), facts->date, facts->from);
-  if (facts->based_on) std::cout << fmt::format("# based on version {}\n", *facts->based_on);
-  if (!facts->verdict.empty()) {
-    std::cout << fmt::format("# {}: {}; held out {} -> {} mm\n", facts->verdict,
-                             fmt::join(facts->effects, ", "), Millimetres(facts->rms_before_mm),
-                             Millimetres(facts->rms_after_mm));
-  }
-  for (const std::string& implausible : facts->implausible) {
-    std::cout << "# implausible for a healthy machine: " << implausible << '\n';
-  }
-  if (facts->discrepancy_share) {
-    std::cout << fmt::format("# {:.0f} % of the correction is from the discrepancy model\n",
-                             100 * *facts->discrepancy_share);
-  }
-  if (facts->change_mm) {
-    std::cout << fmt::format("# moves the predicted tip by up to {:.3f} mm\n", *facts->change_mm);
-  }
-  if (facts->points_change_mm) {
-    std::cout << fmt::format(
-        "# moved the configured points by up to {:.3f} mm when it was fitted\n",
-        *facts->points_change_mm);
-  }
-  if (!facts->report.empty()) {
-    std::cout << fmt::format("# report: {}\n", store->ReportFile(number));
-  }
+  PrintVersion({number, *facts}, *state, store->ReportFile(number), std::cout);
   std::cout << *text;
   return kExitOk;
 }
