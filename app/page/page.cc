@@ -14,6 +14,7 @@
 #include "app/page/report_files.h"
 #include "app/page/request_parts.h"
 #include "app/page/residual_trend.h"
+#include "app/page/static_files.h"
 #include "app/page/status_json.h"
 #include "app/text/json_text.h"
 #include "drivers/clock.h"
@@ -25,8 +26,6 @@ constexpr double kCachePeriod_s = 5;           ///< for the trend and the list o
 constexpr double kPicturePollPeriod_s = 0.05;  ///< between checks for a newer picture
 constexpr double kMaxPictureAge_s = 10;        ///< older pictures are not served as live
 constexpr double kFailureLogPeriod_s = 60;     ///< between log lines about wrong tokens
-constexpr int kCookieLifetime_s = 30 * 86400;
-constexpr const char* kHtml = "text/html; charset=utf-8";
 constexpr const char* kJson = "application/json";
 constexpr const char* kMetricsText = "text/plain; version=0.0.4; charset=utf-8";
 /// Nothing from other origins, nothing inline, no framing.
@@ -37,34 +36,6 @@ constexpr const char* kPolicy =
 constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-struct StaticFile {
-  const char* path;
-  std::string_view text;
-  const char* type;
-};
-
-const StaticFile* StaticFileAt(const std::string& path) {
-  static const std::array kFiles = {
-      StaticFile{"/", page_files::kPage, kHtml},
-      StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/pictures.js", page_files::kPicturesScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/cameras.js", page_files::kCamerasScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/chart.js", page_files::kChartScript, "text/javascript; charset=utf-8"},
-      // The login page uses these three, too.
-      StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
-      StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/icon.svg", page_files::kIcon, "image/svg+xml"},
-  };
-  const auto* const found = std::find_if(kFiles.begin(), kFiles.end(),
-                                         [&](const StaticFile& f) { return path == f.path; });
-  return found == kFiles.end() ? nullptr : found;
-}
-
-bool IsLoginFile(const std::string& path) {
-  return path == "/page.css" || path == "/login.js" || path == "/icon.svg";
-}
 
 std::string LocalHostName() {
   char name[256] = "";
@@ -102,7 +73,7 @@ std::string CachedText::Get(double now_s, double period_s,
 Page::Page(PageOptions options, view::DisplayMailbox& shown, log::LogSink sink)
     : options_(std::move(options)),
       sink_(std::move(sink)),
-      cookie_value_(CookieValueOf(options_.config.token)),
+      authentication_(options_.config.token),
       shown_(shown),
       feed_(shown),
       own_names_(options_.config.hosts),
@@ -133,8 +104,7 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, view::DisplayMail
   const ConnectionLimits limits = options.limits;
   std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
   page->at_ = at;
-  // Cookies are shared between all ports of a host, so the name must contain the port.
-  page->cookie_name_ = fmt::format("plumbline-{}", at.port);
+  page->authentication_.SetPort(at.port);
   page->server_ = std::make_unique<HttpServer>(
       std::move(opened).value(), limits,
       [raw = page.get()](const HttpRequest& request, HttpResponse& response) {
@@ -153,47 +123,15 @@ void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
   response.Refuse(status, why);
 }
 
-Page::Credential Page::CredentialOf(const HttpRequest& request) const {
-  const std::string& token = options_.config.token;
-  if (token.empty()) return {false, true, ""};
-  const auto parameter = request.Parameter("token");
-  const bool in_address = parameter.has_value();
-  const std::string text(parameter.value_or(""));
-  if (in_address && SameSecret(text, token)) return {true, true, text};
-  const Credential in_header = CredentialInHeaders(request);
-  return in_address && !in_header.right ? Credential{true, false, text} : in_header;
-}
-
-Page::Credential Page::CredentialInHeaders(const HttpRequest& request) const {
-  const auto bearer = request.Header("authorization");
-  if (const auto credential = BearerToken(bearer)) {
-    return {false, SameSecret(*credential, options_.config.token), std::string(*credential)};
-  }
-  const auto cookies = request.Header("cookie");
-  if (const auto cookie = CookieOf(cookies, cookie_name_)) {
-    return {false, SameSecret(*cookie, cookie_value_), std::string(*cookie)};
-  }
-  return {};
-}
-
 bool Page::IsThrottled(const HttpRequest& request, const Credential& credential,
                        HttpResponse& response) {
-  if (credential.text.empty()) return false;
-  const double now_s = MonotonicSeconds();
-  const double wait_s = throttle_.Wait_s(request.peer, now_s);
-  if (wait_s > 0) {
-    const auto whole_s = static_cast<int>(std::ceil(wait_s));
-    Refuse(response, 429,
-           fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
-    response.Set("Retry-After", fmt::format("{}", whole_s));
-    return true;
-  }
-  if (credential.right) {
-    throttle_.Succeeded(request.peer);
-  } else {
-    throttle_.Failed(request.peer, std::hash<std::string>()(credential.text), now_s);
-  }
-  return false;
+  const double wait_s = authentication_.Attempt(request, credential, MonotonicSeconds());
+  if (wait_s <= 0) return false;
+  const auto whole_s = static_cast<int>(std::ceil(wait_s));
+  Refuse(response, 429,
+         fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
+  response.Set("Retry-After", fmt::format("{}", whole_s));
+  return true;
 }
 
 void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
@@ -202,7 +140,7 @@ void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
   if (request.path == "/") {
     ++refused_;
     response.status = 401;
-    response.SetBody(std::string(page_files::kLogin), kHtml);
+    response.SetBody(std::string(page_files::kLogin), kHtmlType);
   } else {
     Refuse(response, 401, "token required: send the header Authorization: Bearer TOKEN");
   }
@@ -221,8 +159,7 @@ void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
 void Page::RedirectWithCookie(HttpResponse& response) const {
   response.status = 303;
   response.Set("Location", "/");
-  response.Set("Set-Cookie", fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict",
-                                         cookie_name_, cookie_value_, kCookieLifetime_s));
+  response.Set("Set-Cookie", authentication_.Cookie());
 }
 
 void Page::Answer(const HttpRequest& request, HttpResponse& response) {
@@ -237,7 +174,7 @@ void Page::Answer(const HttpRequest& request, HttpResponse& response) {
     response.Set("Allow", "GET, HEAD");
     return;
   }
-  const Credential credential = CredentialOf(request);
+  const Credential credential = authentication_.CredentialOf(request);
   const auto host = HostOf(request.host);
   if (!host) {
     Refuse(response, 400, "missing or malformed Host header");
@@ -332,7 +269,8 @@ void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
     return;
   }
   response.Set("Content-Security-Policy", kReportPolicy);
-  response.SetBody(*bytes, ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
+  response.SetBody(*bytes,
+                   ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtmlType);
 }
 
 void Page::CollectLog() {

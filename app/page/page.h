@@ -9,9 +9,9 @@
 
 #include "app/config/page_config.h"
 #include "app/log/log_entry.h"
+#include "app/page/authentication.h"
 #include "app/page/http_server.h"
 #include "app/page/log_tail.h"
-#include "app/page/login_throttle.h"
 #include "app/page/metrics.h"
 #include "app/page/picture_feed.h"
 #include "drivers/camera/v4l2_device.h"
@@ -60,14 +60,6 @@ class Page {
 
  private:
   Page(PageOptions options, view::DisplayMailbox& shown, log::LogSink sink);
-  /// Token or cookie sent with a request.
-  struct Credential {
-    bool in_address = false;  ///< sent as `?token=`
-    bool right = false;
-    std::string text;  ///< empty: none was sent
-  };
-  Credential CredentialOf(const HttpRequest& request) const;
-  Credential CredentialInHeaders(const HttpRequest& request) const;
   /// Refuses the request if its address has to wait after too many wrong tokens, even if this token
   /// is right: the response must not reveal that.
   bool IsThrottled(const HttpRequest& request, const Credential& credential,
@@ -85,7 +77,7 @@ class Page {
 
   const PageOptions options_;
   const log::LogSink sink_;
-  const std::string cookie_value_;
+  Authentication authentication_;
   view::DisplayMailbox& shown_;
   PictureFeed feed_;
   LogTail log_;
@@ -93,11 +85,9 @@ class Page {
   CachedText trend_, reports_, cameras_;
   std::vector<std::string> own_names_;
   os::TcpEndpoint at_;
-  std::string cookie_name_;
   const std::string start_id_;  ///< unique for each start of the page
   std::atomic<std::uint64_t> requests_{0}, refused_{0};
   std::atomic<int> viewers_{0};
-  LoginThrottle throttle_;
   std::mutex failure_mutex_;
   double failure_logged_s_ = -1e300;
   std::unique_ptr<HttpServer> server_;  ///< destroyed first: its threads use the other members
