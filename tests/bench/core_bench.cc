@@ -12,6 +12,7 @@
 #include "drivers/plc/codec.h"
 #include "firmware-like/kinematics/inverse.h"
 #include "firmware-like/machine.h"
+#include "tests/bench/bench_timing.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace {
@@ -54,19 +55,6 @@ namespace {
 double Now_us() {
   return 1e-3 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch() /
                                     std::chrono::nanoseconds(1));
-}
-
-/// CPU time of this thread, independent of other load on the machine.
-double CpuTime_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 void Row(const char* what, double ours, double peer, const char* unit, double target,
@@ -133,7 +121,7 @@ int main() {
     peer.push_back((Now_us() - middle) / static_cast<double>(cases.size()));
   }
   Row("one correction (6 joints, compliance, beam, inverse); peer: rigid inverse kinematics",
-      Median(ours), Median(peer), "us", 20, "<= 20 us");
+      bench::Median(ours), bench::Median(peer), "us", 20, "<= 20 us");
 
   MachineConfig config;
   config.cell = cell;
@@ -161,30 +149,30 @@ int main() {
     input.command.code = model::PlcCommandCode::kCorrectPoint;
     input.command.point_id = static_cast<std::uint16_t>(1 + cycle / 10 % 100);
     const std::uint64_t before = allocations;
-    const double start = CpuTime_us();
+    const double start = bench::CpuTime_ms();
     const Snapshot& snapshot = machine.Cycle(input);
     encoder.Encode(snapshot, {});
-    cycles.push_back(1e-3 * (CpuTime_us() - start));
+    cycles.push_back(bench::CpuTime_ms() - start);
     if (cycle > 10) allocated += allocations - before;
     valid = static_cast<std::size_t>(std::count_if(snapshot.points.begin(), snapshot.points.end(),
                                                    [](const PointResult& p) { return p.valid; }));
   }
   const double worst = *std::max_element(cycles.begin() + 10, cycles.end());
-  Row("a cycle with 100 points, median; peer: 100 rigid inverse kinematics", Median(cycles),
-      0.1 * Median(peer), "ms", 2, "<= 2 ms");
-  Row("a cycle with 100 points, worst of 2000 (CPU time)", worst, 0.1 * Median(peer), "ms", 2,
-      "<= 2 ms");
+  Row("a cycle with 100 points, median; peer: 100 rigid inverse kinematics", bench::Median(cycles),
+      0.1 * bench::Median(peer), "ms", 2, "<= 2 ms");
+  Row("a cycle with 100 points, worst of 2000 (CPU time)", worst, 0.1 * bench::Median(peer), "ms",
+      2, "<= 2 ms");
   std::vector<double> idle;
   for (int cycle = 0; cycle < 1000; ++cycle) {
     input.now_s += 0.01;
     input.robot.timestamp_s = input.now_s;
     ++input.robot.sequence;
-    const double start = CpuTime_us();
+    const double start = bench::CpuTime_ms();
     encoder.Encode(machine.Cycle(input), {});
-    idle.push_back(1e-3 * (CpuTime_us() - start));
+    idle.push_back(bench::CpuTime_ms() - start);
   }
-  Row("a cycle with 100 points, nothing changes; peer: changing payload", Median(idle),
-      Median(cycles), "ms", 2, "<= 2 ms");
+  Row("a cycle with 100 points, nothing changes; peer: changing payload", bench::Median(idle),
+      bench::Median(cycles), "ms", 2, "<= 2 ms");
   fmt::print("| heap allocations in 1989 cycles | {} | | | 0 | {} |\n", allocated,
              allocated == 0 ? "yes" : "NO");
   fmt::print("| points valid in the last cycle | {} | 100 | | 100 | {} |\n", valid,

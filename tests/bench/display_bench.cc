@@ -21,6 +21,7 @@
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/model/materials.h"
 #include "firmware-like/scene/loaded_tool.h"
+#include "tests/bench/bench_timing.h"
 
 namespace plumbline {
 namespace {
@@ -37,12 +38,6 @@ double Milliseconds(const std::function<void()>& work) {
   const double start_ms = now_ms();
   work();
   return now_ms() - start_ms;
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 /// A round bar along z with 50,000 triangles.
@@ -235,13 +230,13 @@ int Run(bool quick) {
     ours_ms.push_back(ours);
     plain_ms.push_back(other);
   }
-  const double ratio = Median(ours_ms) / Median(plain_ms);
+  const double ratio = bench::Median(ours_ms) / bench::Median(plain_ms);
   fmt::print("{}, one core; 1920x1080, {} triangles, {} pictures, median CPU time\n",
              (*context)->description(), mesh.triangles.size(), pictures);
   fmt::print("  undistorted background, bent mesh, drawn and read back   {:6.2f} ms\n",
-             Median(ours_ms));
+             bench::Median(ours_ms));
   fmt::print("  plain OpenGL, without undistortion and bending           {:6.2f} ms\n",
-             Median(plain_ms));
+             bench::Median(plain_ms));
   fmt::print(
       "  ratio                                                    {:6.2f}     (goal <= 1.5)\n",
       ratio);

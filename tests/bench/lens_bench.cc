@@ -13,6 +13,7 @@
 #include "app/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/bench/bench_timing.h"
 #include "tests/bench/measured_lenses.h"
 #include "tests/peers/mrcal_peer.h"
 
@@ -22,19 +23,6 @@ namespace {
 
 constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
-
-/// CPU time of this thread, independent of other load on the machine.
-double CpuTime_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 double Rms(const std::vector<double>& values) {
   double sum = 0;
@@ -74,10 +62,10 @@ void BoardCorners(int frames) {
   for (const lens::DrawnView& view : DrawViews(capture, board, 77)) {
     const renderer::Image image = renderer::Render(view.camera, {view.sheet}, {}, 500 + k++);
     const std::vector<lens::Vec2> truth = TrueCorners(view, board);
-    double start = CpuTime_ms();
+    double start = bench::CpuTime_ms();
     const auto corners =
         lens::DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
-    ours.push_back(CpuTime_ms() - start);
+    ours.push_back(bench::CpuTime_ms() - start);
     if (corners) {
       ++found;
       AddErrors(corners->corners_px, corners->seen, truth, our_errors);
@@ -85,9 +73,9 @@ void BoardCorners(int frames) {
     const cv::Mat grey(image.height, image.width, CV_8U,
                        const_cast<std::uint8_t*>(image.grey.data()));
     std::vector<cv::Point2f> points;
-    start = CpuTime_ms();
+    start = bench::CpuTime_ms();
     const bool peer = cv::findChessboardCornersSB(grey, {board.columns, board.rows}, points);
-    theirs.push_back(CpuTime_ms() - start);
+    theirs.push_back(bench::CpuTime_ms() - start);
     if (!peer) continue;
     ++peer_found;
     std::vector<lens::Vec2> pixels;
@@ -98,8 +86,9 @@ void BoardCorners(int frames) {
   fmt::print(
       "corners of a 1080p frame   {:.2f} ms, {:.4f} px ({}/{} found) | OpenCV SB {:.1f} ms, {:.4f} "
       "px ({}/{}) | ratio of time 1/{:.0f} (goal 1/40), of RMSE {:.2f} (goal 0.3)\n",
-      Median(ours), Rms(our_errors), found, frames, Median(theirs), Rms(their_errors), peer_found,
-      frames, Median(theirs) / Median(ours), Rms(our_errors) / Rms(their_errors));
+      bench::Median(ours), Rms(our_errors), found, frames, bench::Median(theirs), Rms(their_errors),
+      peer_found, frames, bench::Median(theirs) / bench::Median(ours),
+      Rms(our_errors) / Rms(their_errors));
 }
 
 double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>& views,
@@ -119,10 +108,10 @@ double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>&
   }
   cv::Mat K, distortion;
   std::vector<cv::Mat> turns, places;
-  const double start = CpuTime_ms();
+  const double start = bench::CpuTime_ms();
   cv::calibrateCamera(objects, images, {kSize.width, kSize.height}, K, distortion, turns, places);
   fx = K.at<double>(0, 0);
-  return CpuTime_ms() - start;
+  return bench::CpuTime_ms() - start;
 }
 
 void Solve(int seeds) {
@@ -137,9 +126,9 @@ void Solve(int seeds) {
       for (int seed = 1; seed <= seeds; ++seed) {
         const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
         const renderer::Camera truth = renderer::ZoomLens(f);
-        double start = CpuTime_ms();
+        double start = bench::CpuTime_ms();
         const auto fit = lens::FitLens(board, views, kSize);
-        ours.push_back(CpuTime_ms() - start);
+        ours.push_back(bench::CpuTime_ms() - start);
         if (!fit) {
           fmt::print("f {}, seed {}: {}\n", f, seed, fit.error());
           continue;
@@ -147,9 +136,9 @@ void Solve(int seeds) {
         errors.push_back(100 * (fit->shared[lens::kFx] / truth.fx - 1));
         z.push_back((fit->shared[lens::kFx] - truth.fx) /
                     std::sqrt(fit->covariance(lens::kFx, lens::kFx)));
-        start = CpuTime_ms();
+        start = bench::CpuTime_ms();
         const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
-        whole.push_back(CpuTime_ms() - start);
+        whole.push_back(bench::CpuTime_ms() - start);
         image_z.push_back(lens::LargestDifference(test::LensOfCamera(truth), c.lens, kSize) /
                           c.uncertainty.max_px);
         if (const auto mrcal =
@@ -167,9 +156,9 @@ void Solve(int seeds) {
           "solve, f {:5.0f} {}   {:.1f} ms with covariance | OpenCV {:.1f} ms | ratio {:.2f} (goal "
           "0.7); fx error {:.4f} % | {:.4f} %; z of fx {:.2f} (goal 0.9..1.15); largest image "
           "error over claimed: median {:.2f}; complete calibration {:.0f} ms (goal 250)\n",
-          f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst ", Median(ours),
-          Median(theirs), Median(ours) / Median(theirs), Rms(errors), Rms(their_errors), Rms(z),
-          Median(image_z), Median(whole));
+          f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst ", bench::Median(ours),
+          bench::Median(theirs), bench::Median(ours) / bench::Median(theirs), Rms(errors),
+          Rms(their_errors), Rms(z), bench::Median(image_z), bench::Median(whole));
       if (!HasMrcal()) {
         fmt::print("  mrcal: SKIPPED, not installed at build time (libmrcal-dev)\n");
         continue;
@@ -293,21 +282,21 @@ void Adversarial(int frames) {
             static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
       }
     }
-    const double start = CpuTime_ms();
+    const double start = bench::CpuTime_ms();
     static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, board));
-    times.push_back(CpuTime_ms() - start);
+    times.push_back(bench::CpuTime_ms() - start);
     worst = std::max(worst, times.back());
     if (k % 10 != k / 10 % 10) continue;  // cycles through the kinds of frame
     for (const lens::Board& other : others) {
-      const double then = CpuTime_ms();
+      const double then = bench::CpuTime_ms();
       static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, other));
-      worst_other = std::max(worst_other, CpuTime_ms() - then);
+      worst_other = std::max(worst_other, bench::CpuTime_ms() - then);
     }
   }
   fmt::print(
       "adversarial frames         {}: median {:.1f} ms, worst {:.1f} ms (goal 200); every tenth "
       "searched for ChArUco and circles: worst {:.1f} ms\n",
-      frames, Median(times), worst, worst_other);
+      frames, bench::Median(times), worst, worst_other);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "app/lens/calibration.h"
+#include "tests/app/lens/stated_camera.h"
 #include "tests/lens_captures/capture_maker.h"
 
 using namespace plumbline;
@@ -71,18 +72,6 @@ bool Names(const std::vector<std::string>& reasons, const std::string& words) {
   return false;
 }
 
-/// The lens as the product states it.
-CameraModel StatedCamera(const lens::Lens& l) {
-  CameraModel camera;
-  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
-  camera.fisheye = l.fisheye;
-  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
-  std::copy(std::begin(k), std::end(k), camera.k);
-  std::copy(std::begin(s), std::end(s), camera.s);
-  camera.p[0] = l.p1, camera.p[1] = l.p2;
-  return camera;
-}
-
 Counts RunKind(const Kind& kind, const Arguments& arguments) {
   Counts counts;
   // A rendered capture takes seconds.
@@ -96,7 +85,7 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     if (kind.rendered) capture.views = Photograph(capture, kind.photo, random);
     const lens::LensCalibration c =
         lens::CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
-    const CameraModel stated = StatedCamera(c.lens);
+    const CameraModel stated = test::StatedCamera(c.lens);
     const double error = c.lens.fx > 0 ? LargestError(conditions.camera, stated, conditions.width,
                                                       conditions.height, c.usable_radius_px)
                                        : INFINITY;

@@ -14,23 +14,11 @@
 #include "app/scene/interference.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/scene/shapes.h"
+#include "tests/bench/bench_timing.h"
 
 using namespace plumbline;
 
 namespace {
-
-/// CPU time of this thread, independent of other load on the machine.
-double CpuTime_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double MedianOf(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 void BenchRow(const char* what, double ours, double peer, double target) {
   fmt::print("| {} | {:.3f} ms | ", what, ours);
@@ -101,18 +89,18 @@ int main(int argc, char** argv) {
   const scene::BendField field = Hanging(0.02F);
 
   scene::Interference scene;
-  double start = CpuTime_ms();
+  double start = bench::CpuTime_ms();
   const std::size_t a = scene.Add(*checked, X_FO, 1, true);
-  const double ours_build = CpuTime_ms() - start;
+  const double ours_build = bench::CpuTime_ms() - start;
   const std::size_t b = scene.Add(*checked, {}, 1, false);
   scene.Bend(field);
 
   const std::vector<Vec3> straight = BentVertices(mesh, X_FO, {});
   const std::vector<Vec3> bent = BentVertices(mesh, X_FO, field);
   Model fcl_refit, fcl_b, fcl_bent;  // the peer is built in the bent state, which is its best case
-  start = CpuTime_ms();
+  start = bench::CpuTime_ms();
   Build(fcl_refit, straight, mesh);
-  const double peer_build = CpuTime_ms() - start;
+  const double peer_build = bench::CpuTime_ms() - start;
   Build(fcl_b, BentVertices(mesh, {}, {}), mesh);
   Build(fcl_bent, bent, mesh);
 
@@ -137,10 +125,10 @@ int main(int argc, char** argv) {
         const Pose X_Wb{RotationFromRollPitchYaw(-rpy), middle + (0.6 + 1e-3 * gap_mm) * away};
         scene.Place(a, X_WF);
         scene.Place(b, X_Wb);
-        start = CpuTime_ms();
+        start = bench::CpuTime_ms();
         const scene::Separation found = scene.Measure(a, b, false);
-        times.ours.push_back(CpuTime_ms() - start);
-        start = CpuTime_ms();
+        times.ours.push_back(bench::CpuTime_ms() - start);
+        start = bench::CpuTime_ms();
         fcl::CollisionResultd crossing;
         fcl::DistanceResultd distance;
         const auto X = TransformOf(X_WF), Y = TransformOf(X_Wb);
@@ -148,37 +136,37 @@ int main(int argc, char** argv) {
         if (!crossing.isCollision()) {
           fcl::distance(&fcl_bent, X, &fcl_b, Y, fcl::DistanceRequestd(true), distance);
         }
-        times.peer.push_back(CpuTime_ms() - start);
+        times.peer.push_back(bench::CpuTime_ms() - start);
         const double apart = crossing.isCollision() ? 0 : distance.min_distance;
         if (std::abs(apart - found.distance_m) > 1e-6) ++disagree;
         if (!found.touching) continue;
-        start = CpuTime_ms();
+        start = bench::CpuTime_ms();
         scene.Measure(a, b);
-        times.depth.push_back(CpuTime_ms() - start);
+        times.depth.push_back(bench::CpuTime_ms() - start);
       }
       const char* const how = moving ? "moving by 2 mm per measurement" : "arbitrary poses";
       BenchRow(fmt::format("interference and distance at {:g} mm, {}", gap_mm, how).c_str(),
-               MedianOf(times.ours), MedianOf(times.peer), 1.5);
+               bench::Median(times.ours), bench::Median(times.peer), 1.5);
       if (!times.depth.empty()) {
-        BenchRow("same, with penetration depth and direction", MedianOf(times.depth), 0, 0);
+        BenchRow("same, with penetration depth and direction", bench::Median(times.depth), 0, 0);
       }
     }
   }
   std::vector<double> ours, peer;
   for (int round = 0; round < (quick ? 5 : 30); ++round) {
     const scene::BendField other = Hanging(round % 2 == 0 ? 0.01F : 0.02F);
-    start = CpuTime_ms();
+    start = bench::CpuTime_ms();
     scene.Bend(other);
-    ours.push_back(CpuTime_ms() - start);
-    start = CpuTime_ms();
+    ours.push_back(bench::CpuTime_ms() - start);
+    start = bench::CpuTime_ms();
     const std::vector<Vec3> vertices = BentVertices(mesh, X_FO, other);
     fcl_refit.beginReplaceModel();
     fcl_refit.replaceSubModel(vertices);
     fcl_refit.endReplaceModel(true, false);
-    peer.push_back(CpuTime_ms() - start);
+    peer.push_back(bench::CpuTime_ms() - start);
   }
   BenchRow("update for a new bending state: vertices and tree; peer: FCL's top-down refit",
-           MedianOf(ours), MedianOf(peer), 0);
+           bench::Median(ours), bench::Median(peer), 0);
   BenchRow("building the tree", ours_build, peer_build, 0);
   fcl_refit.beginReplaceModel();
   fcl_refit.replaceSubModel(straight);

@@ -18,27 +18,20 @@ extern "C" {
 #include "app/tracking/tracker.h"
 #include "tests/app/tracking/natural_image.h"
 #include "tests/app/tracking/tag_scene.h"
+#include "tests/bench/bench_timing.h"
 
 using namespace plumbline;
 
 namespace {
 
-/// CPU time of this thread, independent of other load on the machine.
-double CpuTime_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
 double Median_ms(int times, const std::function<void()>& work) {
   std::vector<double> ms;
   for (int k = 0; k < times; ++k) {
-    const double start = CpuTime_ms();
+    const double start = bench::CpuTime_ms();
     work();
-    ms.push_back(CpuTime_ms() - start);
+    ms.push_back(bench::CpuTime_ms() - start);
   }
-  std::nth_element(ms.begin(), ms.begin() + times / 2, ms.end());
-  return ms[times / 2];
+  return bench::Median(ms);
 }
 
 using Seen = std::vector<std::pair<int, tracking::Corners>>;
@@ -347,9 +340,9 @@ void SlowFrames(int frames) {
       }
     }
     tracking::SeenTags seen;
-    const double start = CpuTime_ms();
+    const double start = bench::CpuTime_ms();
     detector.Detect({grey.data(), 1920, 1080, 1920}, nullptr, seen);
-    worst = std::max(worst, CpuTime_ms() - start);
+    worst = std::max(worst, bench::CpuTime_ms() - start);
     limited += seen.limited ? 1 : 0;
   }
   fmt::print("Adversarial frames, {}: worst {:.0f} ms (200), {} with regions skipped\n", frames,

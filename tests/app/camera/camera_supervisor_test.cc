@@ -142,49 +142,21 @@ TEST_CASE(
 TEST_CASE(
     "a zoom change invalidates the lens, a capture starts and is cancelled, Stop() works at any "
     "time") {
-  const TemporaryFolder folder;
-  const ShownImage image(folder.path());
-  image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
-  StoreLens(folder.path(), {1920, 1080});
-  config::VisionConfig vision;
-  config::CameraConfig& config = vision.cameras.emplace_back();
-  config.kind = "recorded";
-  config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
-  config.zoom.period_s = 0.02;
-  config.zoom.supervision.lost_after_s = 30;
-  vision.tags.database.bodies = {CellTags(), GripperBody()};
-  vision.tags.tool = "gripper";
-  vision.board.by_itself = false;
-  auto devices = MakeCameraDevices(config, vision.tags);
-  REQUIRE(devices);
-  std::atomic<int> zoom{100};
-  devices.value().zoom = std::make_unique<SettableZoom>(zoom);
-  CameraLink link;
-  const auto sink = [](const log::LogEntry&) {};
-  CameraStores stores(folder.path(), CellTags(), sink);
-  CameraSupervisor supervisor(config, vision, std::move(devices).value(), stores, "/bin/false",
-                              link, sink);
-  supervisor.Start();
-  const auto becomes = [&](lens::ZoomState state) {
-    for (int wait = 0; wait < kWaits; ++wait) {
-      if (link.status.Read()->state == state) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return false;
-  };
-  REQUIRE(becomes(lens::ZoomState::kValid));
-  CHECK(link.status.Read()->lens_id == 1);
-  zoom = 5000;
-  REQUIRE(becomes(lens::ZoomState::kStale));
-  CHECK(link.status.Read()->board_wanted);
-  ++link.start_board;
-  REQUIRE(becomes(lens::ZoomState::kCalibrating));
-  ++link.cancel_board;
-  REQUIRE(becomes(lens::ZoomState::kStale));
-  zoom = 100;
-  REQUIRE(becomes(lens::ZoomState::kValid));
-  ++link.start_board;
-  supervisor.Stop();
+  SupervisedCamera bench(180, {1920, 1080}, 0,
+                         [](config::VisionConfig& vision) { vision.tags.tool = "gripper"; });
+  REQUIRE(bench.Becomes(lens::ZoomState::kValid));
+  CHECK(bench.link.status.Read()->lens_id == 1);
+  bench.zoom = 5000;
+  REQUIRE(bench.Becomes(lens::ZoomState::kStale));
+  CHECK(bench.link.status.Read()->board_wanted);
+  ++bench.link.start_board;
+  REQUIRE(bench.Becomes(lens::ZoomState::kCalibrating));
+  ++bench.link.cancel_board;
+  REQUIRE(bench.Becomes(lens::ZoomState::kStale));
+  bench.zoom = 100;
+  REQUIRE(bench.Becomes(lens::ZoomState::kValid));
+  ++bench.link.start_board;
+  bench.supervisor->Stop();
 }
 
 }  // namespace plumbline::camera_supervisor_test

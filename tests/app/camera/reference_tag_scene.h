@@ -30,6 +30,13 @@ inline lens::Lens TagSceneLens() {
   return LensOfCamera(renderer::ZoomLens(2600));
 }
 
+/// The lens with its focal lengths larger by that share.
+inline lens::Lens Zoomed(lens::Lens lens, double share) {
+  lens.fx *= 1 + share;
+  lens.fy *= 1 + share;
+  return lens;
+}
+
 /// Tag detections with independent corner noise.
 inline std::vector<tracking::SeenTag> ObserveTags(const lens::Lens& lens,
                                                   const tracking::Body& cell, const Pose& X_CK,

@@ -43,12 +43,6 @@ struct Scene {
   }
 };
 
-lens::Lens Zoomed(lens::Lens lens, double share) {
-  lens.fx *= 1 + share;
-  lens.fy *= 1 + share;
-  return lens;
-}
-
 }  // namespace
 
 TEST_CASE("tags that did not move are good, and chi^2 follows from the noise") {

@@ -27,12 +27,6 @@ struct Station {
   }
 };
 
-lens::Lens Zoomed(lens::Lens lens, double share) {
-  lens.fx *= 1 + share;
-  lens.fy *= 1 + share;
-  return lens;
-}
-
 }  // namespace
 
 TEST_CASE("first check, second check, zoom drift, camera step") {

@@ -67,6 +67,26 @@ void CheckSame(const JournalRow& a, const JournalRow& b) {
   CHECK(a.model_version == b.model_version);
 }
 
+/// A table, and the same after import into a journal and export.
+struct RoundTrip {
+  table::MeasuredTable table, back;
+};
+
+RoundTrip ThroughJournal(const std::string& csv) {
+  const TemporaryFolder folder;
+  config::FaultList faults;
+  const auto table = table::TableFromCsv(csv, "measured.csv", Joints(), faults);
+  REQUIRE(table);
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
+  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
+  CHECK(exported.notes.empty());
+  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
+  CHECK_FALSE(faults.HasFaults());
+  REQUIRE(back);
+  return {*table, *back};
+}
+
 }  // namespace
 
 TEST_CASE("rows come back as they were written, absent values absent") {
@@ -258,54 +278,35 @@ TEST_CASE("a process killed while it writes loses nothing that it had acknowledg
 }
 
 TEST_CASE("exported rows read as the measured.csv they came from") {
-  const TemporaryFolder folder;
   const std::string text =
       "session,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,tau1_Nm,tau2_Nm,tau3_Nm,tau4_Nm,"
       "tau5_Nm,tau6_Nm,payload_kg,temp_C,x_mm,y_mm,z_mm\n"
       "1,0.5,1.00001,-20,30,40,50,60,1,2,3,4,5,6,60,21.5,1000.00001,-2.5,3.25\n"
       "1,1.5,2.00001,-21,31,41,51,61,1,2,3,4,5,6,60,21.6,1001.00001,-2.5,3.25\n";
-  config::FaultList faults;
-  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
-  REQUIRE(table);
-  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
-  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
-  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
-  CHECK(exported.notes.empty());
-  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
-  CHECK_FALSE(faults.HasFaults());
-  REQUIRE(back);
-  CHECK(back->recorded == table->recorded);
-  REQUIRE(back->rows.size() == 2);
+  const auto [table, back] = ThroughJournal(text);
+  CHECK(back.recorded == table.recorded);
+  REQUIRE(back.rows.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
-    CHECK((back->rows[i].q - table->rows[i].q).norm() < 1e-9);
-    CHECK((*back->rows[i].measured_W - *table->rows[i].measured_W).norm() < 1e-9);
-    CHECK(back->rows[i].t_s == table->rows[i].t_s);
-    CHECK(back->rows[i].temp_C == table->rows[i].temp_C);
+    CHECK((back.rows[i].q - table.rows[i].q).norm() < 1e-9);
+    CHECK((*back.rows[i].measured_W - *table.rows[i].measured_W).norm() < 1e-9);
+    CHECK(back.rows[i].t_s == table.rows[i].t_s);
+    CHECK(back.rows[i].temp_C == table.rows[i].temp_C);
   }
 }
 
 TEST_CASE("the camera of a row is imported and exported") {
-  const TemporaryFolder folder;
   const std::string text =
       "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,camera\n"
       "1,-20,30,40,50,60,1000,-2.5,3.25,side\n"
       "2,-20,30,40,50,60,1001,-2.5,3.25,\n"
       "3,-20,30,40,50,60,1002,-2.5,3.25,side+rear\n";
-  config::FaultList faults;
-  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
-  REQUIRE(table);
-  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
-  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
-  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
-  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
-  REQUIRE(back);
-  REQUIRE(back->rows.size() == 3);
-  for (std::size_t k = 0; k < 3; ++k) CHECK(back->rows[k].camera == table->rows[k].camera);
+  const auto [table, back] = ThroughJournal(text);
+  REQUIRE(back.rows.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(back.rows[k].camera == table.rows[k].camera);
 }
 
 TEST_CASE(
     "rows on artefacts and of several kinds come back from the journal as they were imported") {
-  const TemporaryFolder folder;
   const std::string text =
       "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,artefact,range_mm,gauge_mm,sigma_"
       "mm\n"
@@ -313,19 +314,10 @@ TEST_CASE(
       "2,-20,30,40,50,60,,,,front_0,,,\n"
       "3,-20,30,40,50,60,,,,post,812.5,,0.2\n"
       "4,-20,30,40,50,60,,,,dial,,-0.125,\n";
-  config::FaultList faults;
-  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
-  REQUIRE(table);
-  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
-  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
-  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
-  CHECK(exported.notes.empty());
-  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
-  CHECK_FALSE(faults.HasFaults());
-  REQUIRE(back);
-  REQUIRE(back->rows.size() == 4);
+  const auto [table, back] = ThroughJournal(text);
+  REQUIRE(back.rows.size() == 4);
   for (std::size_t i = 0; i < 4; ++i) {
-    const table::MeasuredRow &a = back->rows[i], &b = table->rows[i];
+    const table::MeasuredRow &a = back.rows[i], &b = table.rows[i];
     CHECK(a.artefact == b.artefact);
     CHECK(a.measured_W.has_value() == b.measured_W.has_value());
     for (const auto value : {&model::MeasuredPoint::range_m, &model::MeasuredPoint::gauge_m,

@@ -7,6 +7,7 @@
 #include "app/lens/calibration.h"
 #include "app/lens/lens_json.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/app/lens/stated_camera.h"
 #include "tests/lens_captures/capture_maker.h"
 
 namespace plumbline::capture_diagnosis_test {
@@ -15,18 +16,6 @@ using namespace plumbline::lens;
 using namespace plumbline::lens_captures;
 
 namespace {
-
-/// The camera as the product states it.
-CameraModel StatedCamera(const Lens& l) {
-  CameraModel camera;
-  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
-  camera.fisheye = l.fisheye;
-  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
-  std::copy(std::begin(k), std::end(k), camera.k);
-  std::copy(std::begin(s), std::end(s), camera.s);
-  camera.p[0] = l.p1, camera.p[1] = l.p2;
-  return camera;
-}
 
 /// @param error_px  receives the largest true error within the usable region
 LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
@@ -40,7 +29,7 @@ LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
     const LensCalibration c =
         CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
     if (error_px != nullptr) {
-      *error_px = LargestError(conditions.camera, StatedCamera(c.lens), conditions.width,
+      *error_px = LargestError(conditions.camera, test::StatedCamera(c.lens), conditions.width,
                                conditions.height, c.usable_radius_px);
     }
     return c;

@@ -6,6 +6,7 @@
 
 #include "app/lens/projection_uncertainty.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/app/lens/stated_camera.h"
 #include "tests/lens_captures/camera_model.h"
 
 namespace plumbline::lens_model_test {
@@ -59,17 +60,6 @@ std::vector<Lens> LensOfEachModel() {
   return {usual, rational, prism, fisheye};
 }
 
-lens_captures::CameraModel IndependentModel(const Lens& l) {
-  lens_captures::CameraModel camera;
-  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
-  camera.fisheye = l.fisheye;
-  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
-  std::copy(std::begin(k), std::end(k), camera.k);
-  std::copy(std::begin(s), std::end(s), camera.s);
-  camera.p[0] = l.p1, camera.p[1] = l.p2;
-  return camera;
-}
-
 }  // namespace
 
 TEST_CASE("every lens model projects as an independent implementation, and back") {
@@ -78,7 +68,7 @@ TEST_CASE("every lens model projects as an independent implementation, and back"
     for (const Vec2& n : {Vec2(0, 0), Vec2(1e-9, 0), Vec2(0.31, -0.2), Vec2(-0.5, 0.35)}) {
       const Vec2 pixel = PixelOfNormalised(lens, n);
       const Vec3 direction = Vec3(n.x(), n.y(), 1).normalized();
-      CHECK((pixel - IndependentModel(lens).PixelOfDirection(direction)).norm() < 1e-6);
+      CHECK((pixel - test::StatedCamera(lens).PixelOfDirection(direction)).norm() < 1e-6);
       const auto back = NormalisedOfPixel(lens, pixel);
       REQUIRE(back);
       CHECK((*back - n).norm() < 1e-9);
