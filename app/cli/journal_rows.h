@@ -1,4 +1,4 @@
-// Rows of the journal for people, and as JSON.
+// Rows of the journal as readable text and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

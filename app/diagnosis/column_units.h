@@ -1,4 +1,4 @@
-// A column, or several that are wrong together, and the unit its numbers may really be in.
+// Units that the numbers of a column may really be in, other than the unit of its name.
 #pragma once
 
 #include <array>

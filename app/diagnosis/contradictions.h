@@ -1,4 +1,4 @@
-// References that contradict the rest of the data.
+// Detection of references that contradict the rest of the data.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What the stages of a diagnosis pass on to each other.
+// Intermediate results that the stages of a diagnosis pass to each other.
 #pragma once
 
 #include <string>

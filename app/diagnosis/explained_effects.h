@@ -1,4 +1,5 @@
-// The effects of an explanation: which they are, and what is peculiar to one of them.
+// Properties of the effects in an explanation: keys, blocks, and the share that a rival cannot
+// reproduce.
 #pragma once
 
 #include <string>

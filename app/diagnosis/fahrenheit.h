@@ -1,4 +1,4 @@
-// Temperatures recorded in degrees Fahrenheit.
+// Detection of temperatures recorded in degrees Fahrenheit.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Joints that moved together, so that the rows tell nothing about moving them apart.
+// Combinations of joints that moved only together, whose effects the rows cannot separate.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What the rows cannot determine at all, whatever its size.
+// Frames and scale that rows on artefacts leave free.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"

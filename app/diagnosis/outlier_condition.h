@@ -1,4 +1,5 @@
-// Rejected rows that share a condition: more likely an effect that acts there than gross errors.
+// Search for a condition that most rejected rows share: an effect that acts there is then more
+// likely than gross errors.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
-// Payloads whose unit changes within the table: converted, they repeat those of the other rows.
+// Detection of a change of the payload's unit within the table: converted, the values repeat those
+// of the other rows.
 #pragma once
 
 #include <optional>

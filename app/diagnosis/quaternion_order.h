@@ -1,4 +1,4 @@
-// Quaternions written in another order than the header says.
+// Detection of quaternions that are written in another order than the header states.
 #pragma once
 
 #include <optional>

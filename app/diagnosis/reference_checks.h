@@ -1,4 +1,4 @@
-// Findings that rest on a single declared length of the artefacts.
+// Check whether a finding rests on a single declared length of the artefacts.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"

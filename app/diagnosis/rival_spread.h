@@ -1,4 +1,4 @@
-// How far the rivals of an answer differ from it at new points, where no row decides between them.
+// Difference between an answer and its rivals at new points, where no row decides between them.
 #pragma once
 
 #include <vector>

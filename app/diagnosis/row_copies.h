@@ -1,4 +1,4 @@
-// Rows that are exact copies of earlier ones.
+// Detection of rows that are exact copies of earlier ones.
 #pragma once
 
 #include "app/diagnosis/dataset.h"

@@ -1,4 +1,4 @@
-// Columns whose unit changes within the table, visible in their numbers alone.
+// Detection of columns whose unit changes within the table, from their numbers alone.
 #pragma once
 
 #include <vector>

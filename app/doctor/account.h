@@ -1,4 +1,4 @@
-// User account whose file permissions are checked: the service's, not that of the doctor's caller.
+// User account of the service, whose file permissions are checked instead of the caller's.
 #pragma once
 
 #include <sys/types.h>

@@ -1,4 +1,4 @@
-// What an import understood, as text.
+// Preview of an import as text: the meaning and unit assigned to each column.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Time stamps of exports.
+// Parser of the time stamps in exports of instruments and robots.
 #pragma once
 
 #include <optional>

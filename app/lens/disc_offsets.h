@@ -1,4 +1,4 @@
-// Offset between the centre of a disc's image and the image of the disc's centre.
+// Eccentricity of a disc's image: its centroid minus the image of the disc's centre.
 #pragma once
 
 #include "app/lens/lens_model.h"

@@ -1,4 +1,4 @@
-// Collected log of daemon and viewer, longer than the excerpt in one state.
+// Collected log of daemon and viewer, longer than the excerpt that one state contains.
 #pragma once
 
 #include <deque>

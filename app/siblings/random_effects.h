@@ -1,4 +1,4 @@
-// Random-effects meta-analysis: what several arms of one model have in common in one number.
+// Random-effects meta-analysis: mean and spread of one quantity over several arms of a model.
 #pragma once
 
 #include <optional>

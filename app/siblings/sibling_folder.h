@@ -1,4 +1,4 @@
-// Folder of a sibling: its cell and its rows.
+// Reader of a sibling's folder: the cell and the measured rows of another arm of the same model.
 #pragma once
 
 #include <string>

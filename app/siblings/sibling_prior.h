@@ -1,4 +1,4 @@
-// What siblings know of the sizes of effects, and its update by the rows of an arm.
+// Prior for the sizes of effects from measured siblings, and its update by the rows of an arm.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Diagnosis of an arm with what measured arms of the same model have in common as prior knowledge.
+// Diagnosis of an arm that uses measured arms of the same model as prior knowledge.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Errors that an answer states if sizes of effects come from siblings and were adjusted to its
-// rows.
+// Adjustment of the errors stated by an answer whose sizes of effects come from siblings and were
+// updated by its own rows.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// A cell file from imported kinematics.
+// Writer of a cell file for imported kinematics.
 #pragma once
 
 #include <string>

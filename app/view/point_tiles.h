@@ -1,4 +1,4 @@
-// Tiles of the assembly points: name, correction, radius with its basis, and what to know about it.
+// Tiles of the assembly points: name, correction, radius with its basis, and notes.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// Answers of plumbline-dv, and the picture with square pixels that is made of one. Pure.
+// Codec of the response of plumbline-dv, and conversion of its field to a picture with square
+// pixels. Pure.
 #pragma once
 
 #include <array>

@@ -1,5 +1,4 @@
-// Load at the flange from what a row or the controller states: payload, number of the tool, number
-// of the payload item.
+// Load at the flange from the stated payload, tool number and payload item number.
 #pragma once
 
 #include "firmware-like/loads/gravity.h"

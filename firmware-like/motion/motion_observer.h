@@ -1,5 +1,5 @@
-// Motion status of the arm: what the readings say about its acceleration and what that does to the
-// tip.
+// Motion status of the arm: acceleration from the joint readings, and the displacement of the tip
+// that it causes.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// Stores as every version wrote them that anybody may still have: `released/schema_N.sql` beside
-// the test of a store. They were dumped from files that the version itself had written; they are
-// never changed, and a new schema needs a dump of its own.
+// Stores written by every version that may still be in use: `released/schema_N.sql` beside the test
+// of each store. They were dumped from files that the version itself had written and are never
+// changed; a new schema needs a dump of its own.
 #pragma once
 
 #include <catch2/catch.hpp>

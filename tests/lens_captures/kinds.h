@@ -1,4 +1,4 @@
-// Parts of AllKinds().
+// Kinds of simulated captures by cause; AllKinds() joins them.
 #pragma once
 
 #include "tests/lens_captures/capture_maker.h"

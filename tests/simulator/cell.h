@@ -1,4 +1,4 @@
-// Declared cell in SI units, before any effect is hidden.
+// Declared cell of the simulator in SI units, without hidden effects.
 #pragma once
 
 #include <Eigen/Core>

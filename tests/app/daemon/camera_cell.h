@@ -1,5 +1,4 @@
-// The cell that the cameras of the daemon's tests see: zooms, lenses that are known, a robot at
-// rest.
+// Scene of the daemon's camera tests: zooms, known lenses, a robot at standstill.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// What `plumbline status` says of a daemon.
+// Output of `plumbline status` for a running daemon.
 #pragma once
 
 #include <cstdio>
