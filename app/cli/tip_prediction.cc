@@ -135,8 +135,9 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
                     "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                     poses.file, row.line, load.modelled.mass_kg)};
   }
-  const bool outside = deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C,
-                                                 moment.t_s, load.modelled.tool);
+  const bool outside =
+      deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C, moment.t_s,
+                                load.modelled.tool, load.modelled.item);
   const bool extrapolated =
       outside || PayloadNotRecorded(session.cell, poses) || EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =

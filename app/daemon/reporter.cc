@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "app/config/carried_numbers.h"
+
 namespace plumbline::daemon {
 namespace {
 
@@ -205,6 +207,13 @@ void Reporter::ObserveRequiredLenses(const Snapshot& snapshot) {
   lenses_missing_ = missing;
 }
 
+std::string Reporter::OutsideText(const Snapshot& snapshot, const PointResult& point) const {
+  if (!point.correction.extrapolated) return "";
+  const std::string unmeasured =
+      config::UnmeasuredText(cell_, snapshot.payload.tool, snapshot.payload.item);
+  return ", outside the calibrated range" + (unmeasured.empty() ? "" : ": " + unmeasured);
+}
+
 void Reporter::ObservePoints(const Snapshot& snapshot) {
   // Reported once for all points, by ObserveInput() and ObserveRequiredLenses().
   if (snapshot.input_fault != InputFault::kOk || snapshot.lenses_missing != 0) return;
@@ -214,12 +223,12 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
     codes_[k] = point.code;
     if (point.valid) {
       const double correction_mm = 1e3 * point.correction.translation_B.norm();
-      sink_({log::Event::kPointCorrected,
-             fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
-                         points_[k].name, correction_mm, RadiusText(point.correction),
-                         point.correction.extrapolated ? ", outside the calibrated range" : ""),
-             {{"POINT", fmt::format("{}", points_[k].id)},
-              {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
+      sink_(
+          {log::Event::kPointCorrected,
+           fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id, points_[k].name,
+                       correction_mm, RadiusText(point.correction), OutsideText(snapshot, point)),
+           {{"POINT", fmt::format("{}", points_[k].id)},
+            {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
       sink_({log::Event::kPointRefused,
              fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,

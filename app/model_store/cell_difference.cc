@@ -226,7 +226,7 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
                distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated, tools] = domain;
+               as_validated, tools, payload_items] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -251,6 +251,9 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
   values.Matrix("domain.poses_deg", of_poses);
   values.Number("domain.time_zero_utc (s since 1970)", time_zero_s);
   if (!tools.empty()) values.Raw("domain.tools", fmt::format("[{}]", fmt::join(tools, ", ")));
+  if (payload_items) {
+    values.Raw("domain.payload_items", fmt::format("[{}]", fmt::join(*payload_items, ", ")));
+  }
   if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }
 

@@ -47,6 +47,23 @@ TEST_CASE("a point's radius is logged with its basis") {
   CHECK_THAT(logged(model::RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
+TEST_CASE("a point outside the domain says which item was not measured") {
+  Desk desk;
+  model::CellModel cell;
+  cell.payload_items = {{2, 1, Vec3::Zero()}, {3, 1, Vec3::Zero()}};
+  cell.domain.emplace();
+  cell.domain->payload_items = {0, 2};
+  desk.reporter.SetCell(cell);
+  desk.snapshot.input_fault = InputFault::kOk;
+  PointResult& point = desk.snapshot.points[0];
+  point.code = correction::CorrectionCode::kOk;
+  point.valid = point.correction.extrapolated = true;
+  desk.snapshot.payload.item = 3;
+  CHECK_THAT(desk.Observe().back(),
+             Catch::EndsWith(", outside the calibrated range: payload item 3 was not measured "
+                             "(measured: 0, 2)"));
+}
+
 TEST_CASE("each transition is logged once") {
   Desk desk;
   CHECK(desk.Observe() == std::vector<std::string>{"robot link up"});
