@@ -113,6 +113,7 @@ void Machine::ChoosePayload() {
   payload_.Select(snapshot_.input_fault == InputFault::kOk ? &snapshot_.robot : nullptr,
                   config_.cell);
   snapshot_.payload_valid = payload_.present().has_value();
+  snapshot_.undeclared = payload_.undeclared();
   if (payload_.present()) snapshot_.payload = *payload_.present();
 }
 

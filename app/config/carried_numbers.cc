@@ -28,6 +28,24 @@ std::string ItemNumbersText(const model::CellModel& cell) {
   return numbers.empty() ? "none" : fmt::format("{}", fmt::join(numbers, ", "));
 }
 
+NumberAdvice AdviceOn(const UndeclaredNumber& undeclared, const model::CellModel& cell) {
+  using Kind = UndeclaredNumber::Kind;
+  if (undeclared.kind == Kind::kNone) return {};
+  const bool tool = undeclared.kind == Kind::kTool;
+  const char* name = tool ? "tool" : "payload item";
+  const char* table = tool ? "[[tool]]" : "[[payload.item]]";
+  const std::string declared =
+      tool ? ToolNumbersText(cell) : ItemNumbersText(cell) + ", 0 for none";
+  if (!undeclared.number) {
+    return {fmt::format("the controller reports no {} number (declared: {})", name, declared),
+            fmt::format("let the controller report it: {} of the robot profile",
+                        tool ? "[tool_number]" : "[payload_item]")};
+  }
+  return {fmt::format("{} {} is not declared (declared: {})", name, *undeclared.number, declared),
+          fmt::format("correct the number in the controller, or add a {} with number = {}", table,
+                      *undeclared.number)};
+}
+
 std::string UnmeasuredToolText(const model::CellModel& cell, int tool) {
   if (deflection::ToolCovered(cell, tool)) return "";
   return fmt::format("tool {} was not measured (measured: {})",

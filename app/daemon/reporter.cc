@@ -217,6 +217,13 @@ std::string Reporter::OutsideText(const Snapshot& snapshot, const PointResult& p
 void Reporter::ObservePoints(const Snapshot& snapshot) {
   // Reported once for all points, by ObserveInput() and ObserveRequiredLenses().
   if (snapshot.input_fault != InputFault::kOk || snapshot.lenses_missing != 0) return;
+  const config::NumberAdvice advice = config::AdviceOn(snapshot.undeclared, cell_);
+  if (snapshot.undeclared != undeclared_) {  // refused again because of another number
+    for (auto& code : codes_) {
+      if (code == correction::CorrectionCode::kPayloadUnknown) code.reset();
+    }
+    undeclared_ = snapshot.undeclared;
+  }
   for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
     const PointResult& point = snapshot.points[k];
     if (point.code == correction::CorrectionCode::kPending || codes_[k] == point.code) continue;
@@ -230,9 +237,12 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
            {{"POINT", fmt::format("{}", points_[k].id)},
             {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
+      const bool named =
+          point.code == correction::CorrectionCode::kPayloadUnknown && !advice.problem.empty();
       sink_({log::Event::kPointRefused,
-             fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,
-                         Describe(point.code)),
+             fmt::format("point {} ({}) has no correction: {}{}", points_[k].id, points_[k].name,
+                         Describe(point.code),
+                         named ? fmt::format(": {}; {}", advice.problem, advice.remedy) : ""),
              {{"POINT", fmt::format("{}", points_[k].id)},
               {"CODE", fmt::format("{}", static_cast<int>(point.code))}}});
     }

@@ -45,6 +45,7 @@ class Reporter {
 
   std::vector<PointName> points_;
   model::CellModel cell_;
+  UndeclaredNumber undeclared_;  ///< named by the last reports of refused points
   log::LogSink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;

@@ -274,7 +274,7 @@ const std::array kMapFields = {
     MapField{219, kU16, "scaled_last", "",
              "command sequence again: the block is consistent if it equals 200",
              [](Source s) -> double { return s.snapshot.result.sequence; }},
-    // 300-363 robot state as decoded, and its motion
+    // 300-365 robot state as decoded, and its motion
     MapField{300, kU16, "input_validity", "bits",
              "bit 0 passed the plausibility checks, 1 the controller reports a TCP pose, 2 payload "
              "known, 3 the controller reports a temperature",
@@ -340,6 +340,17 @@ const std::array kMapFields = {
     MapField{362, kFloat, "dynamic_radius", "mm",
              "95 % radius of that displacement due to the scatter of the readings alone",
              [](Source s) { return kMmPerMetre * s.snapshot.motion.radius_m; }},
+    MapField{364, kU16, "undeclared", "code",
+             "why the payload is unknown: 1 the controller's tool number is not declared, 2 its "
+             "payload item is not; 0: neither",
+             [](Source s) { return static_cast<double>(s.snapshot.undeclared.kind); }},
+    MapField{365, kU16, "undeclared_number", "",
+             "that number; 65535: the controller reports none; 0 unless 364 is set",
+             [](Source s) -> double {
+               const UndeclaredNumber& undeclared = s.snapshot.undeclared;
+               if (undeclared.kind == UndeclaredNumber::Kind::kNone) return 0;
+               return undeclared.number.value_or(65535);
+             }},
     // 400-427 probes, drift monitor, model, masters
     MapField{400, kU16, "loop_state", "bits",
              "state of the monitoring: bit 0 probes are recorded, 1 drift alarm, 2 a proposed "

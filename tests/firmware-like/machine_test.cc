@@ -266,15 +266,21 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
     robot.tool_number = 2;
     robot.payload_item = 5;
     CHECK(correction_of(cell.Next()) > 1.02 * at_60);
+    CHECK(cell.Next().undeclared == UndeclaredNumber{});
+    const auto undeclared = [&](UndeclaredNumber::Kind kind, std::optional<int> number) {
+      const Snapshot& next = cell.Next();
+      CHECK(next.points[0].code == correction::CorrectionCode::kPayloadUnknown);
+      CHECK(next.undeclared == UndeclaredNumber{kind, number});
+    };
     robot.payload_item = 6;
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kItem, 6);
     robot.payload_item.reset();
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kItem, std::nullopt);
     robot.payload_item = 0;
     robot.tool_number = 3;
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kTool, 3);
     robot.tool_number.reset();
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kTool, std::nullopt);
   }
   SECTION("a number that is not that of the only tool") {
     cell.config.cell.tool.number = 1;

@@ -47,6 +47,31 @@ TEST_CASE("a point's radius is logged with its basis") {
   CHECK_THAT(logged(model::RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
+TEST_CASE("an undeclared tool or item is named where a point has no correction") {
+  Desk desk;
+  model::CellModel cell;
+  cell.tool.number = 4;
+  cell.further_tools = {model::Tool()};
+  cell.further_tools[0].number = 7;
+  cell.payload_items = {{2, 1, Vec3::Zero()}};
+  desk.reporter.SetCell(cell);
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.snapshot.points[0].code = correction::CorrectionCode::kPayloadUnknown;
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kTool, 5};
+  CHECK_THAT(
+      desk.Observe().back(),
+      Catch::EndsWith("has no correction: payload unknown: tool 5 is not declared (declared: "
+                      "4, 7); correct the number in the controller, or add a [[tool]] with "
+                      "number = 5"));
+  CHECK(desk.Observe().empty());
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kItem, 9};
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("payload item 9 is not declared (declared: 2, 0 for none)"));
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kItem, std::nullopt};
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("the controller reports no payload item number"));
+}
+
 TEST_CASE("a point outside the domain says which item was not measured") {
   Desk desk;
   model::CellModel cell;
