@@ -69,7 +69,9 @@ std::string LoadsText(const BeamOptions& options, const LoadPlace& place) {
 
 BeamSeries Solve(const BeamOptions& options) {
   BeamSeries series;
-  series.tool = BeamToolOf(options);
+  BeamTool chosen = BeamToolOf(options);
+  series.tool = std::move(chosen.tool);
+  series.used_tool = std::move(chosen.used);
   series.axis = options.direction == "x" ? BendingAxis::kX : BendingAxis::kY;
   series.stress = options.stress;
   const beam::Beam beam(series.tool, options.elements);
@@ -126,6 +128,7 @@ int Run(const BeamOptions& options) {
   }
   try {
     const BeamSeries series = Solve(options);
+    if (!series.used_tool.empty()) std::cerr << "plumbline beam: " << series.used_tool << '\n';
     WarnAboutLargeDeflection(series);
     if (options.csv) {
       PrintBeamCsv(series, std::cout);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {
@@ -19,10 +21,8 @@ std::string LoadMassText(double mass_kg) {
   return fmt::format("{:.6g} kg", mass_kg);
 }
 
-}  // namespace
-
-std::vector<PointLoad> LoadsOf(const MachineConfig& config,
-                               const correction::AssemblyPoint& point) {
+std::vector<PointLoad> LoadsWithoutTool(const MachineConfig& config,
+                                        const correction::AssemblyPoint& point) {
   using Source = PayloadPolicy::Source;
   const PayloadPolicy& policy = config.payload;
   const std::optional<Vec3>& cell_cog_F = config.cell.payload_cog_F;
@@ -46,6 +46,7 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config,
                                 tool.mass_kg, cog_of(tool));
         const std::optional<int> index = loads::ToolIndexOf(config.cell, tool.number);
         if (load.payload && index) load.payload->tool = *index;
+        if (!index && config.cell.tools() > 1) load.payload.reset();  // as in PayloadSelector
         loads.push_back(std::move(load));
       }
       break;
@@ -58,6 +59,32 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config,
       break;
   }
   return loads;
+}
+
+}  // namespace
+
+std::vector<PointLoad> LoadsOf(const MachineConfig& config,
+                               const correction::AssemblyPoint& point) {
+  const model::CellModel& cell = config.cell;
+  std::vector<PointLoad> loads = LoadsWithoutTool(config, point);
+  const bool by_table = config.payload.source == PayloadPolicy::Source::kTable && !point.payload_kg;
+  if (cell.tools() == 1 || by_table) return loads;
+  std::vector<int> tools(static_cast<std::size_t>(cell.tools()));
+  std::iota(tools.begin(), tools.end(), 0);
+  if (const auto taught = correction::TaughtTool(deflection::LoadedArm(cell), point)) {
+    tools = {*taught};
+  }
+  std::vector<PointLoad> with_tools;
+  for (const int tool : tools) {
+    for (PointLoad load : loads) {
+      if (load.payload) load.payload->tool = tool;
+      const bool none = load.payload && load.payload->mass_kg == 0;
+      load.name = fmt::format("tool {}, {}", cell.ToolAt(tool).number.value_or(0),
+                              none ? std::string("0 kg") : load.name);
+      with_tools.push_back(std::move(load));
+    }
+  }
+  return with_tools;
 }
 
 model::JointVector SeedOf(const kinematics::Chain& chain, const correction::AssemblyPoint& point) {

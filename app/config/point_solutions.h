@@ -18,6 +18,8 @@ struct PointLoad {
 
 /// The payloads to consider for a point: its own, the fixed one, or that of each tool number. If
 /// only the robot knows the payload (source = "robot"): none, then [payload] mass_kg if declared.
+/// If the cell has several tools: each payload with the tool that was mounted when the point was
+/// taught (TaughtTool), or with every tool if that is unknown.
 std::vector<PointLoad> LoadsOf(const MachineConfig& config, const correction::AssemblyPoint& point);
 
 /// Initial joints for solving a point: those at which it was taught. Without near_deg the daemon

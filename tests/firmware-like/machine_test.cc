@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/statistics/containment_radius.h"
 #include "tests/firmware-like/test_cell.h"
 
@@ -770,6 +771,27 @@ TEST_CASE("points whose branches are searched in the background are pending indi
     cell.machine->SetTaughtBranch(0, {});
     CHECK(cell.Next().points[0].valid);
   }
+}
+
+TEST_CASE("a point is solved with the tool that was mounted when it was taught") {
+  Cell cell;
+  model::CellModel& declared = cell.config.cell;
+  const correction::AssemblyPoint& point = cell.config.points[0];
+  REQUIRE(point.near_q);
+  const std::optional<model::JointVector> alone = Machine(cell.config).FindTaughtBranch(0);
+  REQUIRE(alone);
+  declared.tool.number = 4;
+  model::Tool taught = declared.tool;
+  taught.number = 7;
+  declared.tool.tcp_F.z() += 3;  // no posture reaches the point with it
+  declared.tool.rigid = true;
+  declared.tool.segments.clear();
+  declared.further_tools = {taught};
+  CHECK(correction::TaughtTool(deflection::LoadedArm(declared), point) == 1);
+  Machine several(cell.config);
+  const std::optional<model::JointVector> found = several.FindTaughtBranch(0);
+  REQUIRE(found);
+  CHECK((*found - *alone).norm() < 1e-9);
 }
 
 TEST_CASE("a probe is refused with kStorageUnavailable if the disk is not writable") {
