@@ -130,6 +130,8 @@ struct Snapshot {
   std::uint16_t prismatic_joints = 0;   ///< bit i: joint i is prismatic, its position is in metres
   bool payload_valid = false;
   loads::Payload payload;  ///< in force for points without their own payload
+  /// Number of the tool whose tip the controller reports although it reports another number.
+  std::optional<int> tip_of_tool{};
   UndeclaredNumber undeclared;  ///< why `payload_valid` is false, if a number is the reason
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
   motion::MotionStatus motion;  ///< for display only: no correction depends on it

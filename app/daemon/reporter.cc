@@ -151,6 +151,20 @@ void Reporter::ReportLinkDown(const robot::RobotLinkStatus& link, double now_s) 
   new_reason_ = reason;
 }
 
+namespace {
+
+/// Names both tools if the controller reports the tip of one and the number of another.
+std::string OtherTipText(const Snapshot& snapshot) {
+  if (snapshot.input_fault != InputFault::kTcpMismatch || !snapshot.tip_of_tool) return "";
+  return fmt::format(
+      ": it is the tip of tool {}, but the tool number is {}; set both in the controller to the "
+      "mounted tool",
+      *snapshot.tip_of_tool,
+      snapshot.reading.tool_number ? fmt::format("{}", *snapshot.reading.tool_number) : "unknown");
+}
+
+}  // namespace
+
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   InputFault fault = snapshot.input_fault;
   const bool brief_fault =
@@ -180,8 +194,8 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
         : fault == InputFault::kJointCount ? "; check the profile against the cell"
                                            : "";
     sink_({log::Event::kRobotNotTrusted,
-           fmt::format("robot input not trusted: {}; corrected points withdrawn{}", Describe(fault),
-                       remedy)});
+           fmt::format("robot input not trusted: {}{}; corrected points withdrawn{}",
+                       Describe(fault), OtherTipText(snapshot), remedy)});
   }
   input_fault_ = fault;
   input_since_s_ = snapshot.now_s;

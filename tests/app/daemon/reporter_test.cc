@@ -72,6 +72,16 @@ TEST_CASE("an undeclared tool or item is named where a point has no correction")
              Catch::Contains("the controller reports no payload item number"));
 }
 
+TEST_CASE("the tip of another tool than the reported one is named with both numbers") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kTcpMismatch;
+  desk.snapshot.tip_of_tool = 7;
+  desk.snapshot.reading.tool_number = 4;
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("it is the tip of tool 7, but the tool number is "
+                             "4; set both in the controller"));
+}
+
 TEST_CASE("a point outside the domain says which item was not measured") {
   Desk desk;
   model::CellModel cell;
