@@ -46,6 +46,7 @@ constexpr ToolFlag kToolFlags[] = {
     {"--poisson-ratio", "poisson_ratio",
      "Poisson's ratio, likewise; required by --theory timoshenko"},
     {"--density-kg-m3", "density_kg_m3", "Density, likewise; required for weight and acceleration"},
+    {"--yield-mpa", "yield_MPa", "Yield strength; a larger stress is reported"},
 };
 
 /// Checks that the text is a finite number. The reader of [tool] checks the range that the help

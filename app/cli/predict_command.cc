@@ -136,6 +136,22 @@ void WarnAboutUnmeasured(const PredictOptions& options, const model::CellModel& 
   }
 }
 
+/// Warns about tools that bend or are stressed beyond linear theory, with the worst row of each.
+void WarnAboutLinearTheory(const PredictOptions& options, const table::MeasuredTable& poses,
+                           const std::vector<Prediction>& predictions) {
+  constexpr std::size_t kMost = 5;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < predictions.size() && k < poses.rows.size(); ++k) {
+    if (predictions[k].beyond_linear.empty() || ++count > kMost) continue;
+    std::cerr << fmt::format("{}:{}: warning: {}\n", options.poses, poses.rows[k].line,
+                             predictions[k].beyond_linear);
+  }
+  if (count > kMost) {
+    std::cerr << fmt::format("{}: {} more poses are beyond linear beam theory\n", options.poses,
+                             count - kMost);
+  }
+}
+
 /// Treats all rows as later than those that the model was fitted to.
 void PlaceAfterFittedRows(const PredictOptions& options, const model::CellModel& cell,
                           table::MeasuredTable& poses,
@@ -227,6 +243,7 @@ int Run(const PredictOptions& options) {
   std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n",
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
+  WarnAboutLinearTheory(options, *poses, *predictions);
   if (const std::string warning = BasisWarning(*predictions); !warning.empty()) {
     std::cerr << warning << '\n';
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "app/config/linear_theory.h"
 #include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/loads/numbered_load.h"
 
@@ -99,6 +100,7 @@ model::JointVector SeedOf(const kinematics::Chain& chain, const correction::Asse
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress) {
   Machine machine(config);
+  const deflection::LoadedArm arm(config.cell);
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
     if (progress) progress(k);
@@ -110,6 +112,12 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
       if (load.payload) {
         solution.correction = machine.Preview(point, *load.payload, SeedOf(machine.chain(), point),
                                               correction::BranchSearch::kThorough);
+      }
+      if (load.payload && solution.correction.code == correction::CorrectionCode::kOk) {
+        deflection::LoadedState state;
+        if (arm.AtCommanded(solution.correction.q, *load.payload, {}, state)) {
+          solution.beyond_linear = BeyondLinearTheory(config.cell, arm, state);
+        }
       }
       if (solution.correction.q.size() > 0) {
         solution.posture =

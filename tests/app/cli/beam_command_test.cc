@@ -244,6 +244,10 @@ TEST_CASE(
   CHECK_THAT(large.err, Catch::Contains("warning: at 500 N the tip moves by ") &&
                             Catch::Contains("linear theory is valid up to"));
   CHECK(RunBeam(rod + "10").err.empty());
+  CHECK_THAT(
+      RunBeam(rod + "10 --yield-mpa 40").err,
+      Catch::Contains("at 10 N the stress is ") && Catch::Contains("% of the yield strength"));
+  CHECK(RunBeam(rod + "10 --yield-mpa 400").err.empty());
   const std::string help = RunBeam("--help").out;
   CHECK_THAT(help, Catch::Contains("[1..20000]") && !Catch::Contains("1e+17"));
   CHECK_THAT(RunBeam(rod + "1 --wall-mm inf").err,

@@ -247,6 +247,17 @@ TEST_CASE("one diagnosis of two tools and a payload item finds the compliance an
   CHECK(more > extrapolated);
 }
 
+TEST_CASE("a pose that bends the tool beyond linear theory is named with its line") {
+  const Desk desk;
+  desk.Write("cell.toml", CellText(ToolOf(1)));
+  const std::string header = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
+  desk.Write("poses.csv", header + "10,-80,60,10,20,30,3\n10,-80,60,10,20,30,600\n");
+  const Answer answer = desk.Predict("cell.toml");
+  CHECK_THAT(answer.err, Contains("poses.csv:3: warning: the tool bends by ") &&
+                             Contains("linear beam theory holds up to 5 %") &&
+                             !Contains("poses.csv:2: warning"));
+}
+
 TEST_CASE("rows that name what the cell does not declare are refused with line and remedy") {
   const Desk desk;
   Table table = Rows(20, 4);
