@@ -37,6 +37,9 @@ std::optional<int> DecimalsOf(std::string_view field) {
   return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
 }
 
+constexpr std::string_view kNotACamera =
+    "is not a camera: write side, rear, front or top, or two of them joined by + for their mean";
+
 /// One camera, or two in the order of their names in the format: "rear+side" gives "side+rear".
 /// nullopt if the field names no camera, an unknown one, or one of them twice.
 std::optional<std::string> CamerasNamed(std::string_view field) {
@@ -74,6 +77,7 @@ class TableReader {
 
  private:
   void WarnIfInMetres();
+  void WarnAboutCameras();
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
   static void StoreNumber(const Column& column, std::string_view field, MeasuredRow& row);
@@ -90,6 +94,9 @@ class TableReader {
   bool decimals_counted_ = false;
   std::vector<MeasuredRow> rows_;  ///< measured and unmeasured, in file order
   MeasuredTable table_;
+  std::size_t rows_without_camera_ = 0;  ///< skipped, because `camera` names none
+  int first_camera_line_ = 0;
+  std::string first_camera_;  ///< what the first of them has in its place
 };
 
 bool IsMeasured(Quantity quantity) {
@@ -151,11 +158,12 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
 /// only if the cell declares several tools or items (numbered_rows.h).
 void TableReader::StoreNumber(const Column& column, std::string_view field, MeasuredRow& row) {
   constexpr int kLargest = 65535;
-  int number = 0;
+  double number = 0;  // spreadsheets write 1 as 1.0
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   if (error != std::errc() || end != field.data() + field.size()) return;
-  if (number < 0 || number > kLargest) return;
-  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) = number;
+  if (!(number >= 0 && number <= kLargest) || number != std::floor(number)) return;
+  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) =
+      static_cast<int>(number);
 }
 
 /// Parses a field and stores it in the row. Returns why it cannot, or an empty string.
@@ -184,9 +192,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
   if (column.quantity == Quantity::kCamera) {
     const auto camera = CamerasNamed(field);
     if (!camera) {
-      return Shown(field) +
-             " is not a camera: write side, rear, front or top, or two of them "
-             "joined by + for their mean";
+      return std::string(kNotACamera);
     }
     row.camera = *camera;
     return {};
@@ -261,6 +267,10 @@ std::string TableReader::Store(const Column& column, std::string_view field,
 
 void TableReader::Skip(int line, std::string_view column, const std::string& reason) {
   table_.unreadable_lines.push_back(line);
+  if (reason == kNotACamera) {  // reported once, by WarnAboutCameras()
+    ++rows_without_camera_;
+    return;
+  }
   faults_.Add({config::Fault::Severity::kWarning, table_.file, line, std::string(column),
                reason + "; row not used"});
 }
@@ -313,6 +323,10 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = Store(columns_[i], fields_[i], row);
+    if (reason == kNotACamera && rows_without_camera_ == 0) {
+      first_camera_ = Shown(fields_[i]);
+      first_camera_line_ = line_number;
+    }
     if (!reason.empty()) {
       const double number = NumberOrInfinity(Trimmed(fields_[i]));
       if (columns_[i].quantity == Quantity::kPayload && std::isfinite(number)) {
@@ -363,6 +377,16 @@ void TableReader::WarnIfInMetres() {
                            farthest_m / kMetrePerMm)});
 }
 
+/// Reports the rows that were skipped because of the column `camera`, with the count: it may hold
+/// serial numbers or anything else.
+void TableReader::WarnAboutCameras() {
+  if (rows_without_camera_ == 0) return;
+  faults_.Add({config::Fault::Severity::kWarning, table_.file, first_camera_line_, "camera",
+               fmt::format("{} {}; {} of {} rows not used. If the column holds something else, "
+                           "such as serial numbers, rename it",
+                           first_camera_, kNotACamera, rows_without_camera_, rows_.size())});
+}
+
 /// Returns the table. Additional columns that contain anything but numbers and empty cells are
 /// dropped with a warning.
 MeasuredTable TableReader::Take() {
@@ -390,6 +414,7 @@ MeasuredTable TableReader::Take() {
     (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
   }
   WarnIfInMetres();
+  WarnAboutCameras();
   return std::move(table_);
 }
 
