@@ -175,6 +175,18 @@ PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const
   return move;
 }
 
+/// The loads of one point: its own payload or the configured ones, with the tools.
+std::vector<Load> LoadsAt(const correction::AssemblyPoint& point, const PayloadPolicy& policy,
+                          const std::vector<Load>& configured, const Model& before,
+                          const Model& after) {
+  if (!point.payload_kg && policy.source == PayloadPolicy::Source::kTable) return configured;
+  const bool by_policy = policy.source == PayloadPolicy::Source::kFixed &&
+                         !before.cell.payload_cog_F && !after.cell.payload_cog_F;
+  const std::vector<Load> own{
+      {point.payload_kg.value_or(0), by_policy ? policy.fixed.cog_F : std::nullopt}};
+  return WithTools(point.payload_kg ? own : configured, before.corrector.arm(), point);
+}
+
 std::string PointText(const PointMove& move) {
   return fmt::format("point {} ({}) at {:g} kg{}", move.id, move.name, move.payload_kg,
                      move.tool_number ? fmt::format(" with tool {}", *move.tool_number) : "");
@@ -201,14 +213,11 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
                              const std::vector<ReportedLoad>& reported,
                              const std::function<void()>& step) {
   PointMoves moves;
-  if (before.robot.size() != after.robot.size()) {
-    moves.notes.emplace_back(
-        "the two models have different numbers of joints: no point can be compared");
-    return moves;
-  }
-  if (before.tools() != after.tools()) {
-    moves.notes.emplace_back(
-        "the two models have different numbers of tools: no point can be compared");
+  const bool same_joints = before.robot.size() == after.robot.size();
+  if (!same_joints || before.tools() != after.tools()) {
+    moves.notes.push_back(
+        fmt::format("the two models have different numbers of {}: no point can be compared",
+                    same_joints ? "tools" : "joints"));
     return moves;
   }
   const Model model_before(before, config.limits, utc_s), model_after(after, config.limits, utc_s);
@@ -224,16 +233,7 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
     const bool fits = !point.near_q || point.near_q->size() == before.robot.size();
     if (!fits) continue;  // a fault of the configuration, reported when it is read
     if (!point.near_q) without_posture.push_back(point.id);
-    const bool by_policy = config.payload.source == PayloadPolicy::Source::kFixed &&
-                           !before.payload_cog_F && !after.payload_cog_F;
-    const std::vector<Load> own{
-        {point.payload_kg.value_or(0), by_policy ? config.payload.fixed.cog_F : std::nullopt}};
-    const bool by_table =
-        config.payload.source == PayloadPolicy::Source::kTable && !point.payload_kg;
-    const std::vector<Load>& bare = point.payload_kg ? own : configured;
-    const std::vector<Load> loads =
-        by_table ? bare : WithTools(bare, model_before.corrector.arm(), point);
-    for (const Load& load : loads) {
+    for (const Load& load : LoadsAt(point, config.payload, configured, model_before, model_after)) {
       if (step) step();
       moves.all.push_back(MoveOf(point, load, model_before, model_after));
     }
