@@ -67,7 +67,13 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
 
 void Machine::CheckInput(const MachineInput& input) {
   const deflection::LoadedArm& arm = corrector_.arm();
-  snapshot_.input_fault = filter_.Check(arm, input.robot, input.now_s);
+  // The only tool is mounted whatever its number.
+  const std::optional<int> mounted =
+      arm.tools() == 1 ? 0 : loads::ToolIndexOf(config_.cell, input.robot.tool_number);
+  snapshot_.input_fault = filter_.Check(arm, input.robot, input.now_s, mounted);
+  snapshot_.tip_of_tool.reset();
+  if (const std::optional<int> other = filter_.tip_of_other_tool())
+    snapshot_.tip_of_tool = config_.cell.ToolAt(*other).number;
   if (input.robot.sequence != 0) snapshot_.reading = input.robot;
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
@@ -113,6 +119,7 @@ void Machine::ChoosePayload() {
   payload_.Select(snapshot_.input_fault == InputFault::kOk ? &snapshot_.robot : nullptr,
                   config_.cell);
   snapshot_.payload_valid = payload_.present().has_value();
+  snapshot_.undeclared = payload_.undeclared();
   if (payload_.present()) snapshot_.payload = *payload_.present();
 }
 

@@ -135,7 +135,7 @@ void Machine::ReportPrediction(const Prediction& at) {
   prediction.rotation_B.setZero();
   prediction.extrapolated =
       deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg, probe.temp_C,
-                                ConditionsOf(at.payload).t_s, at.payload.tool);
+                                ConditionsOf(at.payload).t_s, at.payload.tool, at.payload.item);
   corrector_.StateRadius(at.payload, ConditionsOf(at.payload), Vec3::Zero(), prediction);
 }
 

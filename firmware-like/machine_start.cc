@@ -1,4 +1,5 @@
 // Start of a machine: branches of taught points, and what it takes over from its predecessor.
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline {
@@ -6,8 +7,9 @@ namespace plumbline {
 std::optional<model::JointVector> Machine::FindTaughtBranch(std::size_t index) {
   const correction::AssemblyPoint& point = config_.points[index];
   if (!point.near_q) return std::nullopt;
-  const loads::Payload payload{point.payload_kg.value_or(0.0),
-                               config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+  loads::Payload payload{point.payload_kg.value_or(0.0),
+                         config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+  payload.tool = correction::TaughtTool(corrector_.arm(), point).value_or(0);
   correction::Correction correction;
   corrector_.solver().Correct(point, payload, ConditionsOf(payload), *point.near_q,
                               correction::BranchSearch::kThorough, correction);

@@ -44,6 +44,7 @@ void PayloadSelector::Select(const model::RobotState* robot, const model::CellMo
       if (robot->payload_cog_F) cog_F = robot->payload_cog_F;
       break;
   }
+  undeclared_ = robot != nullptr ? UndeclaredBy(cell) : UndeclaredNumber{};
   cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
   present_ = WithToolAndItem(KnownPayload(mass_kg, cog_F_), cell);
 }
@@ -53,6 +54,15 @@ std::optional<loads::Payload> PayloadSelector::WithMass(const std::optional<doub
   if (!own_mass_kg) return present_;
   return WithToolAndItem(KnownPayload(own_mass_kg, declared_cog_F_ ? declared_cog_F_ : cog_F_),
                          cell);
+}
+
+UndeclaredNumber PayloadSelector::UndeclaredBy(const model::CellModel& cell) const {
+  using Kind = UndeclaredNumber::Kind;
+  const bool numbered = cell.tools() > 1 || cell.tool.number;
+  if (numbered && !loads::ToolIndexOf(cell, tool_number_)) return {Kind::kTool, tool_number_};
+  const bool known = item_number_ && (*item_number_ == 0 || loads::ItemOf(cell, item_number_));
+  if (!cell.payload_items.empty() && !known) return {Kind::kItem, item_number_};
+  return {};
 }
 
 std::optional<loads::Payload> PayloadSelector::WithToolAndItem(

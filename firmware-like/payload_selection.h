@@ -1,6 +1,7 @@
 // Selection of the payload that the robot carries: as reported, by tool number, or fixed.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,14 @@ struct PayloadPolicy {
   std::vector<ToolLoad> table;  ///< for kTable, selected by the controller's tool number
 };
 
+/// A number that the controller reports, or should report, and that the cell does not declare.
+struct UndeclaredNumber {
+  enum class Kind : std::uint8_t { kNone, kTool, kItem };
+  Kind kind = Kind::kNone;
+  std::optional<int> number{};  ///< absent: the controller reports none
+  bool operator==(const UndeclaredNumber&) const = default;
+};
+
 /// The payload of the present cycle. Select() does not allocate.
 class PayloadSelector {
  public:
@@ -37,6 +46,9 @@ class PayloadSelector {
   /// or payload item that is not known, or not declared.
   const std::optional<loads::Payload>& present() const { return present_; }
 
+  /// The number because of which there is no payload; kNone if there is another reason or none.
+  const UndeclaredNumber& undeclared() const { return undeclared_; }
+
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
   /// load. Tool and payload item are those that the controller reports.
@@ -44,6 +56,7 @@ class PayloadSelector {
                                          const model::CellModel& cell) const;
 
  private:
+  UndeclaredNumber UndeclaredBy(const model::CellModel& cell) const;
   std::optional<loads::Payload> WithToolAndItem(std::optional<loads::Payload> payload,
                                                 const model::CellModel& cell) const;
 
@@ -52,6 +65,7 @@ class PayloadSelector {
   std::optional<Vec3> cog_F_;  ///< of the present load [m]
   /// As the controller reports them; absent too if it is not trusted.
   std::optional<int> tool_number_, item_number_;
+  UndeclaredNumber undeclared_;
   std::optional<loads::Payload> present_;
 };
 

@@ -11,9 +11,15 @@ bool Finite(const Pose& pose) {
   return pose.R.allFinite() && pose.p.allFinite();
 }
 
-/// True if the reported tool pose agrees with forward kinematics.
-bool TcpAgrees(const deflection::LoadedArm& arm, const model::RobotState& state,
-               const model::JointVector& q_before, const PlausibilityLimits& limits) {
+/// Agreement of the reported tool pose with forward kinematics.
+struct TcpAgreement {
+  bool agrees = false;
+  std::optional<int> tip_of{};  ///< the tool that it contradicts `mounted` with
+};
+
+TcpAgreement AgreementOf(const deflection::LoadedArm& arm, const model::RobotState& state,
+                         const model::JointVector& q_before, std::optional<int> mounted,
+                         const PlausibilityLimits& limits) {
   kinematics::Posture posture, before;
   arm.chain().Evaluate(state.q, posture);
   arm.chain().Evaluate(q_before, before);
@@ -27,13 +33,16 @@ bool TcpAgrees(const deflection::LoadedArm& arm, const model::RobotState& state,
            VectorFromRotation(X_BT.R * state.X_BT->R.transpose()).norm() <=
                limits.tcp_tolerance_rad + 2 * turned_rad;
   };
-  if (state.tcp_is_flange) return agrees(Pose());
-  if (state.X_FT) return agrees(*state.X_FT);
-  // The controller does not report its tool offset: assume one of the cell's tools, or none.
+  if (state.tcp_is_flange) return {agrees(Pose())};
+  if (state.X_FT) return {agrees(*state.X_FT)};
+  // The controller does not report its tool offset: assume that of the mounted tool, or none.
+  if (mounted && agrees(arm.X_FT(*mounted))) return {true};
+  if (agrees(Pose())) return {true};
   for (int tool = 0; tool < arm.tools(); ++tool) {
-    if (agrees(arm.X_FT(tool))) return true;
+    if (!agrees(arm.X_FT(tool))) continue;
+    return mounted ? TcpAgreement{false, tool} : TcpAgreement{true};
   }
-  return agrees(Pose());
+  return {};
 }
 
 }  // namespace
@@ -61,11 +70,12 @@ const char* Describe(InputFault fault) {
 }
 
 InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
-                                     const model::RobotState& state, double now_s) {
+                                     const model::RobotState& state, double now_s,
+                                     std::optional<int> mounted) {
   if (state.sequence == 0) return InputFault::kMissing;
   if (state.sequence != sequence_) {
     sequence_ = state.sequence;
-    const InputFault fault = CheckNewReading(arm, state);
+    const InputFault fault = CheckNewReading(arm, state, mounted);
     if (fault != InputFault::kOk) {
       fault_ = fault;
       good_in_a_row_ = 0;
@@ -83,7 +93,8 @@ InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
 }
 
 InputFault PlausibilityFilter::CheckNewReading(const deflection::LoadedArm& arm,
-                                               const model::RobotState& state) {
+                                               const model::RobotState& state,
+                                               std::optional<int> mounted) {
   if (state.q.size() != arm.size()) return InputFault::kJointCount;
   if (!state.q.allFinite() || (state.X_BT && !Finite(*state.X_BT)) ||
       (state.X_FT && !Finite(*state.X_FT))) {
@@ -100,7 +111,8 @@ InputFault PlausibilityFilter::CheckNewReading(const deflection::LoadedArm& arm,
   have_last_ = true;
   if (jumped) return InputFault::kJump;
   if (state.X_BT) {
-    const bool agrees = TcpAgrees(arm, state, q_before, limits_);
+    const auto [agrees, tip_of] = AgreementOf(arm, state, q_before, mounted, limits_);
+    tip_of_other_tool_ = tip_of;
     contradictions_in_a_row_ = agrees ? 0 : contradictions_in_a_row_ + 1;
     if (!agrees &&
         (!decoding_checked_ || contradictions_in_a_row_ >= limits_.readings_to_contradict)) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/model/robot_state.h"
@@ -52,7 +53,10 @@ class PlausibilityFilter {
   /// Checks the latest reading at time now_s (monotonic). Call it every cycle, even if the reading
   /// is unchanged, because its age grows. After a fault, `readings_to_trust` consecutive good
   /// readings are required; until then the original fault is returned.
-  InputFault Check(const deflection::LoadedArm& arm, const model::RobotState& state, double now_s);
+  /// @param mounted  index of the tool that the controller reports; nullopt: it reports none that
+  ///                 the cell declares
+  InputFault Check(const deflection::LoadedArm& arm, const model::RobotState& state, double now_s,
+                   std::optional<int> mounted = std::nullopt);
 
   /// Copies the readings and trust of the filter that this one replaces, but keeps its own limits.
   /// Both filters must read the same link and an arm with the same number of joints.
@@ -65,8 +69,12 @@ class PlausibilityFilter {
   /// True once a reported tool pose has agreed with forward kinematics.
   bool decoding_checked() const { return decoding_checked_; }
 
+  /// The tool whose tip the last reading has instead of that of the mounted one; nullopt: none.
+  std::optional<int> tip_of_other_tool() const { return tip_of_other_tool_; }
+
  private:
-  InputFault CheckNewReading(const deflection::LoadedArm& arm, const model::RobotState& state);
+  InputFault CheckNewReading(const deflection::LoadedArm& arm, const model::RobotState& state,
+                             std::optional<int> mounted);
 
   PlausibilityLimits limits_;
   std::uint64_t sequence_ = 0;
@@ -74,6 +82,7 @@ class PlausibilityFilter {
   model::JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;
+  std::optional<int> tip_of_other_tool_;
   int good_in_a_row_ = 0;
   int contradictions_in_a_row_ = 0;
   InputFault fault_ = InputFault::kMissing;

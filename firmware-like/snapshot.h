@@ -11,6 +11,7 @@
 #include "firmware-like/model/measured_point.h"
 #include "firmware-like/model/plc_command.h"
 #include "firmware-like/motion/motion_observer.h"
+#include "firmware-like/payload_selection.h"
 #include "firmware-like/plausibility_filter.h"
 #include "firmware-like/probe_check.h"
 
@@ -128,7 +129,10 @@ struct Snapshot {
   model::RobotState reading;            ///< the latest decoded state, trusted or not; display only
   std::uint16_t prismatic_joints = 0;   ///< bit i: joint i is prismatic, its position is in metres
   bool payload_valid = false;
-  loads::Payload payload;       ///< in force for points without their own payload
+  loads::Payload payload;  ///< in force for points without their own payload
+  /// Number of the tool whose tip the controller reports although it reports another number.
+  std::optional<int> tip_of_tool{};
+  UndeclaredNumber undeclared;  ///< why `payload_valid` is false, if a number is the reason
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
   motion::MotionStatus motion;  ///< for display only: no correction depends on it
   std::uint16_t lenses_missing = 0;  ///< bit k: points require camera k, whose lens is not valid

@@ -11,6 +11,7 @@
 #include "app/cli/beam_print.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/terminal_output.h"
+#include "firmware-like/deflection/linear_range.h"
 
 namespace plumbline::cli {
 namespace {
@@ -69,7 +70,9 @@ std::string LoadsText(const BeamOptions& options, const LoadPlace& place) {
 
 BeamSeries Solve(const BeamOptions& options) {
   BeamSeries series;
-  series.tool = BeamToolOf(options);
+  BeamTool chosen = BeamToolOf(options);
+  series.tool = std::move(chosen.tool);
+  series.used_tool = std::move(chosen.used);
   series.axis = options.direction == "x" ? BendingAxis::kX : BendingAxis::kY;
   series.stress = options.stress;
   const beam::Beam beam(series.tool, options.elements);
@@ -102,9 +105,9 @@ BeamSeries Solve(const BeamOptions& options) {
   return series;
 }
 
-/// Warns if a tip deflection exceeds the validity of linear beam theory.
-void WarnAboutLargeDeflection(const BeamSeries& series) {
-  constexpr double kLinearLimit = 0.1;  // share of the length
+/// Warns if a tip deflection exceeds the validity of linear beam theory, or the stress the yield
+/// strength.
+void WarnAboutLinearTheory(const BeamSeries& series) {
   double largest = 0, force_N = 0;
   for (const BeamCase& load_case : series.cases) {
     const double share = load_case.solution.Tip().d_F.norm() / series.tool.Length();
@@ -112,11 +115,23 @@ void WarnAboutLargeDeflection(const BeamSeries& series) {
     largest = share;
     force_N = load_case.force_N;
   }
-  if (largest <= kLinearLimit) return;
-  std::cerr << fmt::format(
-      "plumbline beam: warning: at {:g} N the tip moves by {:.0f} % of the length; linear theory "
-      "is valid up to about {:.0f} %\n",
-      force_N, 100 * largest, 100 * kLinearLimit);
+  if (largest > deflection::kLargestLinearBend) {
+    std::cerr << fmt::format(
+        "plumbline beam: warning: at {:g} N the tip moves by {:.0f} % of the length; linear theory "
+        "is valid up to about {:.0f} %: it neglects that the tip moves towards the clamp, here by "
+        "about {:.3g} mm\n",
+        force_N, 100 * largest, 100 * deflection::kLargestLinearBend,
+        1e3 * 0.6 * largest * largest * series.tool.Length());
+  }
+  for (const BeamCase& load_case : series.cases) {
+    const auto yield = deflection::YieldShare(load_case.solution);
+    if (!yield || *yield <= 1) continue;
+    std::cerr << fmt::format(
+        "plumbline beam: warning: at {:g} N the stress is {:.0f} % of the yield strength: the beam "
+        "bends permanently, and linear theory does not hold\n",
+        load_case.force_N, 100 * *yield);
+    break;
+  }
 }
 
 int Run(const BeamOptions& options) {
@@ -126,7 +141,8 @@ int Run(const BeamOptions& options) {
   }
   try {
     const BeamSeries series = Solve(options);
-    WarnAboutLargeDeflection(series);
+    if (!series.used_tool.empty()) std::cerr << "plumbline beam: " << series.used_tool << '\n';
+    WarnAboutLinearTheory(series);
     if (options.csv) {
       PrintBeamCsv(series, std::cout);
     } else if (options.json) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/cli/number_option.h"
+#include "app/cli/tool_option.h"
 #include "app/config/cell_reader.h"
 #include "app/config/tool_reader.h"
 #include "firmware-like/model/materials.h"
@@ -45,6 +46,7 @@ constexpr ToolFlag kToolFlags[] = {
     {"--poisson-ratio", "poisson_ratio",
      "Poisson's ratio, likewise; required by --theory timoshenko"},
     {"--density-kg-m3", "density_kg_m3", "Density, likewise; required for weight and acceleration"},
+    {"--yield-mpa", "yield_MPa", "Yield strength; a larger stress is reported"},
 };
 
 /// Checks that the text is a finite number. The reader of [tool] checks the range that the help
@@ -92,12 +94,12 @@ std::string TomlOf(const BeamOptions& options) {
   return text;
 }
 
-model::Tool ToolFromFlags(const BeamOptions& options) {
+BeamTool ToolFromFlags(const BeamOptions& options) {
   config::FaultList faults;
   config::TomlDocument document(TomlOf(options), "", faults);
   model::Tool tool = config::ToolFromToml(document.Root());
   document.ReportUnknownKeys();
-  if (!faults.HasFaults()) return tool;
+  if (!faults.HasFaults()) return {tool, ""};
   std::string text;
   for (const config::Fault& fault : faults.All()) {
     text += fmt::format("{}{}: {}", text.empty() ? "" : "\nplumbline beam: ", FlagOf(fault.key),
@@ -106,7 +108,7 @@ model::Tool ToolFromFlags(const BeamOptions& options) {
   throw BeamUsageError(text);
 }
 
-model::Tool ToolFromCell(const BeamOptions& options) {
+BeamTool ToolFromCell(const BeamOptions& options) {
   if (!options.numbers.empty() || !options.section.empty() || !options.material.empty() ||
       !options.theory.empty()) {
     throw BeamUsageError(
@@ -116,13 +118,16 @@ model::Tool ToolFromCell(const BeamOptions& options) {
   config::FaultList faults;
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
   if (!cell) throw BeamCellError("--cell: has faults\n" + config::FaultsText(faults));
-  if (cell->tool.rigid) {
+  const Result<int> index = ToolChoice(*cell, options.tool);
+  if (!index) throw BeamUsageError(index.error());
+  const model::Tool& tool = cell->ToolAt(*index);
+  if (tool.rigid) {
     throw BeamCellError(
         fmt::format("--cell: {} has a rigid tool; give it model = \"euler_bernoulli\" "
                     "or \"timoshenko\" and a section",
                     options.cell));
   }
-  return cell->tool;
+  return {tool, UsedToolText(*cell, *index, options.tool)};
 }
 
 /// The numbers between the separators; nullopt if one is not a number or unreasonably large.
@@ -159,6 +164,7 @@ void AddToolOptions(CLI::App& command, BeamOptions& options) {
       ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}));
   command.add_option("--cell", options.cell,
                      "CELL.toml whose [tool] to use, instead of the options above");
+  AddToolOption(command, options.tool);
   command.add_option("--elements", options.elements, "Finite elements per segment")
       ->check(WholeNumberWithin(1, kMaxElements))
       ->capture_default_str();
@@ -217,7 +223,10 @@ void AddBeamOptions(CLI::App& command, BeamOptions& options) {
   AddOutputOptions(command, options);
 }
 
-model::Tool BeamToolOf(const BeamOptions& options) {
+BeamTool BeamToolOf(const BeamOptions& options) {
+  if (options.tool && options.cell.empty()) {
+    throw BeamUsageError("--tool: chooses a tool of a cell; give it with --cell");
+  }
   return options.cell.empty() ? ToolFromFlags(options) : ToolFromCell(options);
 }
 

@@ -25,6 +25,7 @@ struct BeamOptions {
   double moment_Nm = 0, acceleration_m_s2 = 0, angular_acceleration_rad_s2 = 0;
   bool own_weight = false, stress = false, csv = false, json = false, paper_table2 = false;
   std::vector<std::string> points;
+  std::optional<int> tool;  ///< number, with --cell
 
   bool LoadsTheMass() const {
     return own_weight || acceleration_m_s2 != 0 || angular_acceleration_rad_s2 != 0;
@@ -45,9 +46,15 @@ struct BeamCellError : BeamUsageError {
 /// Adds the options to the command; `options` must outlive it.
 void AddBeamOptions(CLI::App& command, BeamOptions& options);
 
+/// A tool, and which of several tools of a cell it is; empty: the only one.
+struct BeamTool {
+  model::Tool tool;
+  std::string used;
+};
+
 /// The tool described by the flags or by the cell file, checked by the reader of cell.toml.
 /// @throws BeamUsageError or BeamCellError, listing every fault
-model::Tool BeamToolOf(const BeamOptions& options);
+BeamTool BeamToolOf(const BeamOptions& options);
 
 /// The points of --point-mm.
 /// @throws BeamUsageError

@@ -74,6 +74,16 @@ void PrintForcePlace(const BeamSeries& series, const BeamCase& load_case, std::o
              IsBeyondTip(series) ? "  on the rigid extension" : "");
 }
 
+/// The row of the force point, if it was given; without moment, shear and stress, which the nodes
+/// have.
+void PrintForcePlaceCsv(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
+  if (!series.force_at_m) return;
+  const NodeValues v =
+      ValuesOf(SectionOrExtension(load_case.solution, *series.force_at_m), series.axis);
+  fmt::print(out, "{:.10g},force,{:.10g},{:.9g},{:.9g},,{}\n", load_case.force_N, v.z_mm,
+             v.displacement_mm, v.slope_mrad, series.stress ? ",,," : "");
+}
+
 void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
   const beam::BeamSolution& solution = load_case.solution;
   fmt::print(out, "\n  {:>7} {:>16} {:>9} {:>9} {:>8} {:>7} {:>9} {:>6}\n", "element", "from .. to",
@@ -252,6 +262,7 @@ void PrintBeamCsv(const BeamSeries& series, std::ostream& out) {
       }
       out << '\n';
     }
+    PrintForcePlaceCsv(series, load_case, out);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <ostream>
+#include <string>
 #include <vector>
 
 #include "app/cli/beam_paper.h"
@@ -19,6 +20,7 @@ struct BeamCase {
 /// A series of load cases in one plane of bending.
 struct BeamSeries {
   model::Tool tool;
+  std::string used_tool{};  ///< which of several tools of a cell; empty: the only one
   BendingAxis axis = BendingAxis::kY;
   std::string loads;                 ///< description of all loads
   std::optional<double> force_at_m;  ///< place of force and moment if given; may be beyond the tip
@@ -35,8 +37,8 @@ beam::SectionState SectionOrExtension(const beam::BeamSolution& solution, double
 void PrintBeamTable(const BeamSeries& series, std::ostream& out);
 
 /// One row per node and force: force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N, and
-/// with stress normal_MPa,shear_MPa,von_mises_MPa, which are empty if unknown. The place of the
-/// force is in the table and in JSON only.
+/// with stress normal_MPa,shear_MPa,von_mises_MPa, which are empty if unknown. If the place of the
+/// force was given, a row with node `force` follows the nodes: its displacement and slope.
 void PrintBeamCsv(const BeamSeries& series, std::ostream& out);
 
 void PrintBeamJson(const BeamSeries& series, std::ostream& out);

@@ -16,6 +16,7 @@
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
+#include "app/config/carried_numbers.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/file_kind.h"
@@ -353,6 +354,13 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
   }
   lines.push_back({"effects", effects.empty() ? "none added" : effects});
   lines.push_back({"domain", DomainText(cell.domain)});
+  const auto unmeasured = [&](const std::string& text) {
+    if (!text.empty()) lines.push_back({"domain", text + ": its points are extrapolated"});
+  };
+  for (int k = 0; k < cell.tools(); ++k) unmeasured(config::UnmeasuredToolText(cell, k));
+  for (const model::PayloadItem& item : cell.payload_items) {
+    unmeasured(config::UnmeasuredItemText(cell, item.number));
+  }
   return lines;
 }
 

@@ -113,7 +113,8 @@ Result<void> CheckRepeatedRows(const DiagnoseArguments& arguments, const Input& 
                                const siblings::Arm& sibling) {
   const auto check = [&](const std::string& owner,
                          const table::MeasuredTable& rows) -> Result<void> {
-    const std::size_t repeated = siblings::RepeatedRows(rows, sibling.rows);
+    const std::size_t repeated =
+        siblings::RepeatedRows(rows, sibling.rows, input.cell.robot.joints);
     if (!siblings::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
     return Error{fmt::format(
         "{}: {} of its {} rows are also rows of {} (same joints, same readings): a copy is not "

@@ -9,6 +9,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/same_file.h"
+#include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
@@ -25,13 +26,15 @@ namespace {
 struct ExportUrdfOptions {
   std::string cell, file, out;
   ChainEnds ends;
+  std::optional<int> tool;  ///< number
 };
 
 constexpr int kExportedPostures = 1000;
 
 /// What the cell's model has and a URDF has no place for, one line each.
 std::vector<std::string> NotCarried(const model::CellModel& cell,
-                                    const urdf::StaticGeometry& geometry) {
+                                    const urdf::StaticGeometry& geometry, int index) {
+  const model::Tool& tool = cell.ToolAt(index);
   std::vector<std::string> lines;
   const std::set<std::string> left(geometry.left_out.begin(), geometry.left_out.end());
   if (!left.empty()) {
@@ -45,8 +48,8 @@ std::vector<std::string> NotCarried(const model::CellModel& cell,
     lines.emplace_back("compliance_rad_per_Nm: the joints' wind-up under load");
     break;
   }
-  if (!cell.tool.rigid) lines.emplace_back("[tool]: the bending of the tool");
-  if (!cell.tool.rigid || !cell.tool.tcp_F.isZero()) {
+  if (!tool.rigid) lines.emplace_back("[tool]: the bending of the tool");
+  if (!tool.rigid || !tool.tcp_F.isZero()) {
     lines.emplace_back("[tool]: its tip; the chain ends at the flange");
   }
   if (!cell.sessions.empty()) {
@@ -66,13 +69,15 @@ std::vector<std::string> NotCarried(const model::CellModel& cell,
 /// weight; nullopt if the model cannot be evaluated.
 std::optional<urdf::ChainDifference> LeftByUrdf(const model::CellModel& cell,
                                                 const urdf::JointChain& exported,
-                                                const Pose& X_base_B) {
+                                                const Pose& X_base_B, int tool) {
   const deflection::LoadedArm arm(cell);
   if (arm.torques_missing()) return std::nullopt;
   urdf::ChainDifference difference;
   deflection::LoadedState state;
+  loads::Payload payload;
+  payload.tool = tool;
   for (const model::JointVector& q : urdf::RandomPostures(cell.robot, kExportedPostures)) {
-    if (!arm.AtCommanded(q, loads::Payload{}, effects::Conditions{}, state)) return std::nullopt;
+    if (!arm.AtCommanded(q, payload, effects::Conditions{}, state)) return std::nullopt;
     difference.Add(TipPose(exported, q), X_base_B * state.posture.X_BF());
   }
   return difference;
@@ -80,7 +85,7 @@ std::optional<urdf::ChainDifference> LeftByUrdf(const model::CellModel& cell,
 
 void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
                  const urdf::StaticGeometry& geometry, const urdf::CorrectedOrigins& corrected,
-                 const urdf::JointChain& exported) {
+                 const urdf::JointChain& exported, int tool) {
   std::ostream& out = options.out == "-" ? std::cerr : std::cout;
   out << fmt::format("{}: {} of {} effects written into {} joint origin{}\n", options.out,
                      geometry.included.size(), geometry.included.size() + geometry.left_out.size(),
@@ -89,7 +94,7 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
     out << fmt::format("  {:<24} {:9.4f} mm {:9.5f} deg\n", moved.joint, 1e3 * moved.distance_m,
                        kDegPerRad * moved.angle_rad);
   }
-  std::vector<std::string> not_carried = NotCarried(cell, geometry);
+  std::vector<std::string> not_carried = NotCarried(cell, geometry, tool);
   if (corrected.tip_left_m > 1e-9 || corrected.tip_left_rad > 1e-9) {
     not_carried.insert(
         not_carried.begin(),
@@ -104,11 +109,13 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
   }
   out << "A URDF cannot carry:\n";
   for (const std::string& line : not_carried) out << "  " << line << '\n';
-  if (const auto left = LeftByUrdf(cell, exported, corrected.X_base_B)) {
+  const std::string used = UsedToolText(cell, tool, options.tool);
+  if (const auto left = LeftByUrdf(cell, exported, corrected.X_base_B, tool)) {
     out << fmt::format(
         "Without it the flange is up to {:.3f} mm and {:.4f} deg from the cell's model ({} "
-        "postures, no payload, base and instrument not counted).\n",
-        1e3 * left->distance_m, kDegPerRad * left->angle_rad, kExportedPostures);
+        "postures, no payload, base and instrument not counted{}).\n",
+        1e3 * left->distance_m, kDegPerRad * left->angle_rad, kExportedPostures,
+        used.empty() ? "" : "; " + used);
   }
 }
 
@@ -134,6 +141,11 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
   const auto chain = text ? read(*text) : std::nullopt;
   std::cerr << config::FaultsText(faults);
   if (!cell || !chain) return kExitFault;
+  const Result<int> tool = ToolChoice(*cell, options.tool);
+  if (!tool) {
+    std::cerr << "plumbline export-urdf: " << tool.error() << '\n';
+    return kExitUsage;
+  }
   const urdf::StaticGeometry geometry = urdf::StaticGeometryOf(*cell);
   const auto file = urdf::UrdfFromText(*text, options.file, faults);
   const auto corrected = urdf::CorrectedOriginsOf(*file, *chain, cell->robot, geometry.robot);
@@ -149,7 +161,9 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
                              written.error());
     return kExitUsage;
   }
-  if (const auto back = read(exported)) PrintExport(options, *cell, geometry, *corrected, *back);
+  if (const auto back = read(exported)) {
+    PrintExport(options, *cell, geometry, *corrected, *back, *tool);
+  }
   return kExitOk;
 }
 
@@ -163,6 +177,7 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("file", options->file, "URDF that the cell was imported from")->required();
   AddChainEnds(*command, options->ends);
+  AddToolOption(*command, options->tool);
   command->add_option("--out", options->out, "URDF to write; - is standard output")->required();
   command->footer(
       "Constant corrections of the links and joints go into the origins of the moving joints and "

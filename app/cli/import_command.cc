@@ -112,7 +112,7 @@ std::string IgnoredText(const imports::UnderstoodFile& file) {
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
     if (!file.meanings[i].target.empty()) continue;
     const std::string& name = file.layout.names[i];
-    names.push_back(name.empty() ? fmt::format("{}", i + 1)
+    names.push_back(name.empty() ? fmt::format("column {} (without a name)", i + 1)
                                  : fmt::format("\"{}\"", name.substr(0, 40)));
   }
   if (names.empty()) return "";
@@ -219,6 +219,7 @@ int ImportFiles(const ImportCommandOptions& options) {
     std::cerr << config::FaultsText(faults);
     return kExitFault;
   }
+  const bool understood = !faults.HasFaults();
   imports::ImportedTable rows = RowsOf(*file, options.units);
   if (options.preview) std::cout << PreviewText(*file, rows);
   if (joints) {
@@ -233,7 +234,8 @@ int ImportFiles(const ImportCommandOptions& options) {
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
   std::cerr << config::FaultsText(faults);
-  if (faults.HasFaults() || options.preview) PrintRejected(rows);
+  // A missing unit rejects every row; its own message says so once.
+  if (understood && (faults.HasFaults() || options.preview)) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
   if (!options.preview) {
     PrintIgnored(*file);

@@ -82,6 +82,9 @@ std::string PointTable(const MachineConfig& config,
       text += fmt::format("NONE: {}\n", Describe(correction.code));
     }
     if (correction.q.size() > 0) text += PostureLines(config, solution);
+    if (!solution.beyond_linear.empty()) {
+      text += fmt::format("{}WARNING: {}\n", kIndent, solution.beyond_linear);
+    }
   }
   if (config.payload.source == PayloadPolicy::Source::kRobot) {
     text +=
@@ -114,6 +117,7 @@ nlohmann::json PointsJson(const MachineConfig& config,
       entry["correction_mm"] = correction.translation_B.norm() / kMetrePerMm;
       entry["radius_95_mm"] = correction.uncertainty_m / kMetrePerMm;
       entry["radius_basis"] = Describe(correction.basis);
+      if (!solution.beyond_linear.empty()) entry["beyond_linear"] = solution.beyond_linear;
     }
     if (correction.q.size() > 0) {
       Json joints = Json::array();

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,9 +17,11 @@
 #include "app/cli/rounded.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tip_prediction.h"
+#include "app/config/carried_numbers.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/table/numbered_rows.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::cli {
 namespace {
@@ -114,6 +117,41 @@ bool CountsRows(const model::WrittenEffect& effect) {
              [](const model::EffectParameter& parameter) { return parameter.name == "row"; });
 }
 
+/// Warns about tools and payload items that the model was not fitted to, with the lines of the
+/// rows.
+void WarnAboutUnmeasured(const PredictOptions& options, const model::CellModel& cell,
+                         const table::MeasuredTable& poses) {
+  std::map<std::string, std::vector<int>> lines_of;
+  for (const table::MeasuredRow& row : poses.rows) {
+    const loads::Payload payload =
+        loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
+    const std::string text = config::UnmeasuredText(cell, payload.tool, payload.item);
+    if (!text.empty()) lines_of[text].push_back(row.line);
+  }
+  for (const auto& [text, lines] : lines_of) {
+    std::cerr << fmt::format(
+        "{}: warning: {}: {}; these poses are extrapolated, and their radius includes what is "
+        "typical of an arm that was not measured. Measure rows with it and diagnose again\n",
+        options.poses, LinesText(lines), text);
+  }
+}
+
+/// Warns about tools that bend or are stressed beyond linear theory, with the worst row of each.
+void WarnAboutLinearTheory(const PredictOptions& options, const table::MeasuredTable& poses,
+                           const std::vector<Prediction>& predictions) {
+  constexpr std::size_t kMost = 5;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < predictions.size() && k < poses.rows.size(); ++k) {
+    if (predictions[k].beyond_linear.empty() || ++count > kMost) continue;
+    std::cerr << fmt::format("{}:{}: warning: {}\n", options.poses, poses.rows[k].line,
+                             predictions[k].beyond_linear);
+  }
+  if (count > kMost) {
+    std::cerr << fmt::format("{}: {} more poses are beyond linear beam theory\n", options.poses,
+                             count - kMost);
+  }
+}
+
 /// Treats all rows as later than those that the model was fitted to.
 void PlaceAfterFittedRows(const PredictOptions& options, const model::CellModel& cell,
                           table::MeasuredTable& poses,
@@ -167,6 +205,7 @@ int Run(const PredictOptions& options) {
     std::cerr << options.poses << ": warning: " << note << '\n';
   }
   WarnAboutPayload(options, *cell, *poses);
+  WarnAboutUnmeasured(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   diagnosis::FrameCovariances frames;
   if (measured) {
@@ -204,6 +243,7 @@ int Run(const PredictOptions& options) {
   std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n",
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
+  WarnAboutLinearTheory(options, *poses, *predictions);
   if (const std::string warning = BasisWarning(*predictions); !warning.empty()) {
     std::cerr << warning << '\n';
   }

@@ -111,6 +111,19 @@ void PrintDaemon(const DaemonRegisters& daemon, std::ostream& out) {
                               1e-3 * daemon.Value("longest_cycle"), daemon.Word("overruns")));
 }
 
+/// Names the reported number that the cell does not declare; empty if that is not the reason.
+std::string UndeclaredText(const DaemonRegisters& daemon) {
+  const int kind = daemon.Word("undeclared");
+  if (kind == 0) return "";
+  constexpr int kNone = 65535;
+  const int number = daemon.Word("undeclared_number");
+  const bool tool = kind == static_cast<int>(UndeclaredNumber::Kind::kTool);
+  const char* const name = tool ? "tool" : "payload item";
+  if (number == kNone) return fmt::format(": the controller reports no {} number", name);
+  return fmt::format(": the cell declares no {} {}; correct the number, or add a {}", name, number,
+                     tool ? "[[tool]]" : "[[payload.item]]");
+}
+
 /// State of the robot as the controller reports it: trust, joints, motion and payload.
 void PrintRobot(const DaemonRegisters& daemon, std::ostream& out) {
   const auto fault = static_cast<InputFault>(daemon.Word("input_fault"));
@@ -133,7 +146,7 @@ void PrintRobot(const DaemonRegisters& daemon, std::ostream& out) {
   PrintStatusLine(out, "payload",
                   daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
-                      : "unknown");
+                      : "unknown" + UndeclaredText(daemon));
 }
 
 /// The model in force and the probes that check it.

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "app/config/linear_theory.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/uncertainty.h"
@@ -135,8 +136,9 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
                     "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                     poses.file, row.line, load.modelled.mass_kg)};
   }
-  const bool outside = deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C,
-                                                 moment.t_s, load.modelled.tool);
+  const bool outside =
+      deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C, moment.t_s,
+                                load.modelled.tool, load.modelled.item);
   const bool extrapolated =
       outside || PayloadNotRecorded(session.cell, poses) || EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =
@@ -146,7 +148,10 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
         std::hypot(radius.radius_m, FrameRadius(*session.frames, session.cell.robot.X_WB, state));
   }
   const Vec3 moved_W = MovedByFading(session.cell, session.arm.growth().Share(row.q), state);
-  return Prediction{state.p_read_W + moved_W, radius, extrapolated};
+  return Prediction{.p_WT = state.p_read_W + moved_W,
+                    .radius = radius,
+                    .extrapolated = extrapolated,
+                    .beyond_linear = config::BeyondLinearTheory(session.cell, session.arm, state)};
 }
 
 }  // namespace

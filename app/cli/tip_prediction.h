@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "app/diagnosis/realign.h"
@@ -17,6 +18,7 @@ struct Prediction {
   Vec3 p_WT;                   ///< in the measurement frame [m]
   model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
+  std::string beyond_linear{};  ///< what linear beam theory does not describe; empty: nothing
 };
 
 /// Predicts every row with the frames of its session (CellOfSession). Without a payload column the

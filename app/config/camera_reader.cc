@@ -14,6 +14,15 @@ CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   if ((size.width == 0) != (size.height == 0)) {
     table.AddFault("width_px", "and height_px must be given together");
   }
+  if (camera.kind == "dv") {
+    for (const char* key : {"width_px", "height_px", "rate_hz", "exposure_ms", "gain_counts",
+                            "white_balance_K", "focus_counts", "path", "repeat", "mode"}) {
+      if (!table.Has(key)) continue;
+      table.AddWarning(key,
+                       "is not used for kind = \"dv\": a DV camcorder cannot be set from "
+                       "here; set it on the camcorder and remove this line");
+    }
+  }
   for (const std::string& word : camera.required_for) {
     if (word == kRequiredForPoints) continue;
     table.AddFault("required_for", fmt::format("contains \"{}\"; it may contain \"{}\" only", word,

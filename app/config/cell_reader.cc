@@ -162,8 +162,20 @@ void ReadReferenceTags(const TomlTable& table, model::Measurement& measurement) 
   for (Eigen::Index k = 0; k < rows->rows() && rows->cols() == 3; ++k) {
     measurement.reference_tags_W.emplace_back(rows->row(k).transpose());
   }
-  constexpr double kMinSpread_m = 0.01;
-  if (SpreadBesideALine(measurement.reference_tags_W) < kMinSpread_m) {
+  constexpr double kMinSpread_m = 0.01, kMetresAsMm = 1e3;
+  const double spread_m = SpreadBesideALine(measurement.reference_tags_W);
+  double farthest_m = 0;
+  for (const Vec3& place : measurement.reference_tags_W) {
+    farthest_m = std::max(farthest_m, place.norm());
+  }
+  constexpr double kLargestCell_m = 50;
+  if (spread_m < kMinSpread_m && kMetresAsMm * spread_m >= kMinSpread_m &&
+      kMetresAsMm * farthest_m < kLargestCell_m) {
+    table.AddFault("reference_tags_mm",
+                   fmt::format("looks like metres: no tag is farther than {:.3g} mm from the "
+                               "origin. Write mm (a factor of 1000)",
+                               farthest_m / kMetrePerMm));
+  } else if (spread_m < kMinSpread_m) {
     table.AddFault("reference_tags_mm",
                    "must hold the places [x, y, z] of at least three tags that are not on one "
                    "line: fewer do not define a frame");

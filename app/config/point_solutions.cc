@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
+#include "app/config/linear_theory.h"
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {
@@ -19,10 +22,8 @@ std::string LoadMassText(double mass_kg) {
   return fmt::format("{:.6g} kg", mass_kg);
 }
 
-}  // namespace
-
-std::vector<PointLoad> LoadsOf(const MachineConfig& config,
-                               const correction::AssemblyPoint& point) {
+std::vector<PointLoad> LoadsWithoutTool(const MachineConfig& config,
+                                        const correction::AssemblyPoint& point) {
   using Source = PayloadPolicy::Source;
   const PayloadPolicy& policy = config.payload;
   const std::optional<Vec3>& cell_cog_F = config.cell.payload_cog_F;
@@ -46,6 +47,7 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config,
                                 tool.mass_kg, cog_of(tool));
         const std::optional<int> index = loads::ToolIndexOf(config.cell, tool.number);
         if (load.payload && index) load.payload->tool = *index;
+        if (!index && config.cell.tools() > 1) load.payload.reset();  // as in PayloadSelector
         loads.push_back(std::move(load));
       }
       break;
@@ -60,6 +62,32 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config,
   return loads;
 }
 
+}  // namespace
+
+std::vector<PointLoad> LoadsOf(const MachineConfig& config,
+                               const correction::AssemblyPoint& point) {
+  const model::CellModel& cell = config.cell;
+  std::vector<PointLoad> loads = LoadsWithoutTool(config, point);
+  const bool by_table = config.payload.source == PayloadPolicy::Source::kTable && !point.payload_kg;
+  if (cell.tools() == 1 || by_table) return loads;
+  std::vector<int> tools(static_cast<std::size_t>(cell.tools()));
+  std::iota(tools.begin(), tools.end(), 0);
+  if (const auto taught = correction::TaughtTool(deflection::LoadedArm(cell), point)) {
+    tools = {*taught};
+  }
+  std::vector<PointLoad> with_tools;
+  for (const int tool : tools) {
+    for (PointLoad load : loads) {
+      if (load.payload) load.payload->tool = tool;
+      const bool none = load.payload && load.payload->mass_kg == 0;
+      load.name = fmt::format("tool {}, {}", cell.ToolAt(tool).number.value_or(0),
+                              none ? std::string("0 kg") : load.name);
+      with_tools.push_back(std::move(load));
+    }
+  }
+  return with_tools;
+}
+
 model::JointVector SeedOf(const kinematics::Chain& chain, const correction::AssemblyPoint& point) {
   if (point.near_q) return *point.near_q;
   model::JointVector middle = 0.5 * (chain.lower() + chain.upper());
@@ -72,6 +100,7 @@ model::JointVector SeedOf(const kinematics::Chain& chain, const correction::Asse
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress) {
   Machine machine(config);
+  const deflection::LoadedArm arm(config.cell);
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
     if (progress) progress(k);
@@ -83,6 +112,12 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
       if (load.payload) {
         solution.correction = machine.Preview(point, *load.payload, SeedOf(machine.chain(), point),
                                               correction::BranchSearch::kThorough);
+      }
+      if (load.payload && solution.correction.code == correction::CorrectionCode::kOk) {
+        deflection::LoadedState state;
+        if (arm.AtCommanded(solution.correction.q, *load.payload, {}, state)) {
+          solution.beyond_linear = BeyondLinearTheory(config.cell, arm, state);
+        }
       }
       if (solution.correction.q.size() > 0) {
         solution.posture =

@@ -18,6 +18,8 @@ struct PointLoad {
 
 /// The payloads to consider for a point: its own, the fixed one, or that of each tool number. If
 /// only the robot knows the payload (source = "robot"): none, then [payload] mass_kg if declared.
+/// If the cell has several tools: each payload with the tool that was mounted when the point was
+/// taught (TaughtTool), or with every tool if that is unknown.
 std::vector<PointLoad> LoadsOf(const MachineConfig& config, const correction::AssemblyPoint& point);
 
 /// Initial joints for solving a point: those at which it was taught. Without near_deg the daemon
@@ -32,6 +34,7 @@ struct PointSolution {
   correction::Correction
       correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
   correction::PointPosture posture;  ///< set if correction.q is known
+  std::string beyond_linear;         ///< what linear beam theory does not describe; empty: nothing
 };
 
 /// Solves every point under each of its payloads, in configured order, like Machine::Prepare().

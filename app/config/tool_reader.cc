@@ -17,6 +17,7 @@ constexpr NumberRange kToolPosition{-20000, 20000, kMetrePerMm};
 constexpr NumberRange kYoungsModulus{0.001, 2000, 1e9};
 constexpr NumberRange kPoissonRatio{0, 0.5};
 constexpr NumberRange kDensity{0, 25000};
+constexpr NumberRange kYieldStrength{0.1, 10000, 1e6};
 constexpr NumberRange kMountMass{0, 5000};
 
 enum class SectionKind { kRectangle, kSquareTube, kTube, kRod, kIBeam };
@@ -29,6 +30,7 @@ constexpr std::pair<std::string_view, NumberRange> kOwnRanges[] = {
     {"youngs_modulus_GPa", kYoungsModulus},
     {"poisson_ratio", kPoissonRatio},
     {"density_kg_m3", kDensity},
+    {"yield_MPa", kYieldStrength},
 };
 
 /// Warns about a density that is probably in g/cm3: no solid is heavier than 23 g/cm3, and none is
@@ -64,11 +66,13 @@ std::optional<model::Material> MaterialFromToml(const TomlTable& table) {
   const auto poisson_ratio =
       number("poisson_ratio", kPoissonRatio, &model::Material::poisson_ratio);
   const auto density_kg_m3 = number("density_kg_m3", kDensity, &model::Material::density_kg_m3);
+  const auto yield_strength_Pa = table.Number("yield_MPa", kYieldStrength);
   if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
   WarnAboutDensity(table, *density_kg_m3);
   return model::Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
                          .poisson_ratio = *poisson_ratio,
-                         .density_kg_m3 = *density_kg_m3};
+                         .density_kg_m3 = *density_kg_m3,
+                         .yield_strength_Pa = yield_strength_Pa};
 }
 
 /// Checks that the walls leave a cavity, else adds a fault at `key`; dimensions in metres.

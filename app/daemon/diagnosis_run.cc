@@ -19,6 +19,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/replace_file.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
 #include "firmware-like/statistics/median.h"
 
@@ -183,7 +184,8 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   if (!cell) return Error{"the corrected model has faults: " + config::FaultsText(faults)};
   std::vector<model_store::ModelPose> poses;
   for (const journal::JournalRow& row : rows_) {
-    poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
+    poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C,
+                     loads::ToolIndexOf(config.machine.cell, row.tool_number).value_or(0)});
   }
   step();
   const Result<double> change_m = model_store::LargestTipChange(config.machine.cell, *cell, poses);

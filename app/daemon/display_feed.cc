@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/config/carried_numbers.h"
 #include "app/log/log.h"
 #include "app/service/utc_clock.h"
 #include "app/version.h"
@@ -35,8 +36,8 @@ view_link::ViewCamera SeenBy(const camera::Camera& camera, const tracking::Track
   return view;
 }
 
-void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids,
-                  view_link::ViewState& state) {
+void CopySnapshot(const Snapshot& snapshot, const model::CellModel& cell,
+                  const std::vector<int>& point_ids, view_link::ViewState& state) {
   state.status = snapshot.status;
   state.alarms = snapshot.alarms;
   state.warnings = snapshot.warnings;
@@ -53,6 +54,9 @@ void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids,
     state.payload_cog_F = snapshot.payload.cog_F;
     state.tool = snapshot.payload.tool;
   }
+  const config::NumberAdvice advice = config::AdviceOn(snapshot.undeclared, cell);
+  state.payload_problem = advice.problem;
+  state.payload_remedy = advice.remedy;
   state.temp_C = snapshot.robot.temp_C;
   const std::size_t points = std::min(snapshot.points.size(), point_ids.size());
   for (std::size_t i = 0; i < points; ++i) {
@@ -72,7 +76,7 @@ DisplayFeed::DisplayFeed(std::unique_ptr<view_link::ViewPublisher> publisher,
 
 void DisplayFeed::Configure(const config::DaemonConfig& config) {
   const std::lock_guard lock(mutex_);
-  cell_ = config.machine.cell.robot.name;
+  cell_ = config.machine.cell;
   point_ids_.clear();
   for (const correction::AssemblyPoint& point : config.machine.points)
     point_ids_.push_back(point.id);
@@ -131,8 +135,8 @@ void DisplayFeed::Send() {
   state.now_s = sent_s_ = MonotonicSeconds();
   state.utc_s = service::SystemUtcSeconds();
   state.version = PLUMBLINE_VERSION;
-  state.cell = cell_;
-  CopySnapshot(*cycle_->ReadSnapshot(), point_ids_, state);
+  state.cell = cell_.robot.name;
+  CopySnapshot(*cycle_->ReadSnapshot(), cell_, point_ids_, state);
   const CycleCounters counters = cycle_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
                  counters.overruns, counters.starts};

@@ -44,7 +44,7 @@ class DisplayFeed {
   std::unique_ptr<view_link::ViewPublisher> publisher_;
   CycleMailboxes& mailboxes_;
   const ControlCycle* cycle_ = nullptr;
-  std::string cell_;
+  model::CellModel cell_;
   std::vector<int> point_ids_;
   std::vector<view_link::ViewCamera> cameras_;
   double sent_s_ = -1e300;

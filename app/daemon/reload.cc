@@ -123,6 +123,7 @@ void Reloader::PutInForce(PendingReload reload) {
   running_.robot_timeout_s = RobotTimeout_s(fresh);
   running_.watchdog.SetTimeout(kRobotLink, running_.robot_timeout_s);
   reporter_.Configure(PointNames(fresh), link_kept);
+  reporter_.SetCell(fresh.machine.cell);
   log::Log({log::Event::kReloaded, fmt::format("configuration {} reloaded", running_.file)});
   LogModel(reload.in_force);
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "app/config/carried_numbers.h"
+
 namespace plumbline::daemon {
 namespace {
 
@@ -149,6 +151,20 @@ void Reporter::ReportLinkDown(const robot::RobotLinkStatus& link, double now_s) 
   new_reason_ = reason;
 }
 
+namespace {
+
+/// Names both tools if the controller reports the tip of one and the number of another.
+std::string OtherTipText(const Snapshot& snapshot) {
+  if (snapshot.input_fault != InputFault::kTcpMismatch || !snapshot.tip_of_tool) return "";
+  return fmt::format(
+      ": it is the tip of tool {}, but the tool number is {}; set both in the controller to the "
+      "mounted tool",
+      *snapshot.tip_of_tool,
+      snapshot.reading.tool_number ? fmt::format("{}", *snapshot.reading.tool_number) : "unknown");
+}
+
+}  // namespace
+
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   InputFault fault = snapshot.input_fault;
   const bool brief_fault =
@@ -178,8 +194,8 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
         : fault == InputFault::kJointCount ? "; check the profile against the cell"
                                            : "";
     sink_({log::Event::kRobotNotTrusted,
-           fmt::format("robot input not trusted: {}; corrected points withdrawn{}", Describe(fault),
-                       remedy)});
+           fmt::format("robot input not trusted: {}{}; corrected points withdrawn{}",
+                       Describe(fault), OtherTipText(snapshot), remedy)});
   }
   input_fault_ = fault;
   input_since_s_ = snapshot.now_s;
@@ -205,25 +221,42 @@ void Reporter::ObserveRequiredLenses(const Snapshot& snapshot) {
   lenses_missing_ = missing;
 }
 
+std::string Reporter::OutsideText(const Snapshot& snapshot, const PointResult& point) const {
+  if (!point.correction.extrapolated) return "";
+  const std::string unmeasured =
+      config::UnmeasuredText(cell_, snapshot.payload.tool, snapshot.payload.item);
+  return ", outside the calibrated range" + (unmeasured.empty() ? "" : ": " + unmeasured);
+}
+
 void Reporter::ObservePoints(const Snapshot& snapshot) {
   // Reported once for all points, by ObserveInput() and ObserveRequiredLenses().
   if (snapshot.input_fault != InputFault::kOk || snapshot.lenses_missing != 0) return;
+  const config::NumberAdvice advice = config::AdviceOn(snapshot.undeclared, cell_);
+  if (snapshot.undeclared != undeclared_) {  // refused again because of another number
+    for (auto& code : codes_) {
+      if (code == correction::CorrectionCode::kPayloadUnknown) code.reset();
+    }
+    undeclared_ = snapshot.undeclared;
+  }
   for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
     const PointResult& point = snapshot.points[k];
     if (point.code == correction::CorrectionCode::kPending || codes_[k] == point.code) continue;
     codes_[k] = point.code;
     if (point.valid) {
       const double correction_mm = 1e3 * point.correction.translation_B.norm();
-      sink_({log::Event::kPointCorrected,
-             fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
-                         points_[k].name, correction_mm, RadiusText(point.correction),
-                         point.correction.extrapolated ? ", outside the calibrated range" : ""),
-             {{"POINT", fmt::format("{}", points_[k].id)},
-              {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
+      sink_(
+          {log::Event::kPointCorrected,
+           fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id, points_[k].name,
+                       correction_mm, RadiusText(point.correction), OutsideText(snapshot, point)),
+           {{"POINT", fmt::format("{}", points_[k].id)},
+            {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
+      const bool named =
+          point.code == correction::CorrectionCode::kPayloadUnknown && !advice.problem.empty();
       sink_({log::Event::kPointRefused,
-             fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,
-                         Describe(point.code)),
+             fmt::format("point {} ({}) has no correction: {}{}", points_[k].id, points_[k].name,
+                         Describe(point.code),
+                         named ? fmt::format(": {}; {}", advice.problem, advice.remedy) : ""),
              {{"POINT", fmt::format("{}", points_[k].id)},
               {"CODE", fmt::format("{}", static_cast<int>(point.code))}}});
     }

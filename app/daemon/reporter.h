@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/log/log_entry.h"
@@ -21,6 +22,9 @@ class Reporter {
 
   Reporter(std::vector<PointName> points, log::LogSink sink);
 
+  /// The cell in force, whose declared and measured tools and payload items the texts name.
+  void SetCell(model::CellModel cell) { cell_ = std::move(cell); }
+
   /// After a reload: reports all points again, and the robot link and input only if the link was
   /// replaced. Warnings and probes continue, as they do in the machine.
   void Configure(std::vector<PointName> points, bool link_kept);
@@ -35,10 +39,13 @@ class Reporter {
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
   void ObserveRequiredLenses(const Snapshot& snapshot);
   void ObservePoints(const Snapshot& snapshot);
+  std::string OutsideText(const Snapshot& snapshot, const PointResult& point) const;
   void ObserveWarnings(const Snapshot& snapshot);
   void ObserveProbes(const ProbeIntake& probes);
 
   std::vector<PointName> points_;
+  model::CellModel cell_;
+  UndeclaredNumber undeclared_;  ///< named by the last reports of refused points
   log::LogSink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;

@@ -47,6 +47,7 @@ void LogClockStep(service::UtcClock& clock, double now_s) {
 
 void Supervise(int signals, Running& running) {
   Reporter reporter(PointNames(running.started), log::Log);
+  reporter.SetCell(running.started.machine.cell);
   Reloader reloader(running, reporter);
   WatchdogFeeder feeder(running.watchdog, running.manager);
   service::UtcClock clock = running.cycle.clock();

@@ -1,11 +1,13 @@
 #include "app/diagnosis/drift_search.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 #include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/shape_gain.h"
+#include "app/diagnosis/thresholds.h"
 #include "firmware-like/effects/thermal_drift.h"
 
 namespace plumbline::diagnosis {
@@ -28,6 +30,18 @@ Block DriftBlock(double time_constant_s) {
   block.trials = kDriftTrials;
   return block;
 }
+
+/// Orthonormal basis of constant translations of the base at the rows, whitened and projected.
+struct ConstantShift {
+  explicit ConstantShift(const LinearProblem& problem) {
+    Eigen::MatrixXd columns = problem.Carried(TranslationEntries(effects::Influence<double>::kBase),
+                                              Eigen::MatrixXd::Ones(problem.rows().count(), 1));
+    problem.Project(columns);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+    basis = qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+  }
+  Eigen::MatrixXd basis;
+};
 
 /// Shares of the final drift at the rows of a problem, for trial time constants: what does not
 /// depend on the residual.
@@ -128,6 +142,27 @@ class DriftSearch final : public ShapeSearch {
         blocks.push_back(DriftBlock(effect.values[k]));
     }
     return blocks;
+  }
+
+  /// The part of the drift that is not constant over the rows must be as large as the evidence that
+  /// rules out a rival, four sigma: otherwise a constant shift is not ruled out.
+  bool Visible(const LinearProblem& problem, const effects::ActiveEffect& effect) const override {
+    Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+    double tau_s = 0;
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      const int spec = effect.term.parameters[k].spec;
+      if (spec < 3) size_m[spec] = effect.values[k];
+      if (spec == 3) tau_s = effect.values[k];
+    }
+    const Eigen::ArrayXd t_s =
+        SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
+    Eigen::MatrixXd moved = problem.Carried(TranslationEntries(effects::Influence<double>::kBase),
+                                            (1 - (-t_s / tau_s).exp()).matrix()) *
+                            size_m;
+    problem.Project(moved);
+    const Eigen::MatrixXd& basis =
+        problem.Kept<ConstantShift>(0, [&] { return ConstantShift(problem); }).basis;
+    return (moved - basis * (basis.transpose() * moved)).squaredNorm() > kRivalGap;
   }
 
   bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {

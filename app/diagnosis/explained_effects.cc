@@ -4,6 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "app/diagnosis/shape_search.h"
+#include "app/diagnosis/thresholds.h"
+
 namespace plumbline::diagnosis {
 
 bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation) {
@@ -34,6 +37,50 @@ std::vector<BlockIndex> BlocksOfEffect(const CandidateSet& candidate_set,
     if (KeyOf(candidate_set.blocks()[block]) == key) of.push_back(block);
   }
   return of;
+}
+
+namespace {
+
+/// True unless a block with a time constant fits no better than its limit, a time constant of zero,
+/// by the evidence that rules out a rival: the rows do not show then that anything changes with
+/// time.
+bool BeatsItsLimit(const CandidateSet& candidate_set, const Explanation& explanation,
+                   BlockIndex index) {
+  const Block& block = candidate_set.blocks()[index];
+  if (!HasContinuousShape(block) || LineOf(block)) return true;
+  constexpr double kAlmostZero_s = 1e-6;
+  Block limit = block;
+  const auto& specs = block.term.effect->traits().parameters;
+  for (BlockColumn& column : limit.columns) {
+    for (std::size_t k = 0; k < column.values.size(); ++k) {
+      const auto spec = static_cast<std::size_t>(block.term.parameters[k].spec);
+      if (specs[spec].role == effects::ParameterRole::kShape) column.values[k] = kAlmostZero_s;
+    }
+  }
+  const Eigen::VectorXd without = candidate_set.PartialResidual(explanation, index);
+  const Eigen::MatrixXd columns = candidate_set.problem().Columns(limit, true);
+  const double left_by_limit =
+      (without - columns * columns.colPivHouseholderQr().solve(without)).squaredNorm();
+  return left_by_limit - candidate_set.Residual(explanation).squaredNorm() > kRivalGap;
+}
+
+}  // namespace
+
+bool ShapesAreVisible(const CandidateSet& candidate_set, const Explanation& explanation) {
+  return std::all_of(explanation.blocks.begin(), explanation.blocks.end(), [&](BlockIndex index) {
+    const Block& block = candidate_set.blocks()[index];
+    const ShapeSearch* const search = ShapeSearchOf(*block.term.effect);
+    if (search == nullptr) return true;
+    ColumnSizes sizes;
+    for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+      const ColumnIndex column = explanation.columns[i];
+      if (candidate_set.BlockOfColumn(column) != index) continue;
+      sizes[candidate_set.WithinBlock(column)] = explanation.values[static_cast<int>(i)];
+    }
+    return sizes.empty() ||
+           (search->Visible(candidate_set.problem(), search->EffectFrom(block, sizes)) &&
+            BeatsItsLimit(candidate_set, explanation, index));
+  });
 }
 
 double SignalLeft(const CandidateSet& candidate_set, const Explanation& explanation,

@@ -23,6 +23,11 @@ std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
 std::vector<BlockIndex> BlocksOfEffect(const CandidateSet& candidate_set,
                                        const Explanation& explanation, const EffectKey& key);
 
+/// True if the rows show the shape of every effect of an explanation (ShapeSearch::Visible), and an
+/// effect with a time constant fits better than its constant limit by the evidence that rules out a
+/// rival.
+bool ShapesAreVisible(const CandidateSet& candidate_set, const Explanation& explanation);
+
 /// Share (0..1) of an effect's displacement in an explanation that the blocks of a rival cannot
 /// reproduce.
 double SignalLeft(const CandidateSet& candidate_set, const Explanation& explanation,

@@ -50,7 +50,7 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     interval.low = std::min(interval.low, value);
     interval.high = std::max(interval.high, value);
   };
-  std::set<int> tools;
+  std::set<int> tools, items;
   for (const RowIndex index : data.row_indices()) {
     if (problem.weights[index] < kOutlierWeight) continue;
     const table::MeasuredRow& row = data.measured(index);
@@ -64,9 +64,11 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
       widen(domain.q[i], row.q[static_cast<int>(i)]);
     if (domain.payload_kg) widen(*domain.payload_kg, load_kg);
     if (data.cell.tool.number) tools.insert(*data.cell.ToolAt(data.payloads[index].tool).number);
+    items.insert(data.payloads[index].item);
     if (domain.temp_C) widen(*domain.temp_C, *row.temp_C);
   }
   domain.tools.assign(tools.begin(), tools.end());
+  if (!data.cell.payload_items.empty()) domain.payload_items.emplace(items.begin(), items.end());
   domain.combinations = NearlyConstantCombinations(problem);
   domain.payload_levels_kg = FewPayloadLevels(problem);
 }

@@ -55,10 +55,12 @@ void NoteMissingSignals(Dataset& data) {
   const auto& rows = data.table.rows;
   if (tags && std::none_of(rows.begin(), rows.end(),
                            [](const table::MeasuredRow& row) { return !row.camera.empty(); })) {
-    data.notes.emplace_back(
-        "[measurement] reference_tags_mm has no effect, because no row names a camera: add a "
-        "column "
-        "camera, or the errors of the tags are not included in the stated uncertainties");
+    data.notes.push_back(fmt::format(
+        "[measurement] reference_tags_mm has no effect, because no {}, or the errors of the tags "
+        "are not included in the stated uncertainties",
+        data.table.recorded.camera
+            ? "usable row names a camera: write side, rear, front or top into the column camera"
+            : "row names a camera: add a column camera"));
   }
   if (!data.torques_known) {
     data.notes.emplace_back(

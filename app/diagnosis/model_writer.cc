@@ -139,6 +139,9 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
     text += "]\n";
   }
   if (!domain.tools.empty()) text += fmt::format("tools = [{}]\n", fmt::join(domain.tools, ", "));
+  if (domain.payload_items) {
+    text += fmt::format("payload_items = [{}]\n", fmt::join(*domain.payload_items, ", "));
+  }
   if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
   if (!domain.payload_levels_kg.empty()) {
     std::vector<std::string> levels;

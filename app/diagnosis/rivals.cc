@@ -10,6 +10,7 @@
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
@@ -141,6 +142,7 @@ class RivalSearch {
     const Result<Refit> refit = Refitted(other);
     if (!refit) return;
     refitted_.insert(trial);
+    if (!ShapesAreVisible(context_.candidate_set.problem(), refit->model.effects)) return;
     const double gap = GapOf(other, *refit);
     if (gap > kRivalGap) {
       const bool by_size = gap - (other.prior - context_.best.prior) <= kRivalGap;

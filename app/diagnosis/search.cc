@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/diagnosis/elimination.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
 
@@ -106,7 +107,7 @@ void EffectSearch::EvaluateSupport(std::vector<BlockIndex> support) {
   if (Excluded(support)) return;
   std::optional<Explanation> explanation =
       candidate_set_.EvaluateBelow(support, WorstUsefulScore(support.size()));
-  if (!explanation) return;
+  if (!explanation || !ShapesAreVisible(candidate_set_, *explanation)) return;
   if (!listed_.insert(explanation->columns).second) return;
   const auto keep = [&](std::size_t blocks, std::size_t most) {
     std::priority_queue<double>& scores = best_scores_[blocks];

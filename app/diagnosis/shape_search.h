@@ -64,6 +64,14 @@ class ShapeSearch {
     return false;
   }
 
+  /// False if the rows cannot tell the fitted shape from its constant limit, such as a drift that
+  /// was over before the first row. The effect is then not observable as such: the constant is the
+  /// simpler explanation.
+  virtual bool Visible(const LinearProblem& /*problem*/,
+                       const effects::ActiveEffect& /*effect*/) const {
+    return true;
+  }
+
   /// True if the blocks of this effect in a support exclude each other, or exclude other blocks.
   /// @param support  all blocks of the explanation, in its order
   virtual bool Excludes(const LinearProblem& /*problem*/,
@@ -74,6 +82,10 @@ class ShapeSearch {
 
 /// The shape search of an effect; null if it has none.
 const ShapeSearch* ShapeSearchOf(const effects::Effect& effect);
+
+/// True if the rows show the shape of every effect, see ShapeSearch::Visible.
+bool ShapesAreVisible(const LinearProblem& problem,
+                      const std::vector<effects::ActiveEffect>& effects);
 
 /// True if the shape search of any effect in the support excludes it.
 bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> support);

@@ -33,4 +33,12 @@ const ShapeSearch* ShapeSearchOf(const effects::Effect& effect) {
   return found == kSearches.end() ? nullptr : &found->search();
 }
 
+bool ShapesAreVisible(const LinearProblem& problem,
+                      const std::vector<effects::ActiveEffect>& effects) {
+  return std::all_of(effects.begin(), effects.end(), [&](const effects::ActiveEffect& effect) {
+    const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
+    return search == nullptr || search->Visible(problem, effect);
+  });
+}
+
 }  // namespace plumbline::diagnosis

@@ -141,10 +141,12 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
 }
 
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {
+  // Only the outermost corners: 99.6 % would be printed as all of the image.
+  const double share = std::min(100 * UsableShare(lens), 99.0);
   return fmt::format(
-      "usable up to {:.0f} px from the middle of the image, {:.0f} % of it; beyond, the projection "
-      "is uncertain by up to {:.2g} px: {}",
-      std::floor(lens.usable_radius_px), 100 * UsableShare(lens), beyond_px, advice);
+      "usable up to {:.0f} px from the middle of the image, which is {:.0f} % of its area; in the "
+      "rest the projection is uncertain by up to {:.2g} px: {}",
+      std::floor(lens.usable_radius_px), share, beyond_px, advice);
 }
 
 }  // namespace plumbline::lens

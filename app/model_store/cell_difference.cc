@@ -118,7 +118,7 @@ void Add(Values& values, const std::string& at, const model::ToolSegment& segmen
   const auto& [length_m, section, material] = segment;
   const auto& [area_m2, ix_m4, iy_m4, shear_x, shear_y, reach_x_m, reach_y_m, round,
                peak_shear_x_m2, peak_shear_y_m2] = section;
-  const auto& [youngs_modulus_Pa, poisson_ratio, density_kg_m3] = material;
+  const auto& [youngs_modulus_Pa, poisson_ratio, density_kg_m3, yield_strength_Pa] = material;
   constexpr double kMm2 = 1e6, kMm4 = 1e12;  // from SI
   values.Number(at + ".length_mm", length_m, 1 / kMetrePerMm);
   values.Number(at + ".area_mm2", area_m2, kMm2);
@@ -134,6 +134,7 @@ void Add(Values& values, const std::string& at, const model::ToolSegment& segmen
   values.Number(at + ".youngs_modulus_GPa", youngs_modulus_Pa, 1 / kPaPerGPa);
   values.Number(at + ".poisson_ratio", poisson_ratio);
   values.Number(at + ".density_kg_m3", density_kg_m3);
+  values.Number(at + ".yield_MPa", yield_strength_Pa, 1e-6);
 }
 
 void Add(Values& values, const std::string& at, const model::Tool& tool) {
@@ -226,7 +227,7 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
                distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated, tools] = domain;
+               as_validated, tools, payload_items] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -251,6 +252,9 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
   values.Matrix("domain.poses_deg", of_poses);
   values.Number("domain.time_zero_utc (s since 1970)", time_zero_s);
   if (!tools.empty()) values.Raw("domain.tools", fmt::format("[{}]", fmt::join(tools, ", ")));
+  if (payload_items) {
+    values.Raw("domain.payload_items", fmt::format("[{}]", fmt::join(*payload_items, ", ")));
+  }
   if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }
 

@@ -32,8 +32,10 @@ class TipPredictor {
     if (arm_->size() != pose.q.size()) return Error{"the models do not have the same joints"};
     if (arm_->torques_missing())
       return Error{"joints are compliant, but link masses are not declared"};
-    const loads::Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
-                                 cell_.payload_cog_F.value_or(Vec3::Zero())};
+    loads::Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
+                           cell_.payload_cog_F.value_or(Vec3::Zero())};
+    if (pose.tool >= arm_->tools()) return Error{"the models do not have the same tools"};
+    payload.tool = pose.tool;
     effects::Conditions conditions;
     conditions.payload_kg = pose.payload_kg;
     conditions.t_s = pose.t_s;
@@ -70,6 +72,7 @@ std::vector<ModelPose> PosesWithinLimits(const model::CellModel& cell) {
   std::minstd_rand random(1);
   std::vector<ModelPose> poses(kPoses);
   for (ModelPose& pose : poses) {
+    pose.tool = static_cast<int>(&pose - poses.data()) % cell.tools();
     pose.q.resize(cell.robot.size());
     for (int i = 0; i < cell.robot.size(); ++i) {
       const model::Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];

@@ -16,6 +16,7 @@ struct ModelPose {
   model::JointVector q;
   double payload_kg = 0;
   std::optional<double> t_s, temp_C;
+  int tool = 0;  ///< index, see CellModel::ToolAt
 };
 
 /// Largest distance between the loaded tips that two models predict, over all poses [m].
@@ -24,7 +25,7 @@ Result<double> LargestTipChange(const model::CellModel& from, const model::CellM
                                 const std::vector<ModelPose>& poses);
 
 /// Pseudorandom poses within the joint limits of a cell (half a turn or a metre to both sides for
-/// an unlimited joint), without payload. Every call returns the same poses.
+/// an unlimited joint), without payload, with the tools in turn. Every call returns the same poses.
 std::vector<ModelPose> PosesWithinLimits(const model::CellModel& cell);
 
 /// Why `to` describes a different arm than `from`: other joints, or a flange more than 50 mm away

@@ -7,12 +7,18 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/effects/catalogue.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::model_store {
 namespace {
 
-using Load = ReportedLoad;
+struct Load {
+  double mass_kg = 0;
+  std::optional<Vec3> cog_F{};
+  int tool = 0;  ///< index; the same in both models
+};
 
 /// One model of the arm, with the time for its time-dependent effects.
 struct Model {
@@ -34,8 +40,9 @@ struct Model {
     effects::Conditions conditions;
     conditions.payload_kg = load.mass_kg;
     conditions.t_s = t_s;
-    corrector.Correct(point, {load.mass_kg, cog_F.value_or(Vec3::Zero())}, conditions, seed, search,
-                      correction);
+    loads::Payload payload{load.mass_kg, cog_F.value_or(Vec3::Zero())};
+    payload.tool = load.tool;
+    corrector.Correct(point, payload, conditions, seed, search, correction);
     return correction;
   }
 
@@ -53,6 +60,21 @@ bool ReadsTemperature(const model::CellModel& cell) {
         return follows ||
                (effect != nullptr && effect->traits().Needs(effects::Signal::kTemperature));
       });
+}
+
+/// The loads with the tool that was mounted when the point was taught, or with every tool if that
+/// is not known.
+std::vector<Load> WithTools(const std::vector<Load>& loads, const deflection::LoadedArm& arm,
+                            const correction::AssemblyPoint& point) {
+  const std::optional<int> taught = correction::TaughtTool(arm, point);
+  std::vector<Load> with;
+  for (int tool = taught.value_or(0); tool < (taught ? *taught + 1 : arm.tools()); ++tool) {
+    for (Load load : loads) {
+      load.tool = tool;
+      with.push_back(load);
+    }
+  }
+  return with;
 }
 
 /// The middle of each joint's limits; 0 for an unlimited joint.
@@ -76,7 +98,7 @@ std::vector<Load> ReportedLoads(const model::CellModel& before, const model::Cel
     });
     if (plausible && !known) loads.push_back(load);
   };
-  for (const ReportedLoad& load : reported) add(load);
+  for (const ReportedLoad& load : reported) add({load.mass_kg, load.cog_F});
   add({0, std::nullopt});
   for (const model::CellModel* cell : {&before, &after}) {
     if (!cell->domain || !cell->domain->payload_kg) continue;
@@ -115,7 +137,10 @@ std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const model::Cell
       loads = {{policy.fixed.mass_kg, policy.fixed.cog_F}};
       break;
     case PayloadPolicy::Source::kTable:
-      for (const auto& tool : policy.table) loads.push_back({tool.mass_kg, tool.cog_F});
+      for (const auto& tool : policy.table) {
+        const std::optional<int> index = loads::ToolIndexOf(before, tool.number);
+        if (index) loads.push_back({tool.mass_kg, tool.cog_F, *index});
+      }
       break;
     case PayloadPolicy::Source::kRobot:
       loads = ReportedLoads(before, after, reported);
@@ -131,6 +156,7 @@ PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const
   move.id = point.id;
   move.name = point.name;
   move.payload_kg = load.mass_kg;
+  if (before.cell.tools() > 1) move.tool_number = before.cell.ToolAt(load.tool).number;
   const model::JointVector seed = point.near_q.value_or(MiddleOf(before.cell.robot));
   const correction::Correction first =
       before.Correct(point, load, seed, correction::BranchSearch::kThorough);
@@ -149,8 +175,21 @@ PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const
   return move;
 }
 
+/// The loads of one point: its own payload or the configured ones, with the tools.
+std::vector<Load> LoadsAt(const correction::AssemblyPoint& point, const PayloadPolicy& policy,
+                          const std::vector<Load>& configured, const Model& before,
+                          const Model& after) {
+  if (!point.payload_kg && policy.source == PayloadPolicy::Source::kTable) return configured;
+  const bool by_policy = policy.source == PayloadPolicy::Source::kFixed &&
+                         !before.cell.payload_cog_F && !after.cell.payload_cog_F;
+  const std::vector<Load> own{
+      {point.payload_kg.value_or(0), by_policy ? policy.fixed.cog_F : std::nullopt}};
+  return WithTools(point.payload_kg ? own : configured, before.corrector.arm(), point);
+}
+
 std::string PointText(const PointMove& move) {
-  return fmt::format("point {} ({}) at {:g} kg", move.id, move.name, move.payload_kg);
+  return fmt::format("point {} ({}) at {:g} kg{}", move.id, move.name, move.payload_kg,
+                     move.tool_number ? fmt::format(" with tool {}", *move.tool_number) : "");
 }
 
 std::string PositionText(correction::CorrectionCode code, const Vec3& p_B) {
@@ -174,9 +213,11 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
                              const std::vector<ReportedLoad>& reported,
                              const std::function<void()>& step) {
   PointMoves moves;
-  if (before.robot.size() != after.robot.size()) {
-    moves.notes.emplace_back(
-        "the two models have different numbers of joints: no point can be compared");
+  const bool same_joints = before.robot.size() == after.robot.size();
+  if (!same_joints || before.tools() != after.tools()) {
+    moves.notes.push_back(
+        fmt::format("the two models have different numbers of {}: no point can be compared",
+                    same_joints ? "tools" : "joints"));
     return moves;
   }
   const Model model_before(before, config.limits, utc_s), model_after(after, config.limits, utc_s);
@@ -192,11 +233,7 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
     const bool fits = !point.near_q || point.near_q->size() == before.robot.size();
     if (!fits) continue;  // a fault of the configuration, reported when it is read
     if (!point.near_q) without_posture.push_back(point.id);
-    const bool by_policy = config.payload.source == PayloadPolicy::Source::kFixed &&
-                           !before.payload_cog_F && !after.payload_cog_F;
-    const std::vector<Load> own{
-        {point.payload_kg.value_or(0), by_policy ? config.payload.fixed.cog_F : std::nullopt}};
-    for (const Load& load : point.payload_kg ? own : configured) {
+    for (const Load& load : LoadsAt(point, config.payload, configured, model_before, model_after)) {
       if (step) step();
       moves.all.push_back(MoveOf(point, load, model_before, model_after));
     }
@@ -215,17 +252,21 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
 
 std::string TextOf(const PointMoves& moves, const std::string& configuration) {
   std::string text;
+  const bool tools = std::any_of(moves.all.begin(), moves.all.end(), [](const PointMove& move) {
+    return move.tool_number.has_value();
+  });
   if (!moves.all.empty()) {
     text += fmt::format("corrected commands of the points of {}, in the robot's base, mm:\n",
                         configuration);
-    text += fmt::format("{:>5} {:>7} {:>27} {:>27} {:>8}\n", "point", "load kg", "now", "then",
-                        "moves");
+    text += fmt::format("{:>5} {:>7} {:>27} {:>27} {:>8}{}\n", "point", "load kg", "now", "then",
+                        "moves", tools ? " tool" : "");
   }
   for (const PointMove& move : moves.all) {
-    text += fmt::format("{:>5} {:>7g} {:>27} {:>27} {:>8}\n", move.id, move.payload_kg,
+    text += fmt::format("{:>5} {:>7g} {:>27} {:>27} {:>8}{}\n", move.id, move.payload_kg,
                         PositionText(move.code_before, move.before_B),
                         PositionText(move.code_after, move.after_B),
-                        move.Compared() ? fmt::format("{:.3f}", 1e3 * move.Distance_m()) : "-");
+                        move.Compared() ? fmt::format("{:.3f}", 1e3 * move.Distance_m()) : "-",
+                        tools ? fmt::format(" {:>4}", move.tool_number.value_or(0)) : "");
   }
   for (const PointMove& move : moves.all) {
     for (const auto& [code, when] :

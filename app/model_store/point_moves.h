@@ -15,6 +15,7 @@ struct PointMove {
   int id = 0;
   std::string name;
   double payload_kg = 0;
+  std::optional<int> tool_number{};  ///< if the cell has several tools
   correction::CorrectionCode code_before = correction::CorrectionCode::kPending,
                              code_after = correction::CorrectionCode::kPending;
   Vec3 before_B = Vec3::Zero(),
@@ -44,8 +45,9 @@ struct PointMoves {
 /// Corrects every configured point with both cells, under each load that it may be reached with:
 /// its own payload_kg, otherwise that of [payload]: the fixed mass, or each tool's. If the robot
 /// reports the mass, it is not known beforehand; the loads are then `reported`, no load, and the
-/// limits of the range that either cell was fitted to. Temperatures are not known here and count as
-/// absent; the time is `utc_s`.
+/// limits of the range that either cell was fitted to. If the cells have several tools: with the
+/// one that was mounted when the point was taught (TaughtTool), or with each. Temperatures are not
+/// known here and count as absent; the time is `utc_s`.
 /// @param config  supplies points, limits and [payload]; its cell is not used
 /// @param step    progress callback, called before each point and load, which takes up to tens of
 ///                milliseconds

@@ -170,10 +170,10 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
   json["health"] = {{"severity", static_cast<int>(health.severity)},
                     {"word", Describe(health.severity)},
                     {"reason", Describe(health.reason)},
-                    {"do", RemedyOf(health.reason)}};
+                    {"do", view::DisplayedRemedy(state, health)}};
   json["alarms"] = {{"word", state.alarms},
                     {"says", WordsJson(state.alarms, plc::registers::AlarmBits())},
-                    {"do", state.alarms != 0 ? RemedyOf(health.reason) : ""}};
+                    {"do", state.alarms != 0 ? view::DisplayedRemedy(state, health) : ""}};
   json["warnings"] = {{"word", state.warnings},
                       {"says", WordsJson(state.warnings, plc::registers::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;

@@ -2,15 +2,21 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "app/table/csv.h"
 
 namespace plumbline::siblings {
 
-/// Number of rows of `b` that are also rows of `a`: joints and readings that are equal after
-/// rounding to 1e-6 rad and 1e-6 m, equal artefact. Each row of `a` counts once. Time, temperature,
-/// payload and order may differ, since they are easily edited.
-std::size_t RepeatedRows(const table::MeasuredTable& a, const table::MeasuredTable& b);
+/// Number of rows of `b` that are also rows of `a`: equal artefact, and joints and readings that
+/// differ by no more than the rounding of the set with fewer written decimals, and at least 1e-6
+/// rad and 1e-6 m. Angles of revolute joints may differ by whole turns. Readings rounded more
+/// coarsely than to 0.05 mm count as rounded to 0.05 mm, since those of two arms agree in coarser
+/// digits by chance. Each row of `a` counts once. Time, temperature, payload and order may differ,
+/// since they are easily edited.
+/// @param joints  of the robot; both sets have as many
+std::size_t RepeatedRows(const table::MeasuredTable& a, const table::MeasuredTable& b,
+                         const std::vector<model::Joint>& joints);
 
 /// True if so many rows cannot be equal by chance: more than a tenth of the smaller set, and at
 /// least three. Two arms moved to the same commanded joints differ by more than the resolution of a

@@ -44,6 +44,7 @@ class TableReader {
 
  private:
   void WarnIfInMetres();
+  void WarnAboutCameras();
   bool ReadJoints(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
   void SkipMeasurement(MeasuredRow row, std::string_view column, const std::string& reason);
@@ -57,10 +58,17 @@ class TableReader {
   bool decimals_counted_ = false;
   std::vector<MeasuredRow> rows_;  ///< measured and unmeasured, in file order
   MeasuredTable table_;
+  std::size_t rows_without_camera_ = 0;  ///< skipped, because `camera` names none
+  int first_camera_line_ = 0;
+  std::string first_camera_;  ///< what the first of them has in its place
 };
 
 void TableReader::Skip(int line, std::string_view column, const std::string& reason) {
   table_.unreadable_lines.push_back(line);
+  if (reason == kNotACamera) {  // reported once, by WarnAboutCameras()
+    ++rows_without_camera_;
+    return;
+  }
   faults_.Add({config::Fault::Severity::kWarning, table_.file, line, std::string(column),
                reason + "; row not used"});
 }
@@ -113,6 +121,10 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = StoreField(columns_[i], fields_[i], use_, row);
+    if (reason == kNotACamera && rows_without_camera_ == 0) {
+      first_camera_ = Shown(fields_[i]);
+      first_camera_line_ = line_number;
+    }
     if (!reason.empty()) {
       const double number = NumberOrInfinity(Trimmed(fields_[i]));
       if (columns_[i].quantity == Quantity::kPayload && std::isfinite(number)) {
@@ -163,6 +175,16 @@ void TableReader::WarnIfInMetres() {
                            farthest_m / kMetrePerMm)});
 }
 
+/// Reports the rows that were skipped because of the column `camera`, with the count: it may hold
+/// serial numbers or anything else.
+void TableReader::WarnAboutCameras() {
+  if (rows_without_camera_ == 0) return;
+  faults_.Add({config::Fault::Severity::kWarning, table_.file, first_camera_line_, "camera",
+               fmt::format("{} {}; {} of {} rows not used. If the column holds something else, "
+                           "such as serial numbers, rename it",
+                           first_camera_, kNotACamera, rows_without_camera_, rows_.size())});
+}
+
 /// Returns the table. Additional columns that contain anything but numbers and empty cells are
 /// dropped with a warning.
 MeasuredTable TableReader::Take() {
@@ -190,6 +212,7 @@ MeasuredTable TableReader::Take() {
     (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
   }
   WarnIfInMetres();
+  WarnAboutCameras();
   return std::move(table_);
 }
 

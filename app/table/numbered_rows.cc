@@ -6,22 +6,15 @@
 #include <algorithm>
 #include <set>
 
+#include "app/config/carried_numbers.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::table {
 namespace {
 
-std::string ToolsText(const model::CellModel& cell) {
-  std::vector<int> numbers;
-  for (int k = 0; k < cell.tools(); ++k) numbers.push_back(cell.ToolAt(k).number.value_or(0));
-  return fmt::format("{}", fmt::join(numbers, ", "));
-}
-
 std::string ItemsText(const model::CellModel& cell) {
-  std::vector<int> numbers;
-  for (const model::PayloadItem& item : cell.payload_items) numbers.push_back(item.number);
-  return numbers.empty() ? "no [[payload.item]]"
-                         : fmt::format("[[payload.item]] {}", fmt::join(numbers, ", "));
+  return cell.payload_items.empty() ? "no [[payload.item]]"
+                                    : "[[payload.item]] " + config::ItemNumbersText(cell);
 }
 
 std::optional<std::string> ToolProblem(const model::CellModel& cell, const MeasuredRow& row) {
@@ -30,12 +23,12 @@ std::optional<std::string> ToolProblem(const model::CellModel& cell, const Measu
     return fmt::format(
         "line {}: tool is empty or not a whole number, and the cell declares tools {}: write the "
         "number of the tool that was mounted",
-        row.line, ToolsText(cell));
+        row.line, config::ToolNumbersText(cell));
   }
   return fmt::format(
       "line {}: tool {} is not declared, the cell declares {}: correct the number, or add a "
       "[[tool]] with number = {}",
-      row.line, *row.tool_number, ToolsText(cell), *row.tool_number);
+      row.line, *row.tool_number, config::ToolNumbersText(cell), *row.tool_number);
 }
 
 std::optional<std::string> ItemProblem(const model::CellModel& cell, const MeasuredRow& row) {
@@ -60,7 +53,7 @@ std::optional<std::string> NumberProblem(const model::CellModel& cell, const Mea
     return fmt::format(
         "has no column tool, and the cell declares tools {}: add the column with the number of "
         "the tool that was mounted in each row, or leave only that [[tool]] in the cell",
-        ToolsText(cell));
+        config::ToolNumbersText(cell));
   }
   for (const MeasuredRow& row : table.rows) {
     if (table.recorded.tool) {

@@ -93,11 +93,12 @@ std::string StoreEmpty(const Column& column, TableUse use, MeasuredRow& row) {
 /// only if the cell declares several tools or items (numbered_rows.h).
 void StoreToolOrItem(const Column& column, std::string_view field, MeasuredRow& row) {
   constexpr int kLargest = 65535;
-  int number = 0;
+  double number = 0;  // spreadsheets write 1 as 1.0
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   if (error != std::errc() || end != field.data() + field.size()) return;
-  if (number < 0 || number > kLargest) return;
-  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) = number;
+  if (!(number >= 0 && number <= kLargest) || number != std::floor(number)) return;
+  (column.quantity == Quantity::kTool ? row.tool_number : row.payload_item) =
+      static_cast<int>(number);
 }
 
 /// Stores a name. Returns why it is not one, or an empty string.
@@ -106,11 +107,7 @@ std::string StoreName(Quantity quantity, std::string_view field, MeasuredRow& ro
   if (quantity == Quantity::kArtefact) row.artefact = std::string(field);
   if (quantity != Quantity::kCamera) return {};
   const auto camera = CamerasNamed(field);
-  if (!camera) {
-    return Shown(field) +
-           " is not a camera: write side, rear, front or top, or two of them "
-           "joined by + for their mean";
-  }
+  if (!camera) return std::string(kNotACamera);
   row.camera = *camera;
   return {};
 }

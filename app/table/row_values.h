@@ -12,6 +12,10 @@ namespace plumbline::table {
 /// The number in a field; infinity if it is not a number.
 double NumberOrInfinity(std::string_view field);
 
+/// Why a row whose field `camera` names none cannot be used; without the field.
+inline constexpr std::string_view kNotACamera =
+    "is not a camera: write side, rear, front or top, or two of them joined by + for their mean";
+
 /// Parses a field and stores it in the row, in SI units. Empty cells of a measured table are stored
 /// as NaN for FillEmptyCells().
 /// @param row  has its vectors at their sizes; positions and orientations start at zero

@@ -27,7 +27,7 @@ void AddBits(std::uint16_t word, std::span<const plc::BitMeaning> bits, Tone ton
 Panel AlarmPanel(const view_link::ViewState& state, const CellHealth& health) {
   Panel panel{"Alarms and warnings", {}};
   if (health.severity >= HealthSeverity::kAttention) {
-    panel.lines.push_back({std::string("→ ") + RemedyOf(health.reason), ToneOf(health.severity)});
+    panel.lines.push_back({"→ " + DisplayedRemedy(state, health), ToneOf(health.severity)});
   }
   AddBits(state.alarms, plc::registers::AlarmBits(), Tone::kBad, panel);
   AddBits(state.warnings, plc::registers::WarningBits(), Tone::kAttention, panel);

@@ -50,8 +50,11 @@ StateClass ClassOfSeverity(HealthSeverity severity) {
   return StateClass::kAlarm;
 }
 
-/// Names the objects of an interference that this process measures.
+/// Names an undeclared number, or the objects of an interference that this process measures.
 std::string ReasonOf(const CellHealth& health, const ViewFacts& facts) {
+  if (health.reason == HealthReason::kPayloadUnknown && !facts.state->payload_problem.empty()) {
+    return fmt::format("{}: {}", Describe(health.reason), facts.state->payload_problem);
+  }
   const SceneMeasurements* const measured = facts.measured;
   const bool fresh = measured != nullptr && facts.now_s - measured->time_s <= kMeasuredFresh_s;
   if (health.reason != HealthReason::kInterference || !fresh) return Describe(health.reason);
@@ -84,7 +87,7 @@ StateStrip StripOf(const ViewFacts& facts) {
     if (!stale.empty()) return {StateClass::kWarning, "STALE", stale.front(), ""};
   }
   return {ClassOfSeverity(health.severity), Describe(health.severity), ReasonOf(health, facts),
-          RemedyOf(health.reason)};
+          DisplayedRemedy(state, health)};
 }
 
 PanelLine Headline(const ViewFacts& facts) {

@@ -95,6 +95,11 @@ std::vector<std::string> StaleReasons(const ViewFacts& facts,
   return reasons;
 }
 
+std::string DisplayedRemedy(const view_link::ViewState& state, const CellHealth& health) {
+  const bool named = health.reason == HealthReason::kPayloadUnknown;
+  return named && !state.payload_remedy.empty() ? state.payload_remedy : RemedyOf(health.reason);
+}
+
 CellHealth DisplayedHealth(const ViewFacts& facts) {
   const bool silent =
       facts.state == nullptr || DaemonIsSilent(*facts.state, facts.link_problem, facts.now_s);

@@ -37,6 +37,10 @@ struct ViewFacts {
 /// this process, which reaches the daemon a moment later. An alarm while the daemon is silent.
 CellHealth DisplayedHealth(const ViewFacts& facts);
 
+/// What to do about the shown health; names the number if one that the controller reports is not
+/// declared.
+std::string DisplayedRemedy(const view_link::ViewState& state, const CellHealth& health);
+
 /// "300 ms ago", "5 s ago", "3 min ago".
 std::string AgeText(double age_s);
 

@@ -173,6 +173,10 @@ ViewState StateOf(const Json& json) {
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
   if (json.contains("tool")) state.tool = config::IntegerFromJson<std::uint16_t>(json.at("tool"));
+  if (json.contains("payload_problem")) {
+    state.payload_problem = json.at("payload_problem").get<std::string>();
+    state.payload_remedy = json.at("payload_remedy").get<std::string>();
+  }
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
@@ -205,6 +209,8 @@ std::string JsonOfView(const ViewState& state) {
                      {"motion", MotionJson(state.motion)},
                      {"payload_kg", OptionalJson(state.payload_kg)},
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
+                     {"payload_problem", state.payload_problem},
+                     {"payload_remedy", state.payload_remedy},
                      {"tool", state.tool},
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"points", PointsJson(state.points)},

@@ -113,6 +113,9 @@ struct ViewState {
   ViewMotion motion;
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
+  /// Why the payload is unknown and what to do, if a number that the controller reports is the
+  /// reason; else empty.
+  std::string payload_problem{}, payload_remedy{};
   int tool = 0;                   ///< index of the mounted tool, see CellModel::ToolAt
   std::vector<ViewPoint> points;  ///< in configured order
   status::MonitoringStatus monitoring;

@@ -99,7 +99,7 @@ inline constexpr std::uint16_t kStateSize = 26;  ///< identity and state, from a
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
-inline constexpr std::uint16_t kInputs = 300, kInputsSize = 64;
+inline constexpr std::uint16_t kInputs = 300, kInputsSize = 66;
 inline constexpr std::uint16_t kMonitoring = 400, kMonitoringSize = 28;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 28;
 inline constexpr std::uint16_t kWholeImage = 65535;  ///< in register 527, the usable radius

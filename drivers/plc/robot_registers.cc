@@ -1,4 +1,4 @@
-// Registers 300-363: robot state as decoded, and its motion.
+// Registers 300-365: robot state as decoded, and its motion.
 #include <array>
 #include <cmath>
 
@@ -39,7 +39,7 @@ double InputBits(Source s) {
 }
 
 const std::array kRobotFields = {
-    // 300-363 robot state as decoded, and its motion
+    // 300-365 robot state as decoded, and its motion
     MapField{300, kU16, "input_validity", "bits",
              "bit 0 passed the plausibility checks, 1 the controller reports a TCP pose, 2 payload "
              "known, 3 the controller reports a temperature",
@@ -105,6 +105,17 @@ const std::array kRobotFields = {
     MapField{362, kFloat, "dynamic_radius", "mm",
              "95 % radius of that displacement due to the scatter of the readings alone",
              [](Source s) { return kMmPerMetre * s.snapshot.motion.radius_m; }},
+    MapField{364, kU16, "undeclared", "code",
+             "why the payload is unknown: 1 the controller's tool number is not declared, 2 its "
+             "payload item is not; 0: neither",
+             [](Source s) { return static_cast<double>(s.snapshot.undeclared.kind); }},
+    MapField{365, kU16, "undeclared_number", "",
+             "that number; 65535: the controller reports none; 0 unless 364 is set",
+             [](Source s) -> double {
+               const UndeclaredNumber& undeclared = s.snapshot.undeclared;
+               if (undeclared.kind == UndeclaredNumber::Kind::kNone) return 0;
+               return undeclared.number.value_or(65535);
+             }},
 };
 
 }  // namespace

@@ -147,8 +147,9 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
-  correction.extrapolated = deflection::OutsideDomain(
-      cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s, payload.tool);
+  correction.extrapolated =
+      deflection::OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C,
+                                conditions.t_s, payload.tool, payload.item);
 
   kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -188,8 +189,9 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
-  landing.extrapolated = deflection::OutsideDomain(cell_, landing.q, payload.mass_kg,
-                                                   conditions.temp_C, conditions.t_s, payload.tool);
+  landing.extrapolated =
+      deflection::OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C,
+                                conditions.t_s, payload.tool, payload.item);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "firmware-like/deflection/assumed_error.h"
+#include "firmware-like/deflection/linear_range.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
 #include "firmware-like/statistics/containment_radius.h"
 
@@ -82,10 +83,10 @@ model::StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const mode
   effects::Conditions moment = conditions;
   moment.q = q;
   const AssumedError::Estimate error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
-  if (!assumed_->priors().complete) return {error.radius_m, model::RadiusBasis::kUnknown};
+  const double radius_m = error.radius_m + NeglectedByLinearTheory(arm, state_);
+  if (!assumed_->priors().complete) return {radius_m, model::RadiusBasis::kUnknown};
   const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
-  return {error.radius_m,
-          propagated ? model::RadiusBasis::kPropagated : model::RadiusBasis::kAssumed};
+  return {radius_m, propagated ? model::RadiusBasis::kPropagated : model::RadiusBasis::kAssumed};
 }
 
 }  // namespace plumbline::deflection

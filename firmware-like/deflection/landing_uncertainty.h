@@ -26,7 +26,8 @@ class AssumedError;
 /// Any other model: the error is sampled from the priors of all undeclared parameters
 /// (AssumedError), combined with the covariance of the effects. The basis is `propagated` if the
 /// deviation of the declared deflections was stated and undeclared parameters enlarge the radius by
-/// less than a tenth; `unknown` if some parameter has no prior; otherwise `assumed`.
+/// less than a tenth; `unknown` if some parameter has no prior; otherwise `assumed`. What linear
+/// beam theory neglects (linear_range.h) is added, because it is systematic.
 ///
 /// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker
 /// basis. The instrument's noise then counts twice, which is conservative. The same applies

@@ -113,9 +113,22 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
 
 }  // namespace
 
+bool ToolCovered(const model::CellModel& cell, int tool) {
+  if (!cell.domain || cell.domain->tools.empty()) return true;
+  const std::vector<int>& tools = cell.domain->tools;
+  return std::find(tools.begin(), tools.end(), cell.ToolAt(tool).number) != tools.end();
+}
+
+bool ItemCovered(const model::CellModel& cell, int item) {
+  if (!cell.domain) return true;
+  if (!cell.domain->payload_items) return item == 0;
+  const std::vector<int>& items = *cell.domain->payload_items;
+  return std::find(items.begin(), items.end(), item) != items.end();
+}
+
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s, int tool) {
+                   std::optional<double> t_s, int tool, int item) {
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const model::Joint& joint = cell.robot.joints[k];
@@ -133,11 +146,7 @@ bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
   for (const model::WrittenEffect& effect : cell.effects) {
     if (outside(effect.seen_t_s, t_s)) return true;
   }
-  const std::vector<int>& tools = cell.domain->tools;
-  if (!tools.empty() &&
-      std::find(tools.begin(), tools.end(), cell.ToolAt(tool).number) == tools.end()) {
-    return true;
-  }
+  if (!ToolCovered(cell, tool) || !ItemCovered(cell, item)) return true;
   return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C) ||
          (payload_kg && BetweenLevels(*cell.domain, *payload_kg));
 }

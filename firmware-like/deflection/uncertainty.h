@@ -40,11 +40,20 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 
 /// True if q, payload or temperature lie outside the domain of the model's fit, if a combination of
 /// joints that hardly varied in the fitted rows leaves its range, or if the time lies outside the
-/// fitted time span of a time-dependent effect, or no fitted row had this tool. Without a domain:
-/// true if q is outside the joint limits.
+/// fitted time span of a time-dependent effect, or no fitted row had this tool or payload item.
+/// Without a domain: true if q is outside the joint limits.
 /// @param tool  index, see CellModel::ToolAt
+/// @param item  number of the payload item; 0: none
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s = std::nullopt, int tool = 0);
+                   std::optional<double> t_s = std::nullopt, int tool = 0, int item = 0);
+
+/// False if the cell has a domain and no fitted row had this tool. @param tool  index
+bool ToolCovered(const model::CellModel& cell, int tool);
+
+/// False if the cell has a domain and no fitted row carried this payload item, or, for an item
+/// other than 0, if the domain does not name the items of the fitted rows. @param item  number; 0:
+/// none
+bool ItemCovered(const model::CellModel& cell, int item);
 
 }  // namespace plumbline::deflection

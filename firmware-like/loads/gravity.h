@@ -15,6 +15,7 @@ struct PayloadOf {
   T mass_kg = T(0);                     ///< without the tool
   Vec3Of<T> cog_F = Vec3Of<T>::Zero();  ///< centre of gravity in F [m]
   int tool = 0;                         ///< index of the tool, see CellModel::ToolAt
+  int item = 0;                         ///< number of the payload item in `mass_kg`; 0: none
 };
 
 using Payload = PayloadOf<double>;

@@ -27,6 +27,7 @@ double ItemMass_kg(const model::CellModel& cell, std::optional<int> number) {
 Payload WithItem(const Payload& payload, const model::PayloadItem* item) {
   if (item == nullptr) return payload;
   Payload both = payload;
+  both.item = item->number;
   both.mass_kg += item->mass_kg;
   if (both.mass_kg > 0) {
     both.cog_F = (payload.mass_kg * payload.cog_F + item->mass_kg * item->cog_F) / both.mass_kg;

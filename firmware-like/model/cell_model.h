@@ -192,6 +192,9 @@ struct Domain {
   /// False if the model was changed after its fit; the residual then belongs to another model.
   bool as_validated = true;
   std::vector<int> tools{};  ///< numbers of the tools in the fitted rows; empty: one, unnumbered
+  /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent: the fit
+  /// states nothing about items, so every item is outside.
+  std::optional<std::vector<int>> payload_items{};
 };
 
 struct CellModel {

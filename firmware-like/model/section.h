@@ -26,6 +26,7 @@ struct Material {
   double youngs_modulus_Pa = 0;
   double poisson_ratio = 0;
   double density_kg_m3 = 0;
+  std::optional<double> yield_strength_Pa{};  ///< absent: stress is not compared with it
 
   double ShearModulus() const { return youngs_modulus_Pa / (2 * (1 + poisson_ratio)); }
 };

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/statistics/containment_radius.h"
 #include "tests/firmware-like/test_cell.h"
 
@@ -266,15 +267,21 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
     robot.tool_number = 2;
     robot.payload_item = 5;
     CHECK(correction_of(cell.Next()) > 1.02 * at_60);
+    CHECK(cell.Next().undeclared == UndeclaredNumber{});
+    const auto undeclared = [&](UndeclaredNumber::Kind kind, std::optional<int> number) {
+      const Snapshot& next = cell.Next();
+      CHECK(next.points[0].code == correction::CorrectionCode::kPayloadUnknown);
+      CHECK(next.undeclared == UndeclaredNumber{kind, number});
+    };
     robot.payload_item = 6;
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kItem, 6);
     robot.payload_item.reset();
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kItem, std::nullopt);
     robot.payload_item = 0;
     robot.tool_number = 3;
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kTool, 3);
     robot.tool_number.reset();
-    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
+    undeclared(UndeclaredNumber::Kind::kTool, std::nullopt);
   }
   SECTION("a number that is not that of the only tool") {
     cell.config.cell.tool.number = 1;
@@ -764,6 +771,27 @@ TEST_CASE("points whose branches are searched in the background are pending indi
     cell.machine->SetTaughtBranch(0, {});
     CHECK(cell.Next().points[0].valid);
   }
+}
+
+TEST_CASE("a point is solved with the tool that was mounted when it was taught") {
+  Cell cell;
+  model::CellModel& declared = cell.config.cell;
+  const correction::AssemblyPoint& point = cell.config.points[0];
+  REQUIRE(point.near_q);
+  const std::optional<model::JointVector> alone = Machine(cell.config).FindTaughtBranch(0);
+  REQUIRE(alone);
+  declared.tool.number = 4;
+  model::Tool taught = declared.tool;
+  taught.number = 7;
+  declared.tool.tcp_F.z() += 3;  // no posture reaches the point with it
+  declared.tool.rigid = true;
+  declared.tool.segments.clear();
+  declared.further_tools = {taught};
+  CHECK(correction::TaughtTool(deflection::LoadedArm(declared), point) == 1);
+  Machine several(cell.config);
+  const std::optional<model::JointVector> found = several.FindTaughtBranch(0);
+  REQUIRE(found);
+  CHECK((*found - *alone).norm() < 1e-9);
 }
 
 TEST_CASE("a probe is refused with kStorageUnavailable if the disk is not writable") {

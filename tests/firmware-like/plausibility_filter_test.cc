@@ -16,6 +16,7 @@ struct Stream {
   PlausibilityFilter filter{PlausibilityLimits{}};
   model::RobotState state;
   double now_s = 100;
+  std::optional<int> mounted;
 
   Stream() {
     state.q = model::JointVector::Zero(6);
@@ -26,7 +27,7 @@ struct Stream {
     now_s += 0.01;
     state.timestamp_s = now_s;
     ++state.sequence;
-    return filter.Check(arm, state, now_s);
+    return filter.Check(arm, state, now_s, mounted);
   }
   InputFault Trusted() {
     Next();
@@ -143,6 +144,32 @@ TEST_CASE("the reported tool pose is compared with forward kinematics according 
     CHECK(stream.Next() == InputFault::kOk);
     CHECK(stream.Next() == InputFault::kTcpMismatch);
   }
+}
+
+TEST_CASE("the reported tool pose must be that of the tool whose number is reported") {
+  Stream stream;
+  stream.cell.tool.number = 4;
+  stream.cell.further_tools = {stream.cell.tool};
+  stream.cell.further_tools[0].number = 7;
+  stream.cell.further_tools[0].tcp_F.z() += 0.3;
+  stream.arm = deflection::LoadedArm(stream.cell);
+  kinematics::Posture posture;
+  stream.arm.chain().Evaluate(stream.state.q, posture);
+  stream.state.X_BT = posture.X_BF() * stream.arm.X_FT(1);
+  const auto after_three = [&](std::optional<int> mounted) {
+    stream.mounted = mounted;
+    return stream.Trusted();
+  };
+  CHECK(after_three(1) == InputFault::kOk);
+  CHECK_FALSE(stream.filter.tip_of_other_tool());
+  CHECK(after_three(0) == InputFault::kTcpMismatch);
+  CHECK(stream.filter.tip_of_other_tool() == 1);
+  CHECK(after_three(std::nullopt) == InputFault::kOk);  // no declared number is reported
+  stream.state.X_BT = posture.X_BF();
+  CHECK(after_three(0) == InputFault::kOk);  // no tool offset is set in the controller
+  stream.state.X_BT->p.z() -= 3;
+  CHECK(after_three(0) == InputFault::kTcpMismatch);
+  CHECK_FALSE(stream.filter.tip_of_other_tool());
 }
 
 }  // namespace plumbline::plausibility_filter_test

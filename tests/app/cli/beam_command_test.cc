@@ -1,5 +1,6 @@
 #include "app/cli/beam_command.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -9,8 +10,10 @@
 #include <string>
 
 #include "app/cli/beam_options.h"
+#include "app/config/text_file.h"
 #include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
+#include "tests/app/temporary_folder.h"
 
 namespace plumbline::beam_command_test {
 
@@ -121,6 +124,10 @@ TEST_CASE(
   CHECK_THAT(table,
              Catch::Contains("force    1500.0") && Catch::Contains("on the rigid extension"));
   CHECK_THAT(RunBeam(rod + "--at-mm 1500 --force-n 10:10:30").out, Catch::Contains("at force mm"));
+  const std::string csv = RunBeam(rod + "--at-mm 700 --force-n 80 --elements 1 --csv").out;
+  CHECK_THAT(csv, Catch::Contains(fmt::format("\n80,force,700,{:.4f}", 1e3 * d).substr(0, 18)) &&
+                      Catch::EndsWith(",,\n"));
+  CHECK_THAT(RunBeam(rod + "--force-n 80 --csv").out, !Catch::Contains("force,7"));
 }
 
 TEST_CASE("Table 2 of the paper is printed with the published columns") {
@@ -237,10 +244,38 @@ TEST_CASE(
   CHECK_THAT(large.err, Catch::Contains("warning: at 500 N the tip moves by ") &&
                             Catch::Contains("linear theory is valid up to"));
   CHECK(RunBeam(rod + "10").err.empty());
+  CHECK_THAT(
+      RunBeam(rod + "10 --yield-mpa 40").err,
+      Catch::Contains("at 10 N the stress is ") && Catch::Contains("% of the yield strength"));
+  CHECK(RunBeam(rod + "10 --yield-mpa 400").err.empty());
   const std::string help = RunBeam("--help").out;
   CHECK_THAT(help, Catch::Contains("[1..20000]") && !Catch::Contains("1e+17"));
   CHECK_THAT(RunBeam(rod + "1 --wall-mm inf").err,
              Catch::Contains("inf is not a number from 0.01 to 10000"));
+}
+
+TEST_CASE("a tool of a cell with several is chosen by its number") {
+  const TemporaryFolder folder;
+  std::string text = config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
+  const auto at = text.find("[tool]");
+  REQUIRE(at != std::string::npos);
+  text.replace(at, 6,
+               "[[tool]]\nnumber = 7\nmodel = \"euler_bernoulli\"\nlength_mm = 500\n"
+               "section = \"rod\"\ndiameter_mm = 40\nmaterial = \"steel\"\n\n[[tool]]\nnumber = 4");
+  const std::string file = folder.path() + "/cell.toml";
+  REQUIRE(config::WriteTextFile(file, text));
+  const std::string beam = "--force-n 10 --cell " + file;
+  const Answer first = RunBeam(beam);
+  CHECK_THAT(first.err, Catch::Contains("tool 7 of 7, 4 (choose with --tool)"));
+  CHECK_THAT(first.out, Catch::Contains("0.0 .. 500.0 mm"));
+  const Answer second = RunBeam(beam + " --tool 4");
+  CHECK_THAT(second.err, Catch::Contains("tool 4 of 7, 4\n"));
+  CHECK_THAT(second.out, !Catch::Contains("0.0 .. 500.0 mm"));
+  const Answer none = RunBeam(beam + " --tool 5");
+  CHECK(none.exit_code == 2);
+  CHECK_THAT(none.err, Catch::Contains("--tool 5: is not declared; the cell declares 7, 4"));
+  CHECK_THAT(RunBeam("--tool 4 --force-n 1").err,
+             Catch::Contains("--tool: chooses a tool of a cell"));
 }
 
 TEST_CASE("a faulty, unreadable or rigid cell is a fault of the input: exit code 1") {

@@ -51,6 +51,18 @@ TEST_CASE("import refuses a table without measurements and names the ignored col
   CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
 }
 
+TEST_CASE("a missing unit is reported once, and a column without a name as such") {
+  const ImportFolder folder;
+  const std::string out = " --output " + folder.At("m.csv");
+  const std::string bare = folder.Write("b.csv", "q1,X,Y,Z\n1,10,20,30\n2,20,30,41\n3,20,31,42\n");
+  const Answer refused = ImportFolder::Import(bare + out);
+  CHECK(refused.exit_code == 1);
+  CHECK_THAT(refused.err, Contains("states no unit") && !Contains("rejected"));
+  const std::string nameless = folder.Write("n.csv", "q1_deg,,range_mm\n1,a,2\n2,b,3\n");
+  CHECK_THAT(ImportFolder::Import(nameless + out).err,
+             Contains("ignored columns: column 2 (without a name); map"));
+}
+
 TEST_CASE("import says which columns it ignores and refuses two of one meaning") {
   const ImportFolder folder;
   const std::string out = " --output " + folder.At("m.csv");

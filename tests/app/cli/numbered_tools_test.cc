@@ -144,13 +144,14 @@ void Replace(std::string& text, const std::string& from, const std::string& to) 
   text.replace(at, from.size(), to);
 }
 
-/// A cell with [[tool]] 1 and 2 and [[payload.item]] 7.
+/// A cell with [[tool]] 1 and 2 and [[payload.item]] 7 and 8; no row carries item 8.
 std::string TwoToolsText() {
   std::string text = CellText(ToolOf(1));
   const std::string second = BlockOf(CellText(ToolOf(2)), "[tool]");
   Replace(text, "[tool]", "[[tool]]\nnumber = 2" + second + "\n[[tool]]\nnumber = 1");
   Replace(text, "\n[measurement]",
           fmt::format("\n[[payload.item]]\nnumber = 7\nmass_kg = {}\ncog_mm = [-80, 60, 100]\n\n"
+                      "[[payload.item]]\nnumber = 8\nmass_kg = 1\ncog_mm = [-80, 60, 100]\n\n"
                       "[measurement]",
                       kItem_kg));
   return text;
@@ -217,7 +218,7 @@ TEST_CASE("one diagnosis of two tools and a payload item finds the compliance an
   const std::string json = config::ReadTextFile(desk.At("d.json")).value();
   CHECK_THAT(json, Contains("\"verdict\": \"explained\"") && Contains("joint_compliance"));
   const std::string corrected = config::ReadTextFile(desk.At("corrected.toml")).value();
-  CHECK_THAT(corrected, Contains("tools = [1, 2]"));
+  CHECK_THAT(corrected, Contains("tools = [1, 2]") && Contains("payload_items = [0, 7]"));
 
   int extrapolated = 0;
   REQUIRE(desk.Predict("cell.toml").exit_code == 0);
@@ -229,6 +230,32 @@ TEST_CASE("one diagnosis of two tools and a payload item finds the compliance an
   CHECK(declared_m > 5e-4);
   CHECK(corrected_m < kSigma_m);
   CHECK(extrapolated < 20);
+
+  // The item that was never measured is extrapolated, and its radius is wider.
+  std::string never = table.poses;
+  std::size_t renamed = 0;
+  for (std::size_t at = 0; (at = never.find(",7\n", at)) != std::string::npos; ++at) {
+    never.replace(at, 3, ",8\n");
+    ++renamed;
+  }
+  desk.Write("poses.csv", never);
+  const Answer unmeasured = desk.Predict("corrected.toml");
+  CHECK_THAT(unmeasured.err, Contains("payload item 8 was not measured (measured: 0, 7)"));
+  int more = 0;
+  desk.Predicted(more);
+  CHECK(more >= static_cast<int>(renamed));
+  CHECK(more > extrapolated);
+}
+
+TEST_CASE("a pose that bends the tool beyond linear theory is named with its line") {
+  const Desk desk;
+  desk.Write("cell.toml", CellText(ToolOf(1)));
+  const std::string header = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
+  desk.Write("poses.csv", header + "10,-80,60,10,20,30,3\n10,-80,60,10,20,30,600\n");
+  const Answer answer = desk.Predict("cell.toml");
+  CHECK_THAT(answer.err, Contains("poses.csv:3: warning: the tool bends by ") &&
+                             Contains("linear beam theory holds up to 5 %") &&
+                             !Contains("poses.csv:2: warning"));
 }
 
 TEST_CASE("rows that name what the cell does not declare are refused with line and remedy") {
@@ -252,7 +279,7 @@ TEST_CASE("rows that name what the cell does not declare are refused with line a
   CHECK_THAT(refusal(header + posture + "\n"), Contains("has no column tool"));
   CHECK_THAT(refusal(header + ",tool,payload_item" + posture + ",1,5\n"),
              Contains("line 2: payload_item 5 is not declared, the cell declares "
-                      "[[payload.item]] 7"));
+                      "[[payload.item]] 7, 8"));
 
   std::string text = TwoToolsText();
   Replace(text, "number = 1", "number = 2");

@@ -56,6 +56,18 @@ constexpr const char* kLeast = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bod
 
 }  // namespace
 
+TEST_CASE("keys that a DV camcorder cannot obey are named") {
+  const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const Read dv(
+      "[camera]\nkind = \"dv\"\ndevice = \"/run/fifo\"\nserial = \"A\"\nrate_hz = 25\n"
+      "exposure_ms = 8\n" +
+      tags);
+  CHECK(dv.Says("camera.exposure_ms: warning: 8 is not used for kind = \"dv\""));
+  CHECK(dv.Says("camera.rate_hz: warning: 25 is not used"));
+  CHECK_FALSE(dv.Says("serial: warning"));
+  CHECK_FALSE(Read(std::string(kLeast) + "").Says("not used"));
+}
+
 TEST_CASE("without [camera] there is no camera, and its dependent tables are faults") {
   CHECK(Read("").vision.cameras.empty());
   CHECK(Read("").faults.All().empty());

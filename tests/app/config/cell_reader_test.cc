@@ -259,6 +259,11 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
        "measurement.reference_tags_mm: [[0, 0, 0], [100, 0, 0], [200, 0, 0]] must hold the places "
        "[x, y, z] of at least three tags that are not on one line: fewer do not define a frame"},
       {"reference_temperature_C = 22.0",
+       "reference_tags_mm = [[0.2, 0, 0], [1.5, 0, 0], [0, 0.9, 0.4]]\nreference_sd_mm = 0.2",
+       "measurement.reference_tags_mm: [[0.2, 0, 0], [1.5, 0, 0], [0, 0.9, 0.4]] looks like "
+       "metres: "
+       "no tag is farther than 1.5 mm from the origin. Write mm (a factor of 1000)"},
+      {"reference_temperature_C = 22.0",
        "reference_tags_mm = [[0, 0, 0], [100, 0, 0], [0, 100, 0]]",
        "@48 measurement.reference_sd_mm: missing; expected the standard deviation of each tag's "
        "place on one axis"},

@@ -47,6 +47,58 @@ TEST_CASE("a point's radius is logged with its basis") {
   CHECK_THAT(logged(model::RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
+TEST_CASE("an undeclared tool or item is named where a point has no correction") {
+  Desk desk;
+  model::CellModel cell;
+  cell.tool.number = 4;
+  cell.further_tools = {model::Tool()};
+  cell.further_tools[0].number = 7;
+  cell.payload_items = {{2, 1, Vec3::Zero()}};
+  desk.reporter.SetCell(cell);
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.snapshot.points[0].code = correction::CorrectionCode::kPayloadUnknown;
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kTool, 5};
+  CHECK_THAT(
+      desk.Observe().back(),
+      Catch::EndsWith("has no correction: payload unknown: tool 5 is not declared (declared: "
+                      "4, 7); correct the number in the controller, or add a [[tool]] with "
+                      "number = 5"));
+  CHECK(desk.Observe().empty());
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kItem, 9};
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("payload item 9 is not declared (declared: 2, 0 for none)"));
+  desk.snapshot.undeclared = {UndeclaredNumber::Kind::kItem, std::nullopt};
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("the controller reports no payload item number"));
+}
+
+TEST_CASE("the tip of another tool than the reported one is named with both numbers") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kTcpMismatch;
+  desk.snapshot.tip_of_tool = 7;
+  desk.snapshot.reading.tool_number = 4;
+  CHECK_THAT(desk.Observe().back(),
+             Catch::Contains("it is the tip of tool 7, but the tool number is "
+                             "4; set both in the controller"));
+}
+
+TEST_CASE("a point outside the domain says which item was not measured") {
+  Desk desk;
+  model::CellModel cell;
+  cell.payload_items = {{2, 1, Vec3::Zero()}, {3, 1, Vec3::Zero()}};
+  cell.domain.emplace();
+  cell.domain->payload_items = {0, 2};
+  desk.reporter.SetCell(cell);
+  desk.snapshot.input_fault = InputFault::kOk;
+  PointResult& point = desk.snapshot.points[0];
+  point.code = correction::CorrectionCode::kOk;
+  point.valid = point.correction.extrapolated = true;
+  desk.snapshot.payload.item = 3;
+  CHECK_THAT(desk.Observe().back(),
+             Catch::EndsWith(", outside the calibrated range: payload item 3 was not measured "
+                             "(measured: 0, 2)"));
+}
+
 TEST_CASE("each transition is logged once") {
   Desk desk;
   CHECK(desk.Observe() == std::vector<std::string>{"robot link up"});

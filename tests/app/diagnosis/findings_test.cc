@@ -92,6 +92,28 @@ TEST_CASE("effects at the detection limit are found nine times of ten, for any j
   }
 }
 
+TEST_CASE("a constant shift is of the base, not a drift, whenever the clock started") {
+  for (const double start_s : {0.0, 20000.0}) {
+    CAPTURE(start_s);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --seed 77");
+    for (table::MeasuredRow& row : data.table.rows) {
+      *row.measured_W += Vec3(3e-4, -5e-4, 2e-4);
+      *row.t_s += start_s;
+    }
+    const auto answer = Answer(data);
+    REQUIRE(answer);
+    CHECK(answer->verdict == Verdict::kExplained);
+    REQUIRE(answer->findings.size() == 1);
+    CHECK(answer->findings.front().effect.term.effect->traits().id == "base_frame");
+    CHECK(answer->rivals.empty());
+  }
+  const auto drift =
+      Answer(Simulated("--family thermal_drift --signal 8 --robot ur10 --rows 40 --seed 77"));
+  REQUIRE(drift);
+  REQUIRE(drift->findings.size() == 1);
+  CHECK(drift->findings.front().effect.term.effect->traits().id == "thermal_drift");
+}
+
 TEST_CASE("steps of base and tool are distinguished only if the poses rotate the tool") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3");
   const model::JointVector middle = data.table.rows.front().q;

@@ -230,4 +230,16 @@ TEST_CASE("the shapes of refitted effects become candidates unchanged") {
   CHECK(blocks[1].term.word == "tool");
 }
 
+TEST_CASE("a drift is visible only if the rows show that it changes with time") {
+  const Rows rows("thermal_drift", {{"x", 1e-3}, {"time_constant", 2000}});
+  const auto visible = [&](double x_m, double time_constant_s) {
+    return ShapesAreVisible(*rows.problem,
+                            {EffectWith(rows.measured.cell, "thermal_drift",
+                                        {{"x", x_m}, {"time_constant", time_constant_s}})});
+  };
+  CHECK(visible(1e-3, 2000));
+  CHECK_FALSE(visible(1e-3, 10));    // over before the first row
+  CHECK_FALSE(visible(1e-6, 2000));  // below the noise
+}
+
 }  // namespace plumbline::shape_search_test

@@ -695,6 +695,30 @@ double MoveOf(const correction::AssemblyPoint& point, double payload_kg,
 
 }  // namespace
 
+TEST_CASE("a point moves with the tool that was mounted when it was taught") {
+  model::CellModel before = test::HeavyArm();
+  const MachineConfig config = [&] {
+    MachineConfig of = ConfigOf(before);
+    of.limits.max_translation_m = 1;
+    of.payload.source = PayloadPolicy::Source::kFixed;
+    return of;
+  }();
+  before.tool.number = 4;
+  model::Tool taught = before.tool;
+  taught.number = 7;
+  before.tool.tcp_F.z() += 0.4;
+  before.tool.rigid = true;
+  before.tool.segments.clear();
+  before.further_tools = {taught};
+  const PointMoves moves = ComputePointMoves(config, before, before, 0);
+  REQUIRE(moves.all.size() == 3);
+  for (const PointMove& move : moves.all) {
+    CHECK(move.tool_number == 7);
+    CHECK(move.Compared());
+  }
+  CHECK_THAT(TextOf(moves, "p.toml"), Catch::Contains("at 0 kg with tool 7"));
+}
+
 TEST_CASE("the change of a model is reported at the configured points, with the configured loads") {
   const model::CellModel before = test::HeavyArm();
   model::CellModel after = before;

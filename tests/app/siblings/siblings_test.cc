@@ -7,6 +7,7 @@
 
 #include "app/siblings/repeated_rows.h"
 #include "app/siblings/sibling_folder.h"
+#include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
@@ -64,21 +65,44 @@ Result<diagnosis::Diagnosis> Answer(const MeasuredCell& data, std::vector<Arm> a
 }  // namespace
 
 TEST_CASE("rows of another set are recognised among others, in any order and at other times") {
-  const table::MeasuredTable a = ArmWith(5, 2e-6, 4e-4, 40).table;
+  const MeasuredCell arm = ArmWith(5, 2e-6, 4e-4, 40);
+  const std::vector<model::Joint>& joints = arm.cell.robot.joints;
+  const table::MeasuredTable& a = arm.table;
   table::MeasuredTable b = ArmWith(6, 2e-6, 4e-4, 40).table;  // another arm, other poses
-  CHECK(RepeatedRows(a, b) == 0);
+  CHECK(RepeatedRows(a, b, joints) == 0);
   Remeasured(a, b);  // the same poses, measured on another arm
-  CHECK(RepeatedRows(a, b) == 0);
+  CHECK(RepeatedRows(a, b, joints) == 0);
   for (std::size_t k = 0; k < 5; ++k) {
     b.rows[7 * k] = a.rows[k];
     b.rows[7 * k].t_s = 1e5 + static_cast<double>(k);
   }
-  CHECK(RepeatedRows(a, b) == 5);
-  CHECK(RepeatedRows(b, a) == 5);
+  CHECK(RepeatedRows(a, b, joints) == 5);
+  CHECK(RepeatedRows(b, a, joints) == 5);
   CHECK(IsRepeated(5, a.rows.size(), b.rows.size()));
   CHECK_FALSE(IsRepeated(4, 40, 60));
   CHECK_FALSE(IsRepeated(2, 4, 60));
-  CHECK(RepeatedRows(a, a) == a.rows.size());
+  CHECK(RepeatedRows(a, a, joints) == a.rows.size());
+}
+
+TEST_CASE("a row copied with rounding, or with joints turned by whole turns, is recognised") {
+  const MeasuredCell arm = ArmWith(5, 2e-6, 4e-4, 40);
+  const std::vector<model::Joint>& joints = arm.cell.robot.joints;
+  const auto rounded = [](double value, double step) { return std::round(value / step) * step; };
+  table::MeasuredTable copy = arm.table, other = arm.table;
+  Remeasured(arm.table, other);
+  for (table::MeasuredTable* set : {&copy, &other}) {
+    for (table::MeasuredRow& row : set->rows) {
+      for (double& coordinate : *row.measured_W) coordinate = rounded(coordinate, 1e-5);
+      for (double& q : row.q) q = rounded(q / kRadPerDeg, 0.01) * kRadPerDeg;
+      row.q[5] -= 360 * kRadPerDeg;
+    }
+  }
+  CHECK(RepeatedRows(arm.table, copy, joints) == arm.table.rows.size());
+  CHECK(RepeatedRows(copy, arm.table, joints) == arm.table.rows.size());
+  CHECK_FALSE(IsRepeated(RepeatedRows(arm.table, other, joints), 40, 40));
+  std::vector<model::Joint> sliding = joints;
+  sliding[5].type = model::JointType::kPrismatic;  // its readings have no turns
+  CHECK(RepeatedRows(arm.table, copy, sliding) == 0);
 }
 
 TEST_CASE(

@@ -71,11 +71,30 @@ TEST_CASE("A row names the camera that measured it, or two whose mean it is") {
   CHECK(table->rows[0].camera == "side");
   CHECK(table->rows[1].camera.empty());
   CHECK(table->rows[2].camera == "side+rear");
-  const std::string remedy =
-      " is not a camera: write side, rear, front or top, or two of them joined by + for their "
-      "mean; row not used\n";
-  CHECK(FaultsText(faults) == "measured.csv:5 camera: warning: \"left\"" + remedy +
-                                  "measured.csv:6 camera: warning: \"top+top\"" + remedy);
+  CHECK(FaultsText(faults) ==
+        "measured.csv:5 camera: warning: \"left\" is not a camera: write side, rear, front or top, "
+        "or two of them joined by + for their mean; 2 of 5 rows not used. If the column holds "
+        "something else, such as serial numbers, rename it\n");
+}
+
+TEST_CASE("Numbers of tools and items may have been written by a spreadsheet") {
+  config::FaultList faults;
+  const auto table = Read(
+      "q1_deg,q2_mm,x_mm,y_mm,z_mm,tool,payload_item\n"
+      "1,2,10,20,30,1.0,0\n"
+      "1,3,10,20,31,2,7.00\n"
+      "1,4,10,20,32,1.5,-1\n"
+      "1,5,10,20,33,70000,gripper\n",
+      faults);
+  REQUIRE(table);
+  REQUIRE(table->rows.size() == 4);
+  CHECK(table->rows[0].tool_number == 1);
+  CHECK(table->rows[0].payload_item == 0);
+  CHECK(table->rows[1].payload_item == 7);
+  for (const std::size_t k : {2U, 3U}) {
+    CHECK_FALSE(table->rows[k].tool_number);
+    CHECK_FALSE(table->rows[k].payload_item);
+  }
 }
 
 TEST_CASE("Every column is converted to SI, in any order") {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/view/state_strip.h"
 #include "tests/app/view/view_scene.h"
 
 namespace plumbline::panels_test {
@@ -65,6 +66,19 @@ TEST_CASE("a point is good only if nothing is known that invalidates its radius"
   CHECK(ToneOf(point, state) == Tone::kAttention);
   point.valid = false;
   CHECK(ToneOf(point, state) == Tone::kBad);
+}
+
+TEST_CASE("an undeclared number is named as the reason of an unknown payload") {
+  Paneled p;
+  p.scene.state.alarms = alarm::kPayloadUnknown;
+  p.scene.state.health = HealthOf({.alarms = alarm::kPayloadUnknown});
+  CHECK(p.Lines("Alarms").front().text == "→ set the payload");
+  CHECK(StripOf(p.facts).reason == "payload unknown");
+  p.scene.state.payload_problem = "tool 5 is not declared (declared: 4, 7)";
+  p.scene.state.payload_remedy = "correct the number";
+  CHECK(p.Lines("Alarms").front().text == "→ correct the number");
+  CHECK(StripOf(p.facts).reason == "payload unknown: tool 5 is not declared (declared: 4, 7)");
+  CHECK(StripOf(p.facts).remedy == "correct the number");
 }
 
 TEST_CASE("the model panel names a proposal, a refused reference and probes in quarantine") {

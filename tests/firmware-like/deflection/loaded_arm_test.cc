@@ -208,6 +208,32 @@ TEST_CASE("outside the domain, or without a domain outside the joint limits, is 
   CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
 }
 
+TEST_CASE("a tool or payload item that was not measured is outside the domain") {
+  model::CellModel cell = test::HeavyArm();
+  const model::JointVector q = model::JointVector::Zero(6);
+  const auto outside = [&](int tool, int item) {
+    return OutsideDomain(cell, q, 20, std::nullopt, std::nullopt, tool, item);
+  };
+  cell.tool.number = 4;
+  cell.further_tools = {cell.tool};
+  cell.further_tools[0].number = 7;
+  cell.payload_items = {{1, 5, Vec3::Zero()}, {2, 5, Vec3::Zero()}};
+  CHECK_FALSE(outside(1, 2));  // without a domain
+  cell.domain.emplace();
+  cell.domain->q.assign(6, model::Interval{-1, 1});
+  // A domain of an older model names neither: nothing is known about the items.
+  CHECK_FALSE(outside(1, 0));
+  CHECK(outside(0, 1));
+  cell.domain->tools = {4};
+  cell.domain->payload_items = {0, 1};
+  CHECK_FALSE(outside(0, 0));
+  CHECK_FALSE(outside(0, 1));
+  CHECK(outside(0, 2));
+  CHECK(outside(1, 0));
+  cell.domain->payload_items = {1};
+  CHECK(outside(0, 0));
+}
+
 namespace {
 
 /// One joint and a link of 1 m along x of W with 10 kg at its end, 98.0665 N.
