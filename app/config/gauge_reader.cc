@@ -64,7 +64,10 @@ void CheckKindKeys(const TomlTable& table, const GaugeKeys& keys) {
     table.AddFault("device", "is missing; ls /dev/serial/by-id shows the name");
   }
   const auto refuse = [&](std::string_view key, bool given, const char* of) {
-    if (given) table.AddFault(key, fmt::format("belongs to kind = \"{}\"", of));
+    if (given) {
+      table.AddFault(
+          key, fmt::format("is for kind = \"{0}\" only: remove it, or set kind = \"{0}\"", of));
+    }
   };
   refuse("device", hid && !keys.device.empty(), "serial");
   refuse("baud", hid && keys.baud, "serial");

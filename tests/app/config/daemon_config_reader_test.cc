@@ -638,7 +638,7 @@ TEST_CASE("a HID gauge is named by its USB ids, and types plain numbers unless c
   CHECK_THAT(fault(dial), Catch::Contains("usb_id: is missing; lsusb shows it"));
   CHECK_THAT(fault(dial + "usb_id = \"4001\"\n"), Catch::Contains("is not of the form 0fe7:4001"));
   CHECK_THAT(fault(dial + "usb_id = \"0fe7:4001\"\nbaud = 9600\n"),
-             Catch::Contains("belongs to kind = \"serial\""));
+             Catch::Contains("is for kind = \"serial\" only: remove it"));
   CHECK_THAT(fault(dial + "usb_id = \"0fe7:4001\"\n[[gauge]]\nartefact = \"other\"\nkind = "
                           "\"hid\"\nusb_id = \"0FE7:4001\"\n"),
              Catch::Contains("is used for two gauges; distinguish them by `serial`"));
