@@ -296,8 +296,8 @@ Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const
   if (!linear) return linear.failure();
   const Columns columns = ColumnsOf(*data, *linear, *cell.measurement.sigma_m);
   const std::vector<int> selected = DOptimalRows(columns.rows, task.rows, kExchangePasses);
-  std::vector<int> random;  // candidates are in random order
-  for (int i = 0; i < task.rows; ++i) random.push_back(i);
+  std::vector<int> random(static_cast<std::size_t>(task.rows));  // candidates are in random order
+  std::iota(random.begin(), random.end(), 0);
 
   MeasurementPlan plan;
   plan.candidates = static_cast<int>(candidates.size());
