@@ -47,16 +47,34 @@ Result<model::JointVector> JointSpeeds(const PlanOptions& options,
   return speeds;
 }
 
-/// "about 12 min: 2 min of moves at the stated speeds, 20 s for each of 30 measurements".
+/// "time: about 12 min: 2.0 min of moves at the stated speeds, and 30 measurements of 20 s".
 std::string TimeText(const PlanOptions& options, const plan::MeasurementPlan& plan) {
   if (!plan.moves_s) {
     return "time: not estimated; give the speed limits of the joints as --joint-speeds-deg-s";
   }
   const double all_s = *plan.moves_s + options.row_s * static_cast<double>(plan.rows.size());
   return fmt::format(
-      "time: about {:.0f} min, of which {:.1f} min are moves at the stated speeds (without "
-      "acceleration) and {:.0f} s each of {} measurements",
-      std::max(1.0, std::ceil(all_s / 60)), *plan.moves_s / 60, options.row_s, plan.rows.size());
+      "time: about {:.0f} min: {:.1f} min of moves at the stated speeds (acceleration neglected), "
+      "and {} measurements of {:.0f} s",
+      std::max(1.0, std::ceil(all_s / 60)), *plan.moves_s / 60, plan.rows.size(), options.row_s);
+}
+
+/// What the plan assumes to be mounted and carried, and how to choose otherwise.
+std::string LoadAssumptions(const plan::PlanTask& task, const model::CellModel& cell) {
+  std::string text;
+  const std::optional<int> tool = task.tool_number ? task.tool_number : cell.tool.number;
+  if (tool) {
+    text +=
+        fmt::format("assumed: tool {}{} is mounted at every row\n", *tool,
+                    task.tool_number ? "" : ", the first of the cell (--tool chooses another),");
+  }
+  if (!cell.payload_items.empty() && task.payload_items.empty()) {
+    text += "assumed: no payload item is carried (--payload-items states those that can be)\n";
+  }
+  if (cell.payload_cog_F && task.payloads_kg.empty()) {
+    text += "assumed: no payload is carried (--payloads-kg states those that can be)\n";
+  }
+  return text;
 }
 
 bool WritePlanFile(const std::string& path, const std::string& text) {
@@ -69,22 +87,29 @@ bool WritePlanFile(const std::string& path, const std::string& text) {
   return written.ok();
 }
 
-void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
+void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,
+               const model::CellModel& cell) {
   std::cerr << fmt::format(
-      "{}: {} rows chosen from {} safe postures; the geometric mean information about a parameter "
-      "is {:.2f} times that of random postures\n",
+      "{}: {} rows chosen from {} safe postures; they hold {:.2f} times the information about a "
+      "parameter that random postures hold (geometric mean)\n",
       options.cell, plan.rows.size(), plan.candidates, plan.efficiency);
-  std::cerr << "effect                  parameters  planned  random   (deviation after / before)\n";
+  std::cerr << LoadAssumptions(options.task, cell);
+  std::cerr
+      << "standard deviation of a parameter after the measurement, as a share of its plausible "
+         "size (median; 1: nothing is learnt):\n"
+         "effect                  parameters  planned  random\n";
   for (const plan::EffectDetermination& effect : plan.effects) {
     std::cerr << fmt::format("  {:<24}{:>6}   {:8.3f} {:8.3f}\n", effect.id, effect.parameters,
                              effect.planned, effect.random);
   }
-  for (const std::string& one : plan.excluded) std::cerr << "  not shown: " << one << '\n';
-  std::cerr << fmt::format(
-                   "order: the path is {:.0f} % as long as in the order in which the postures were "
-                   "selected\n",
-                   100 * plan.path_share)
-            << TimeText(options, plan) << '\n';
+  if (!plan.excluded.empty()) std::cerr << "effects that these rows cannot show:\n";
+  for (const std::string& one : plan.excluded) std::cerr << "  " << one << '\n';
+  std::cerr
+      << fmt::format(
+             "order: sorted for short moves; the path has {:.0f} % of its length in the order "
+             "of selection\n",
+             100 * plan.path_share)
+      << TimeText(options, plan) << '\n';
   std::vector<std::size_t> not_free;  // the robot comes to the first row from anywhere
   for (std::size_t k = 1; k < plan.rows.size(); ++k) {
     if (!plan.rows[k].move_checked) not_free.push_back(k + 1);
@@ -143,7 +168,7 @@ int RunPlan(PlanOptions options) {
       !WritePlanFile(options.points, PointList(*plan, joints))) {
     return kExitUsage;
   }
-  PrintPlan(options, *plan);
+  PrintPlan(options, *plan, *cell);
   return kExitOk;
 }
 
@@ -161,6 +186,10 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
                       "measured");
   command->add_option("--payloads-kg", options->task.payloads_kg, "Payloads that can be carried")
       ->check(NumberWithin(0, 5000));
+  command->add_option("--tool", options->task.tool_number,
+                      "Number of the mounted [[tool]]; without it, the cell's first");
+  command->add_option("--payload-items", options->task.payload_items,
+                      "Numbers of the [[payload.item]] that can be carried, 0: none");
   command
       ->add_option("--sigma-mm", options->sigma_mm,
                    "Standard deviation of the instrument, if the cell declares none")
@@ -193,7 +222,8 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
       "itself, the floor and the planes of the cell.\n\n"
       "Examples:\n"
       "  plumbline plan config/cells/ur10.toml --rows 30 --out plan.csv --svg plan.svg\n"
-      "  plumbline plan cell.toml --artefacts left_0 left_1 --urscript plan.script\n\n"
+      "  plumbline plan cell.toml --artefacts left_0 left_1 --urscript plan.script\n"
+      "  plumbline plan cell.toml --tool 2 --payload-items 0 1 --out plan.csv\n\n"
       "Exit codes: 0 the files were written, 1 faults in the cell, or no such postures, 2 wrong\n"
       "arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = RunPlan(*options); });

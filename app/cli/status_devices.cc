@@ -9,6 +9,7 @@
 #include "app/cli/status_line.h"
 #include "app/printed_digits.h"
 #include "drivers/plc/register_map.h"
+#include "firmware-like/correction/correct.h"
 
 namespace plumbline::cli {
 namespace {
@@ -91,6 +92,37 @@ void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out) {
   }
 }
 
+std::string GaugeOutcomeText(const DaemonRegisters& daemon, int gauge) {
+  using enum status::GaugeOutcome;
+  const auto code = static_cast<unsigned>(daemon.Gauge("gauge_outcome", gauge));
+  constexpr auto kFirstRefusal = static_cast<unsigned>(kRefused);
+  if (code > kFirstRefusal) {
+    return fmt::format("not recorded: {}",
+                       Describe(static_cast<correction::CorrectionCode>(code - kFirstRefusal)));
+  }
+  switch (static_cast<status::GaugeOutcome>(code)) {
+    case kNone:
+      return "no press yet";
+    case kRecorded:
+      return "recorded";
+    case kUnreadable:
+      return "latest press not recorded: unreadable data (see `plumbline log`)";
+    case kFault:
+      return "latest press not recorded: the gauge reported a fault (see `plumbline log`)";
+    case kContinuous:
+      return "not recorded: it sends without a press";
+    case kNoAnswer:
+      return "not recorded: the control cycle did not answer";
+    case kWaiting:
+      return "not in the journal yet";
+    case kNotKept:
+      return "not recorded: monitoring was switched off or the arm was changed meanwhile";
+    case kRefused:
+      break;
+  }
+  return fmt::format("outcome {}", code);
+}
+
 void PrintGauge(const DaemonRegisters& daemon, int gauge, std::ostream& out) {
   const auto state = static_cast<status::GaugeState>(daemon.Gauge("gauge_state", gauge));
   const std::string reading =
@@ -101,7 +133,10 @@ void PrintGauge(const DaemonRegisters& daemon, int gauge, std::ostream& out) {
           : "no reading yet";
   PrintStatusLine(out, "gauge " + daemon.GaugeName(gauge),
                   fmt::format("{}, for {}; {}", Describe(state),
-                              GaugeTimeText(daemon.Gauge("gauge_state_age", gauge)), reading));
+                              GaugeTimeText(daemon.Gauge("gauge_state_age", gauge)),
+                              daemon.Gauge("gauge_outcome", gauge) > 0
+                                  ? reading + ", " + GaugeOutcomeText(daemon, gauge)
+                                  : reading));
 }
 
 void PrintObjects(const DaemonRegisters& daemon, std::ostream& out) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "app/cli/status_devices.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline::cli {
@@ -32,7 +33,9 @@ nlohmann::json CameraJson(const DaemonRegisters& daemon, int camera) {
 nlohmann::json GaugeJson(const DaemonRegisters& daemon, int gauge) {
   const bool any = daemon.HasGaugeReading(gauge);
   const auto state = static_cast<status::GaugeState>(daemon.Gauge("gauge_state", gauge));
-  nlohmann::json json = {{"name", daemon.GaugeName(gauge)}, {"state", Describe(state)}};
+  nlohmann::json json = {{"name", daemon.GaugeName(gauge)},
+                         {"state", Describe(state)},
+                         {"outcome", GaugeOutcomeText(daemon, gauge)}};
   for (const plc::MapField& field : plc::registers::GaugeFields()) {
     const std::string_view name = field.name;
     const bool of_reading = name == "gauge_reading" || name == "gauge_age";

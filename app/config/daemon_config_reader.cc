@@ -253,6 +253,7 @@ void CheckGauges(const TomlTable& root, const DaemonConfig& config) {
                     "readings of gauges are not recorded: set enabled = true in [monitoring]");
   }
   for (const GaugeConfig& gauge : config.gauges) {
+    if (gauge.connection.kind != gauge::GaugeKind::kSerial) continue;
     const std::string& device = gauge.connection.device;
     const bool of_robot =
         config.robot.transport == "rtu" && device == config.robot.connection.serial.device;

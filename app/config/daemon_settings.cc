@@ -227,15 +227,24 @@ void ListCycleKeys(Settings& keys, double& period_s) {
 void ListKeys(Settings& keys, GaugeKeys& gauge) {
   keys.Add("artefact", gauge.artefact,
            Required("name of the [[artefact]] of kind \"gauge\" in the cell", "\"dial\""));
+  keys.Choose("kind", gauge.kind,
+              {{"serial", gauge::GaugeKind::kSerial}, {"hid", gauge::GaugeKind::kHid}},
+              {"a serial line, also a virtual one; or a HID device, which types or sends reports"});
   keys.Add("device", gauge.device,
-           Required("serial line of the gauge or of its adapter", "\"/dev/serial/by-id/...\""));
-  std::vector<Choice<std::string>> formats;
+           {"required for \"serial\": the line of the gauge or of its adapter",
+            "\"/dev/serial/by-id/...\""});
+  keys.Add("usb_id", gauge.usb_id,
+           {"required for \"hid\": vendor and product, as lsusb shows them", "\"0fe7:4001\""});
+  keys.Add("serial", gauge.serial,
+           {"for \"hid\": serial number, to distinguish identical devices", "\"A1\""});
+  std::vector<Choice<std::optional<const gauge::GaugeFormat*>>> formats;
   for (const gauge::GaugeFormat& format : gauge::GaugeFormats()) {
-    formats.push_back({format.name, std::string(format.name)});
+    formats.push_back({format.name, &format});
   }
   keys.Choose("format", gauge.format, formats,
               {"what it sends: \"mitutoyo\" 01A+0000.123, \"starrett\" + 2.1380, MM, \"sylvac\" "
-               "+12.345, \"mahr\" 1 +123.45 mm, \"plain\" -0.125 mm"});
+               "+12.345, \"mahr\" 1 +123.45 mm, \"plain\" -0.125 mm",
+               "\"mitutoyo\"", "\"mitutoyo\", of \"hid\" \"plain\""});
   constexpr std::string_view kOfFormat = "that of the format";
   keys.Add("baud", gauge.baud, {1200, 115200}, {"standard baud rate in bit/s", "9600", kOfFormat});
   keys.Add("data_bits", gauge.data_bits, {7, 8}, {"data bits", "8", kOfFormat});

@@ -4,13 +4,13 @@
 #include <optional>
 #include <string>
 
-#include "drivers/gauge/serial_gauge.h"
+#include "drivers/gauge/gauge.h"
 
 namespace plumbline::config {
 
 struct GaugeConfig {
   std::string artefact;  ///< name of the [[artefact]] of kind "gauge"
-  gauge::SerialGaugeOptions connection;
+  gauge::GaugeOptions connection;
   std::optional<double> sigma_m;  ///< standard deviation of a reading; nullopt: the cell's
 
   bool operator==(const GaugeConfig&) const = default;

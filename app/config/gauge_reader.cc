@@ -3,6 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
+#include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "app/config/daemon_settings.h"
 #include "app/config/nearest_word.h"
@@ -33,16 +38,67 @@ void CheckArtefact(const TomlTable& table, const std::string& name, const model:
   }
 }
 
+/// "0fe7:4001", as lsusb prints it; nullopt: not of this form.
+std::optional<std::pair<int, int>> UsbIdFrom(std::string_view text) {
+  constexpr std::size_t kDigits = 4;
+  if (text.size() != 2 * kDigits + 1 || text[kDigits] != ':') return std::nullopt;
+  const auto number = [](std::string_view digits) -> std::optional<int> {
+    int value = 0;
+    const char* const end = digits.data() + digits.size();
+    const auto [stop, error] = std::from_chars(digits.data(), end, value, 16);
+    if (error != std::errc() || stop != end || value < 0) return std::nullopt;
+    return value;
+  };
+  const auto vendor = number(text.substr(0, kDigits)), product = number(text.substr(kDigits + 1));
+  if (!vendor || !product) return std::nullopt;
+  return std::pair(*vendor, *product);
+}
+
+/// Adds faults for keys that the kind needs, and for those that it does not have.
+void CheckKindKeys(const TomlTable& table, const GaugeKeys& keys) {
+  const bool hid = keys.kind == gauge::GaugeKind::kHid;
+  if (hid && keys.usb_id.empty()) {
+    table.AddFault("usb_id", "is missing; lsusb shows it: ID 0fe7:4001");
+  }
+  if (!hid && keys.device.empty()) {
+    table.AddFault("device", "is missing; ls /dev/serial/by-id shows the name");
+  }
+  const auto refuse = [&](std::string_view key, bool given, const char* of) {
+    if (given) {
+      table.AddFault(
+          key, fmt::format("is for kind = \"{0}\" only: remove it, or set kind = \"{0}\"", of));
+    }
+  };
+  refuse("device", hid && !keys.device.empty(), "serial");
+  refuse("baud", hid && keys.baud, "serial");
+  refuse("data_bits", hid && keys.data_bits, "serial");
+  refuse("parity", hid && keys.parity, "serial");
+  refuse("stop_bits", hid && keys.stop_bits, "serial");
+  refuse("usb_id", !hid && !keys.usb_id.empty(), "hid");
+  refuse("serial", !hid && !keys.serial.empty(), "hid");
+}
+
 GaugeConfig GaugeFromToml(const TomlTable& table) {
   GaugeKeys keys;
   ReadKeys(table, keys);
+  CheckKindKeys(table, keys);
   GaugeConfig found;
   found.artefact = keys.artefact;
   found.sigma_m = keys.sigma_m;
+  found.connection.kind = keys.kind;
   found.connection.device = keys.device;
   found.connection.unit = keys.unit;
-  found.connection.format = gauge::FindGaugeFormat(keys.format);
-  if (found.connection.format == nullptr) return found;
+  found.connection.hid.serial = keys.serial;
+  if (!keys.usb_id.empty()) {
+    const auto id = UsbIdFrom(keys.usb_id);
+    if (!id) table.AddFault("usb_id", "is not of the form 0fe7:4001 (lsusb shows it)");
+    std::tie(found.connection.hid.vendor_id, found.connection.hid.product_id) =
+        id.value_or(std::pair(0, 0));
+  }
+  const bool hid = keys.kind == gauge::GaugeKind::kHid;
+  found.connection.format =
+      keys.format.value_or(gauge::FindGaugeFormat(hid ? "plain" : "mitutoyo"));
+  if (hid) return found;
   os::SerialSettings& line = found.connection.line;
   line = found.connection.format->line;
   line.baud = keys.baud.value_or(line.baud);
@@ -71,6 +127,11 @@ std::vector<GaugeConfig> GaugesFromToml(const TomlTable& root, const model::Cell
       }
       if (!one.connection.device.empty() && other.connection.device == one.connection.device) {
         table.AddFault("device", "is used for two gauges");
+      }
+      const bool both_hid = one.connection.kind == gauge::GaugeKind::kHid &&
+                            other.connection.kind == gauge::GaugeKind::kHid;
+      if (both_hid && one.connection.hid == other.connection.hid) {
+        table.AddFault("usb_id", "is used for two gauges; distinguish them by `serial`");
       }
     }
     if (!one.connection.device.empty() && one.connection.device.front() != '/') {

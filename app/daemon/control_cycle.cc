@@ -266,7 +266,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
     mailboxes_.gauges.handled =
         std::uint64_t{press.number} << 8U | static_cast<std::uint8_t>(*snapshot.gauge_code);
   }
-  PostRequests(parts, snapshot);
+  PostRequests(parts, snapshot, press.number);
   Publish(parts, snapshot);
 
   alarms_.fetch_or(snapshot.alarms);
@@ -275,7 +275,8 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   if (spent_s > longest_cycle_s_.load(std::memory_order_relaxed)) longest_cycle_s_ = spent_s;
 }
 
-void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot) {
+void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot,
+                                std::uint32_t press) {
   const bool temperature_valid = (snapshot.status & status::kTemperatureValid) != 0;
   for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     camera::CameraLink& camera = mailboxes_.cameras[k];
@@ -285,7 +286,9 @@ void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapsho
     if (order == CalibrationRequest::kCancel) ++camera.cancel_board;
   }
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
-  mailboxes_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version});
+  const bool by_gauge = snapshot.probe_taken && snapshot.probe.by_gauge;
+  mailboxes_.queue.Push(
+      {snapshot.monitor_restart, snapshot.probe, parts.model_version, by_gauge ? press : 0});
 }
 
 void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {

@@ -99,7 +99,8 @@ class ControlCycle {
   void Run();
   void RunOnce(CycleParts& parts, double tick_s);
   void StopLink(robot::RobotLink& link, const std::function<void()>& step);
-  void PostRequests(const CycleParts& parts, const Snapshot& snapshot);
+  /// @param press  number of the present press of a gauge
+  void PostRequests(const CycleParts& parts, const Snapshot& snapshot, std::uint32_t press);
   void Publish(CycleParts& parts, const Snapshot& snapshot);
 
   std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()

@@ -23,7 +23,8 @@ namespace plumbline::daemon {
 struct CycleEvent {
   bool monitor_restart = false;
   Probe probe;
-  int model_version = 0;  ///< of the model that predicted the probe
+  int model_version = 0;          ///< of the model that predicted the probe
+  std::uint32_t gauge_press = 0;  ///< GaugePress::number, if a gauge's button made the probe
 };
 
 /// Bounded single-producer single-consumer queue: the control cycle writes, the monitoring worker
@@ -82,6 +83,9 @@ struct GaugeMailbox {
   Latest<GaugePress> press{1, GaugePress()};  ///< written by the gauge worker
   /// GaugePress::number of the latest press that the cycle handled, times 256, plus its code.
   std::atomic<std::uint64_t> handled{0};
+  /// GaugePress::number of the latest press that the monitoring worker took from the queue, and of
+  /// the latest of which the journal has no row. Set in the opposite order.
+  std::atomic<std::uint32_t> taken{0}, dropped{0};
   /// Written by the gauge worker, read by the control cycle.
   Latest<status::GaugeStatuses> status{1, status::GaugeStatuses()};
 };

@@ -10,8 +10,9 @@
 namespace plumbline::daemon {
 namespace {
 
-constexpr double kWait_s = 0.05;        // for one gauge
-constexpr double kMaxCyclesWait_s = 1;  // for the control cycle to handle a press
+constexpr double kWait_s = 0.05;         // for one gauge
+constexpr double kMaxCyclesWait_s = 1;   // for the control cycle to handle a press
+constexpr double kMaxJournalWait_s = 1;  // for its row to be written
 /// Nobody presses a button at intervals as regular as this [s, and as a share], four times in a
 /// row.
 constexpr double kRegular_s = 1, kRegularShare = 0.05;
@@ -50,14 +51,14 @@ void GaugeWorker::Start(const config::DaemonConfig& config) {
   config_ = config;
   gauges_.clear();
   for (const config::GaugeConfig& one : config.gauges) {
-    gauges_.push_back({one, ArtefactNumber(config.machine.cell, one.artefact),
-                       gauge::SerialGauge(one.connection)});
+    gauges_.push_back(
+        {one, ArtefactNumber(config.machine.cell, one.artefact), gauge::Gauge(one.connection)});
     status::GaugeStatus& status = gauges_.back().status;
     status.state = status::GaugeState::kConnecting;
     status.artefact = gauges_.back().artefact;
     status.since_s = MonotonicSeconds();
-    std::copy_n(one.artefact.begin(), std::min(one.artefact.size(), status.name.size()),
-                status.name.begin());
+    const std::string_view name = status::CutToSize(one.artefact, status.name.size());
+    std::copy(name.begin(), name.end(), status.name.begin());
   }
   PublishStatus();
   if (gauges_.empty()) return;
@@ -112,22 +113,24 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
   const gauge::GaugeResult result =
       gauge.device.Read(kWait_s / static_cast<double>(gauges_.size()), reading_m);
   SetState(gauge);
+  FollowAwaited(gauge);
   if (gauge.device.connected() && gauge.lost) {
     gauge.lost = false;
     sink_({log::Event::kGaugeBack,
            fmt::format("gauge {} is connected again", gauge.config.artefact)});
   }
-  const auto refused = [&](std::string_view why) {
-    sink_({log::Event::kGaugeRefused,
-           fmt::format("gauge {}: not recorded: {}", gauge.config.artefact, why)});
+  const auto refuse = [&](status::GaugeOutcome outcome) {
+    Refuse(gauge, outcome, fmt::format("not recorded: {}", gauge.device.problem()));
   };
   switch (result) {
     case gauge::GaugeResult::kReading:
       Record(gauge, reading_m);
       break;
     case gauge::GaugeResult::kFault:
+      refuse(status::GaugeOutcome::kFault);
+      break;
     case gauge::GaugeResult::kUnreadable:
-      refused(gauge.device.problem());
+      refuse(status::GaugeOutcome::kUnreadable);
       break;
     case gauge::GaugeResult::kLost:
       if (gauge.lost) break;
@@ -141,21 +144,29 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
   }
 }
 
+void GaugeWorker::SetOutcome(ReadGauge& gauge, status::GaugeOutcome outcome) {
+  gauge.status.outcome = outcome;
+  PublishStatus();
+}
+
+void GaugeWorker::Refuse(ReadGauge& gauge, status::GaugeOutcome outcome, const std::string& text) {
+  SetOutcome(gauge, outcome);
+  sink_({log::Event::kGaugeRefused, fmt::format("gauge {}: {}", gauge.config.artefact, text)});
+}
+
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
   const double now_s = MonotonicSeconds();
   gauge.status.reading_m = reading_m;
   gauge.status.reading_s = now_s;
-  PublishStatus();
   if (IsContinuous(gauge, now_s)) {
-    if (gauge.continuous) return;
-    gauge.continuous = true;
-    sink_({log::Event::kGaugeRefused,
-           fmt::format(
-               "gauge {}: it sends every {:.2f} s, which is no press: not recorded while this "
-               "lasts. Its latest {} rows in the journal may be such readings. Set it to send "
-               "when its button is pressed",
-               gauge.config.artefact, gauge.intervals_s.back(), kRegularIntervals)});
-    return;
+    if (std::exchange(gauge.continuous, true)) return PublishStatus();
+    return Refuse(
+        gauge, status::GaugeOutcome::kContinuous,
+        fmt::format(
+            "it sends every {:.2f} s, which is no press: not recorded while this lasts. Its latest "
+            "{} rows in the journal may be such readings. Set it to send when its button is "
+            "pressed",
+            gauge.intervals_s.back(), kRegularIntervals));
   }
   if (std::exchange(gauge.continuous, false)) {
     sink_({log::Event::kGaugeBack,
@@ -165,18 +176,52 @@ void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
   mailbox_.press.Begin() = {++number_, gauge.artefact, reading_m, now_s, gauge.config.sigma_m};
   mailbox_.press.Publish();
   const std::optional<correction::CorrectionCode> code = CodeOf(number_);
-  const std::string reading =
-      fmt::format("gauge {}: {:.4f} mm", gauge.config.artefact, 1e3 * reading_m);
-  if (code == correction::CorrectionCode::kOk) {
-    sink_({log::Event::kGaugeRecorded, reading + " recorded"});
-  } else if (code) {
-    sink_({log::Event::kGaugeRefused, fmt::format("{} not recorded: {}; {}", reading,
-                                                  correction::Describe(*code), RemedyFor(*code))});
+  const std::string reading = fmt::format("{:.4f} mm", 1e3 * reading_m);
+  if (code == correction::CorrectionCode::kOk) return Await(gauge, reading);
+  if (code) {
+    const auto outcome = static_cast<status::GaugeOutcome>(
+        static_cast<unsigned>(status::GaugeOutcome::kRefused) + static_cast<unsigned>(*code));
+    Refuse(gauge, outcome,
+           fmt::format("{} not recorded: {}; {}", reading, correction::Describe(*code),
+                       RemedyFor(*code)));
   } else if (!stop_) {
-    sink_({log::Event::kGaugeRefused,
+    Refuse(gauge, status::GaugeOutcome::kNoAnswer,
            reading +
-               " not recorded: the control cycle did not answer in time; press the button again"});
+               " not recorded: the control cycle did not answer in time; press the button again");
   }
+}
+
+/// Follows an accepted press into the journal: an accepted row may still be lost.
+void GaugeWorker::Await(ReadGauge& gauge, const std::string& reading) {
+  gauge.awaited.push_back({number_, reading});
+  const double until_s = MonotonicSeconds() + kMaxJournalWait_s;
+  while (!stop_ && MonotonicSeconds() < until_s && mailbox_.taken < number_) SleepSeconds(0.005);
+  FollowAwaited(gauge);
+  if (gauge.awaited.empty() || stop_) return;
+  Refuse(gauge, status::GaugeOutcome::kWaiting,
+         reading +
+             " not in the journal yet: it is written as soon as the journal can be; see "
+             "`plumbline log --level warning`");
+}
+
+void GaugeWorker::FollowAwaited(ReadGauge& gauge) {
+  const std::uint32_t taken = mailbox_.taken, dropped = mailbox_.dropped;
+  std::size_t known = 0;
+  for (; known < gauge.awaited.size() && gauge.awaited[known].number <= taken; ++known) {
+    const AwaitedPress& press = gauge.awaited[known];
+    if (press.number > dropped) {
+      SetOutcome(gauge, status::GaugeOutcome::kRecorded);
+      sink_({log::Event::kGaugeRecorded,
+             fmt::format("gauge {}: {} recorded", gauge.config.artefact, press.reading)});
+      continue;
+    }
+    Refuse(gauge, status::GaugeOutcome::kNotKept,
+           press.reading +
+               " not recorded: monitoring was switched off or the arm was changed meanwhile; press "
+               "the button again");
+  }
+  gauge.awaited.erase(gauge.awaited.begin(),
+                      gauge.awaited.begin() + static_cast<std::ptrdiff_t>(known));
 }
 
 /// Adds a reading to the history; true if the latest intervals are too regular for presses.

@@ -10,7 +10,7 @@
 #include "app/config/daemon_config.h"
 #include "app/daemon/cycle_mailboxes.h"
 #include "app/log/log.h"
-#include "drivers/gauge/serial_gauge.h"
+#include "drivers/gauge/gauge.h"
 #include "drivers/thread_heartbeat.h"
 
 namespace plumbline::daemon {
@@ -35,20 +35,32 @@ class GaugeWorker {
   const config::DaemonConfig& config() const { return config_; }
 
  private:
+  /// A press that the cycle accepted and that is not known to be in the journal yet.
+  struct AwaitedPress {
+    std::uint32_t number = 0;
+    std::string reading;  ///< as the log shows it
+  };
   struct ReadGauge {
     config::GaugeConfig config;
     std::uint16_t artefact = 0;  ///< number in the cell's list, from 1
-    gauge::SerialGauge device;
+    gauge::Gauge device;
     bool lost = false;  ///< logged as lost
     double last_reading_s = -1e300;
     std::vector<double> intervals_s{};  ///< of the latest readings
     bool continuous = false;            ///< logged as sending without a press
     bool connected_once = false;
+    std::vector<AwaitedPress> awaited{};
     status::GaugeStatus status{};
   };
   void Run();
   void ReadOnce(ReadGauge& gauge);
   void Record(ReadGauge& gauge, double reading_m);
+  /// Logs that a reading was not recorded, and publishes why.
+  void Refuse(ReadGauge& gauge, status::GaugeOutcome outcome, const std::string& text);
+  void SetOutcome(ReadGauge& gauge, status::GaugeOutcome outcome);
+  /// Logs of the awaited presses whether the journal has their rows, as far as that is known now.
+  void FollowAwaited(ReadGauge& gauge);
+  void Await(ReadGauge& gauge, const std::string& reading);
   /// Updates the state of a gauge; publishes the status of all if it changed.
   void SetState(ReadGauge& gauge);
   void PublishStatus();

@@ -50,6 +50,7 @@ class MonitoredJournal {
 
   /// nullptr while it is closed.
   journal::Journal* journal() { return journal_ ? &*journal_ : nullptr; }
+  std::uint32_t recorded() const { return recorded_; }  ///< probes written since the start
   std::int64_t alarm_row() const { return monitor_->alarm_row(); }  ///< requires a journal
 
   /// Number of probes since those that raised the alarm; 0: no alarm that awaits a diagnosis.

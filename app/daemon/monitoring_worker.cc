@@ -67,8 +67,13 @@ void MonitoringWorker::Run() {
     event_pending_ = false;
     while (const CycleEvent* event = mailboxes_.queue.Front()) {
       // An event that is not written remains queued; further probes are refused meanwhile.
+      const std::uint32_t before = journal_.recorded();
       event_pending_ = !journal_.Handle(*event);
       if (event_pending_) break;
+      if (event->gauge_press != 0) {
+        if (journal_.recorded() == before) mailboxes_.gauges.dropped = event->gauge_press;
+        mailboxes_.gauges.taken = event->gauge_press;
+      }
       mailboxes_.queue.Pop();
       heartbeat_.Beat();
     }

@@ -8,6 +8,8 @@
 #include "app/view_link/view_client.h"
 #include "drivers/clock.h"
 #include "drivers/display/registry.h"
+#include "drivers/hid/hid_device.h"
+#include "drivers/hid/keyboard_grab.h"
 #include "drivers/plc/register_map.h"
 #include "drivers/robot/registry.h"
 
@@ -52,6 +54,24 @@ CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
   return {Health::kFault, "robot", problem.empty() ? place + " does not answer" : problem,
           "check that the controller is on, its Modbus server enabled, the cable plugged in, and "
           "host, port and unit_id are correct"};
+}
+
+/// Every file that the driver opens: the hidraw device, and the input devices on which it types.
+CheckResult CheckHidGauge(const std::string& subject, const hid::HidName& name,
+                          const Account& account) {
+  const std::vector<std::string> paths = hid::DeviceFilesOf(name);
+  if (paths.empty()) {
+    return {Health::kFault, subject, NameText(name) + " is not connected",
+            "plug it in; lsusb shows the ids"};
+  }
+  for (const std::string& path : paths) {
+    const std::string problem = AccessProblem(account, path, path.starts_with("/dev/hidraw"));
+    if (problem.empty()) continue;
+    return {Health::kFault, subject, problem,
+            "grant the group plumbline access to its hidraw and input devices by a udev rule such "
+            "as those in 65-plumbline.rules, then plug it in again"};
+  }
+  return {Health::kGood, subject, fmt::format("{} at {}", NameText(name), paths.front()), {}};
 }
 
 /// The alarms and warnings of a daemon state, one result each.
@@ -146,8 +166,12 @@ CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& accou
 }
 
 CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account) {
+  const std::string subject = "gauge " + gauge.artefact;
+  if (gauge.connection.kind == gauge::GaugeKind::kHid) {
+    return CheckHidGauge(subject, gauge.connection.hid, account);
+  }
   return CheckDevice(
-      "gauge " + gauge.artefact, gauge.connection.device, account,
+      subject, gauge.connection.device, account,
       "plug in its adapter; ls /dev/serial/by-id shows the name; add the user to the "
       "group dialout");
 }

@@ -19,7 +19,7 @@ CheckResult CheckCamera(const config::CameraConfig& camera, const Account& accou
                         const camera::DeviceTree& tree = {});
 /// Access to the sensor's device. A HID sensor is found by its own driver only and is not checked.
 CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account);
-/// Access to the gauge's serial line.
+/// Access to the gauge's serial line, or whether its HID device can be opened.
 CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account);
 /// Whether the MQTT broker accepts a connection and the files configured for it are readable.
 CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account);

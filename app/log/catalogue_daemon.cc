@@ -274,7 +274,7 @@ constexpr EventEntry kEntries[] = {
      "are unit, frame and tool right? then `plumbline journal quarantine accept N`, otherwise "
      "`reject N`"},
     {Event::kGaugeRecorded, "gauge-recorded", LogLevel::kNotice, "1d469fb3d06543ce927aabb423cd576f",
-     "monitoring", "gauge ...: X mm recorded", "", ""},
+     "monitoring", "gauge ...: X mm recorded", "the journal has the row", ""},
     {Event::kGaugeRefused, "gauge-refused", LogLevel::kWarning, "a7fddf8f159b400aa3d3835897cd6b84",
      "monitoring", "gauge ...: not recorded: ...",
      "the robot moved, the journal is not writable, the gauge reports a fault, or the line is not "

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/dataset_preparation.h"
@@ -15,6 +16,7 @@
 #include "app/diagnosis/whitener.h"
 #include "app/plan/d_optimal.h"
 #include "app/plan/visit_order.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/random_sequence.h"
 
 namespace plumbline::plan {
@@ -45,7 +47,11 @@ class CandidatePostures {
       if (!task_.payloads_kg.empty()) {
         row.payload_kg = task_.payloads_kg[random_.Below(task_.payloads_kg.size())];
       }
-      if (cell_.tools() > 1) row.tool_number = cell_.tool.number;
+      if (!cell_.payload_items.empty()) {
+        const std::vector<int>& items = task_.payload_items;
+        row.payload_item = items.empty() ? 0 : items[random_.Below(items.size())];
+      }
+      row.tool_number = cell_.tool.number;
       row.X_WT = cell_.robot.X_WB * check_.arm().UnloadedTip(row.q);
       rows.push_back(std::move(row));
     }
@@ -84,6 +90,35 @@ class CandidatePostures {
   statistics::RandomSequence random_{1};
 };
 
+/// The tool and the payload items of the task are declared.
+std::optional<Error> LoadProblem(const model::CellModel& cell, const PlanTask& task) {
+  const auto no_such = [](const char* table, int number, const char* option) {
+    return Error{fmt::format("has no [[{}]] with number = {}; declare it or correct {}", table,
+                             number, option)};
+  };
+  if (task.tool_number) {
+    bool found = false;
+    for (int k = 0; k < cell.tools(); ++k) {
+      found = found || cell.ToolAt(k).number == task.tool_number;
+    }
+    if (!found) return no_such("tool", *task.tool_number, "--tool");
+  }
+  for (const int item : task.payload_items) {
+    if (item != 0 && loads::ItemOf(cell, item) == nullptr) {
+      return no_such("payload.item", item, "--payload-items");
+    }
+  }
+  return std::nullopt;
+}
+
+/// The cell with the tool of that number as its first.
+model::CellModel WithToolFirst(model::CellModel cell, std::optional<int> number) {
+  for (model::Tool& other : cell.further_tools) {
+    if (number && other.number == number) std::swap(cell.tool, other);
+  }
+  return cell;
+}
+
 /// The artefacts of the task exist and can be reached for.
 std::optional<Error> ArtefactProblem(const model::CellModel& cell, const PlanTask& task) {
   for (const std::string& name : task.artefacts) {
@@ -110,12 +145,14 @@ table::MeasuredTable TableOf(const model::CellModel& cell, const std::vector<Pla
   table.recorded.artefact = !task.artefacts.empty();
   table.recorded.payload = !task.payloads_kg.empty();
   table.recorded.tool = cell.tools() > 1;
+  table.recorded.item = !cell.payload_items.empty();
   table.recorded.order = false;  // the order of a plan is chosen afterwards
   for (std::size_t i = 0; i < rows.size(); ++i) {
     table::MeasuredRow& row = table.rows.emplace_back();
     row.line = static_cast<int>(i) + 2;
     row.q = rows[i].q;
     row.tool_number = rows[i].tool_number;
+    row.payload_item = rows[i].payload_item;
     if (table.recorded.payload) row.payload_kg = rows[i].payload_kg;
     if (table.recorded.position) row.measured_W = rows[i].X_WT.p;
     row.artefact = rows[i].artefact;
@@ -238,7 +275,8 @@ void Order(const PostureCheck& check, const model::JointVector& speeds, Measurem
 
 Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const PlanTask& task) {
   if (const auto problem = ArtefactProblem(declared, task)) return *problem;
-  model::CellModel cell = declared;
+  if (const auto problem = LoadProblem(declared, task)) return *problem;
+  model::CellModel cell = WithToolFirst(declared, task.tool_number);
   if (!cell.measurement.sigma_m) cell.measurement.sigma_m = task.sigma_m;
   const PostureCheck check(cell, task.rules);
   PlanTask enough = task;
@@ -258,8 +296,8 @@ Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const
   if (!linear) return linear.failure();
   const Columns columns = ColumnsOf(*data, *linear, *cell.measurement.sigma_m);
   const std::vector<int> selected = DOptimalRows(columns.rows, task.rows, kExchangePasses);
-  std::vector<int> random;  // candidates are in random order
-  for (int i = 0; i < task.rows; ++i) random.push_back(i);
+  std::vector<int> random(static_cast<std::size_t>(task.rows));  // candidates are in random order
+  std::iota(random.begin(), random.end(), 0);
 
   MeasurementPlan plan;
   plan.candidates = static_cast<int>(candidates.size());

@@ -16,6 +16,8 @@ struct PlanTask {
   /// Of the cell, to be touched; empty: positions are measured.
   std::vector<std::string> artefacts;
   std::vector<double> payloads_kg;  ///< empty: without payload
+  std::optional<int> tool_number;   ///< of the mounted [[tool]]; absent: the cell's first
+  std::vector<int> payload_items;   ///< numbers that can be carried, 0: none; empty: none
   double sigma_m = 5e-5;            ///< of a measurement, if the cell declares none
   /// Speed limit of each joint [rad/s] or [m/s], for the order and the time; empty: not stated.
   model::JointVector joint_speeds;
@@ -26,9 +28,10 @@ struct PlanTask {
 struct PlannedRow {
   model::JointVector q;
   double payload_kg = 0;
-  std::optional<int> tool_number;  ///< if the cell has several: the first
-  std::string artefact;            ///< empty: the position is measured
-  Pose X_WT;                       ///< expected tip, without deflection
+  std::optional<int> tool_number;   ///< if the cell numbers its tools
+  std::optional<int> payload_item;  ///< if the cell has payload items
+  std::string artefact;             ///< empty: the position is measured
+  Pose X_WT;                        ///< expected tip, without deflection
   /// The straight joint move from the previous row was found free of collisions; false for the
   /// first row, to which the robot comes from anywhere.
   bool move_checked = false;
@@ -61,8 +64,8 @@ struct MeasurementPlan {
 /// the rows can show, in units of their plausible sizes (prior P = 1), and to the nuisances (free
 /// frames, unknown places). Greedy choice, then exchanges of single rows until none gains. Effects
 /// of the order of moves, of time and of speed are not planned for.
-/// @return  an error if the cell has no such artefact or its place is unknown, or if too few safe
-///          postures are found
+/// @return  an error if the cell has no such artefact, tool or payload item, if the place of an
+///          artefact is unknown, or if too few safe postures are found
 Result<MeasurementPlan> PlanMeasurements(const model::CellModel& cell, const PlanTask& task);
 
 }  // namespace plumbline::plan

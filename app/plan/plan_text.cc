@@ -1,8 +1,11 @@
 #include "app/plan/plan_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -71,6 +74,17 @@ std::string Drawn(const View& view, const MeasurementPlan& plan, const model::Ce
 
 }  // namespace
 
+std::string LoadText(const PlannedRow& row) {
+  std::vector<std::string> parts;
+  if (row.tool_number) parts.push_back(fmt::format("tool {}", *row.tool_number));
+  if (row.payload_item) {
+    parts.push_back(*row.payload_item == 0 ? "no payload item"
+                                           : fmt::format("payload item {}", *row.payload_item));
+  }
+  if (row.payload_kg != 0) parts.push_back(fmt::format("payload {:g} kg", row.payload_kg));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>& joints) {
   const auto any = [&](auto&& test) {
     return std::any_of(plan.rows.begin(), plan.rows.end(), test);
@@ -79,8 +93,9 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
   const bool artefact = any([](const PlannedRow& row) { return !row.artefact.empty(); });
   std::string text = JointNames(joints, ',').substr(1);
   const bool tool = any([](const PlannedRow& row) { return row.tool_number.has_value(); });
-  text += fmt::format("{}{}{}\n", payload ? ",payload_kg" : "", tool ? ",tool" : "",
-                      artefact ? ",artefact" : "");
+  const bool item = any([](const PlannedRow& row) { return row.payload_item.has_value(); });
+  text += fmt::format("{}{}{}{}\n", payload ? ",payload_kg" : "", tool ? ",tool" : "",
+                      item ? ",payload_item" : "", artefact ? ",artefact" : "");
   for (const PlannedRow& row : plan.rows) {
     std::string line;
     for (std::size_t k = 0; k < joints.size(); ++k) {
@@ -88,6 +103,7 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
     }
     if (payload) line += fmt::format(",{:g}", row.payload_kg);
     if (tool) line += fmt::format(",{}", row.tool_number.value_or(0));
+    if (item) line += fmt::format(",{}", row.payload_item.value_or(0));
     if (artefact) line += "," + row.artefact;
     text += line + '\n';
   }
@@ -114,15 +130,17 @@ std::string UrScript(const MeasurementPlan& plan) {
       text += fmt::format("  popup(\"Guide the robot to {} deg{}\", blocking=True)\n", degrees,
                           row.artefact.empty() ? "" : ", onto " + row.artefact);
     }
-    text += fmt::format("  popup(\"Pose {} of {}: measure{}, then continue\", blocking=True)\n",
-                        i + 1, plan.rows.size(), row.artefact.empty() ? "" : " at " + row.artefact);
+    const std::string load = LoadText(row);
+    text += fmt::format("  popup(\"Pose {} of {}: measure{}{}, then continue\", blocking=True)\n",
+                        i + 1, plan.rows.size(), row.artefact.empty() ? "" : " at " + row.artefact,
+                        load.empty() ? "" : " with " + load);
   }
   return text + "end\n";
 }
 
 std::string PointList(const MeasurementPlan& plan, const std::vector<model::Joint>& joints) {
   std::string text = "pose" + JointNames(joints, '\t') +
-                     "\tx_mm\ty_mm\tz_mm\troll_deg\tpitch_deg\tyaw_deg\tmove_free\n";
+                     "\tx_mm\ty_mm\tz_mm\troll_deg\tpitch_deg\tyaw_deg\tmove_free\tload\n";
   for (std::size_t i = 0; i < plan.rows.size(); ++i) {
     const PlannedRow& row = plan.rows[i];
     text += fmt::format("{}", i + 1);
@@ -132,7 +150,7 @@ std::string PointList(const MeasurementPlan& plan, const std::vector<model::Join
     for (const double value : row.X_WT.p) text += fmt::format("\t{:.3f}", kMmPerMetre * value);
     const Vec3 rpy = RollPitchYawFromRotation(row.X_WT.R);
     for (const double value : rpy) text += fmt::format("\t{:.4f}", kDegPerRad * value);
-    text += row.move_checked ? "\t1\n" : "\t0\n";
+    text += fmt::format("\t{}\t{}\n", row.move_checked ? 1 : 0, LoadText(row));
   }
   return text;
 }

@@ -7,6 +7,10 @@
 
 namespace plumbline::plan {
 
+/// "tool 2, payload item 1, 3 kg": what is mounted and carried at a row; empty if neither the cell
+/// numbers it nor a payload is planned.
+std::string LoadText(const PlannedRow& row);
+
 /// The rows as a table with the columns of measured.csv up to the measured ones: fill in x_mm,
 /// y_mm, z_mm (or the gauge's reading) beside each row.
 std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>& joints);
@@ -16,7 +20,7 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
 std::string UrScript(const MeasurementPlan& plan);
 
 /// Tab-separated points for other controllers: number, joints [deg, mm], tip in the measurement
-/// frame [mm] and its roll, pitch, yaw [deg].
+/// frame [mm] and its roll, pitch, yaw [deg], whether the joint move is free, LoadText().
 std::string PointList(const MeasurementPlan& plan, const std::vector<model::Joint>& joints);
 
 /// Top view and side view of the tips in the order of execution, the robot's base and the

@@ -23,6 +23,7 @@ void DifStream::Append(std::span<const std::uint8_t> piece) {
 int DifStream::TakeNewest(std::vector<std::uint8_t>& frame) {
   const std::span<const std::uint8_t> bytes(bytes_);
   int complete = 0;
+  std::size_t of_frames = 0;
   std::size_t at = FindFrame(bytes, 0);
   for (;;) {
     const auto size = DifFrameBytesOfStart(bytes.subspan(std::min(at, bytes.size())));
@@ -31,6 +32,7 @@ int DifStream::TakeNewest(std::vector<std::uint8_t>& frame) {
     if (const auto checked = CheckDifFrame(candidate)) {
       frame.assign(candidate.begin(), candidate.end());
       ++complete;
+      of_frames += *size;
       at = FindFrame(bytes, at + *size);
     } else {
       ++damaged_;
@@ -38,8 +40,9 @@ int DifStream::TakeNewest(std::vector<std::uint8_t>& frame) {
       at = FindFrame(bytes, at + kDifBlockBytes);
     }
   }
-  bytes_.erase(bytes_.begin(),
-               bytes_.begin() + static_cast<std::ptrdiff_t>(std::min(at, bytes_.size())));
+  const std::size_t done = std::min(at, bytes_.size());
+  skipped_ += done - of_frames;
+  bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(done));
   return complete;
 }
 

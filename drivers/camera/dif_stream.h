@@ -26,12 +26,14 @@ class DifStream {
 
   /// Frames that were not valid, so far.
   std::uint64_t damaged() const { return damaged_; }
-  /// Why the last of them was not.
+  /// Bytes outside valid frames, so far.
+  std::uint64_t skipped() const { return skipped_; }
+  /// Why the last of the damaged frames was not valid.
   const std::string& why_damaged() const { return why_damaged_; }
 
  private:
   std::vector<std::uint8_t> bytes_;  ///< at most two frames
-  std::uint64_t damaged_ = 0;
+  std::uint64_t damaged_ = 0, skipped_ = 0;
   std::string why_damaged_;
 };
 

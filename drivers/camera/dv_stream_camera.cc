@@ -21,6 +21,7 @@ constexpr std::size_t kPiece = 1 << 16;  // what a FIFO holds
 constexpr int kStopPoll_ms = 50;
 constexpr double kFifoSilence_s = 5;
 constexpr double kMaxFifoWait_s = 10;
+constexpr std::uint64_t kUnreadableBytes = 288000;  // two frames of 625 lines
 
 }  // namespace
 
@@ -47,7 +48,7 @@ Result<void> DvStreamCamera::Open() {
   fifo_ = std::move(opened);
   arrived_ = {};
   arrived_.last_byte_s = clock_();
-  reported_damaged_ = 0;
+  reported_damaged_ = reported_skipped_ = 0;
   stop_ = false;
   thread_ = std::thread([this] { Drain(); });
   pthread_setname_np(thread_.native_handle(), "dv-stream");
@@ -83,6 +84,7 @@ bool DvStreamCamera::DrainPiece(DifStream& stream, std::vector<std::uint8_t>& pi
   const std::lock_guard lock(mutex_);
   arrived_.last_byte_s = now_s;
   arrived_.damaged = stream.damaged();
+  arrived_.skipped = stream.skipped();
   arrived_.why_damaged = stream.why_damaged();
   arrived_.sequence += static_cast<std::uint64_t>(complete) + stream.damaged() - damaged_before;
   if (complete == 0) return true;
@@ -111,6 +113,17 @@ CameraResult DvStreamCamera::OnNoFrame(double timeout_s) {
   const bool damaged = arrived_.damaged > std::exchange(reported_damaged_, arrived_.damaged);
   if (damaged && problem_.empty())
     problem_ = fmt::format("{}: {}", options_.fifo, arrived_.why_damaged);
+  const std::uint64_t skipped = arrived_.skipped - reported_skipped_;
+  if (skipped >= kUnreadableBytes) {
+    reported_skipped_ = arrived_.skipped;
+    if (problem_.empty()) {
+      problem_ = fmt::format(
+          "{}: unreadable data: no DV frame in {} bytes. Check that raw DV is written to this "
+          "FIFO, "
+          "not AVI, HDV or another format.",
+          options_.fifo, skipped);
+    }
+  }
   lock.unlock();
   if (silent) {
     Close();

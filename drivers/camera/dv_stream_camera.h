@@ -50,6 +50,7 @@ class DvStreamCamera : public Camera {
     double time_s = 0;
     std::uint64_t sequence = 0;  ///< counts complete and damaged frames
     std::uint64_t damaged = 0;
+    std::uint64_t skipped = 0;  ///< bytes outside valid frames
     std::string why_damaged;
     double last_byte_s = 0;
   };
@@ -73,7 +74,7 @@ class DvStreamCamera : public Camera {
   std::mutex mutex_;  ///< guards arrived_
   std::condition_variable news_;
   Arrived arrived_;
-  std::uint64_t reported_damaged_ = 0;
+  std::uint64_t reported_damaged_ = 0, reported_skipped_ = 0;
   DvDecoder decoder_;
   DvField field_;
   std::vector<std::uint8_t> raw_, field_luma_, luma_, bgr_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <system_error>
 
+#include "drivers/gauge/report_text.h"
+
 namespace plumbline::gauge {
 namespace {
 
@@ -148,7 +150,6 @@ const GaugeFormat* FindGaugeFormat(std::string_view name) {
 std::optional<std::string_view> LineReceiver::Push(char byte) {
   const bool ends = byte == '\r' || byte == '\n';
   if (!ends) {
-    constexpr char kSubstitute = '\x1A';  // part of no format
     if (pending_.size() < kMaxLineBytes) pending_ += byte;
     if (pending_.size() == kMaxLineBytes) pending_.back() = kSubstitute;
     return std::nullopt;

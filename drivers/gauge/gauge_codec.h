@@ -1,4 +1,4 @@
-// Codec of the text that dial gauges send over a serial line. Pure.
+// Codec of the text that dial gauges send. Pure.
 //
 // A gauge sends one line per reading when its data button is pressed. The formats are those of the
 // vendors' manuals; what a format does not send, such as the unit, is null.
@@ -56,6 +56,10 @@ class LineReceiver {
   std::optional<std::string_view> Push(char byte);
   void Clear() { pending_.clear(); }
   bool empty() const { return pending_.empty(); }
+  /// Received after the end of the latest line.
+  std::string_view pending() const { return pending_; }
+  /// True if pending() is longer than a line of any format.
+  bool overlong() const { return pending_.size() >= kMaxLineBytes; }
 
  private:
   std::string pending_, line_;

@@ -61,7 +61,12 @@ const std::array kGaugeFields = {
     MapField{16, FieldType::kU16, "gauge_name_9", "", "", NameWord<8>},
     MapField{17, FieldType::kU16, "gauge_name_10", "", "", NameWord<9>},
     MapField{18, FieldType::kU16, "gauge_name_11", "", "", NameWord<10>},
-    MapField{19, FieldType::kU16, "gauge_name_12", "", "", NameWord<11>},
+    MapField{19, FieldType::kU16, "gauge_outcome", "code",
+             "what became of the latest press: 0 none yet, 1 recorded, 2 unreadable data, 3 the "
+             "gauge reported a fault, 4 not recorded because it sends without a press, 5 the "
+             "control cycle did not answer, 6 waiting for the journal, 7 discarded before it was "
+             "written; above 100 refused with the code minus 100, as in result_code",
+             [](GaugeSource s) { return static_cast<double>(s.gauge->outcome); }},
 };
 
 }  // namespace

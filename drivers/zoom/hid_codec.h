@@ -11,11 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "drivers/hid/hid_name.h"
 #include "firmware-like/lens/zoom_reading.h"
 
 namespace plumbline::zoom {
 
-inline constexpr int kMaxHidReportBytes = 64;  ///< full-speed USB, including the report id
+inline constexpr int kMaxHidReportBytes = hid::kMaxReportBytes;
 
 /// One value in a report: up to four bytes under a mask.
 struct HidField {

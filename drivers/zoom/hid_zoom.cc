@@ -1,11 +1,8 @@
 #include "drivers/zoom/hid_zoom.h"
 
 #include <fmt/format.h>
-#include <hidapi/hidapi.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include "drivers/zoom/registry.h"
@@ -31,10 +28,6 @@ constexpr ZoomOption kHidOptions[] = {
 
 using Report = std::array<std::uint8_t, kMaxHidReportBytes + 1>;
 
-int Milliseconds(double left_s) {
-  return std::max(1, static_cast<int>(std::ceil(1e3 * left_s)));
-}
-
 }  // namespace
 
 Result<std::unique_ptr<ZoomSensor>> HidZoom::Create(HidOptions options, Clock clock) {
@@ -49,36 +42,27 @@ Result<std::unique_ptr<ZoomSensor>> HidZoom::Create(HidOptions options, Clock cl
 
 HidZoom::HidZoom(HidOptions options, Clock clock) : options_(std::move(options)), clock_(clock) {}
 
-HidZoom::~HidZoom() {
-  if (device_ != nullptr) hid_close(device_);
+hid::HidName HidZoom::Name() const {
+  return {options_.profile.vendor_id, options_.profile.product_id, options_.serial};
 }
 
 ZoomResult HidZoom::Fail(ZoomResult result, const std::string& why) {
-  if (device_ != nullptr) hid_close(device_);
-  device_ = nullptr;
+  device_.Close();
   back_off_.Failed(clock_());
-  problem_ = fmt::format("{} (HID {:04X}:{:04X}{}{}): {}", options_.profile.name,
-                         options_.profile.vendor_id, options_.profile.product_id,
-                         options_.serial.empty() ? "" : ", serial ", options_.serial, why);
+  problem_ = fmt::format("{} ({}): {}", options_.profile.name, hid::NameText(Name()), why);
   return result;
 }
 
 bool HidZoom::Open() {
-  const std::wstring serial(options_.serial.begin(), options_.serial.end());
-  device_ = hid_open(static_cast<unsigned short>(options_.profile.vendor_id),
-                     static_cast<unsigned short>(options_.profile.product_id),
-                     serial.empty() ? nullptr : serial.c_str());
   has_received_ = false;
-  if (device_ != nullptr) return true;
-  Fail(ZoomResult::kLost,
-       "cannot be opened. Check that it is plugged in and that this user may open it: "
-       "ls -l /dev/hidraw* (the udev rule grants access to the group plumbline).");
+  if (device_.Open(Name())) return true;
+  Fail(ZoomResult::kLost, hid::kOpenRemedy);
   return false;
 }
 
 ZoomResult HidZoom::Read(lens::ZoomReading& reading) {
   const double deadline_s = clock_() + options_.timeout_s;
-  if (device_ == nullptr) {
+  if (!device_) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
   }
@@ -98,20 +82,20 @@ ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s,
                           lens::ZoomReading& reading) {
   Report report;
   int size = 0;
-  while ((size = hid_read_timeout(device_, report.data(), report.size(), 0)) > 0) {
+  while ((size = device_.Read(report, 0)) > 0) {
     if (clock_() > deadline_s) return Fail(ZoomResult::kProtocol, "sends reports without end");
   }
-  if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
+  if (size < 0) return Fail(ZoomResult::kLost, hid::kLostRemedy);
   for (const auto& send : exchange.send) {
-    if (hid_write(device_, send.data(), send.size()) < 0) {
+    if (!device_.Write(send)) {
       return Fail(ZoomResult::kLost, "a report cannot be sent. Check its cable.");
     }
   }
   for (;;) {
     const double left_s = deadline_s - clock_();
     if (left_s <= 0) return Fail(ZoomResult::kTimeout, "no answer in time");
-    size = hid_read_timeout(device_, report.data(), report.size(), Milliseconds(left_s));
-    if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
+    size = device_.Read(report, left_s);
+    if (size < 0) return Fail(ZoomResult::kLost, hid::kLostRemedy);
     if (size == 0) continue;
     switch (ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, reading)) {
       case HidAnswer::kRead:
@@ -121,7 +105,7 @@ ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s,
       case HidAnswer::kShort:
         return Fail(ZoomResult::kProtocol, fmt::format("an answer of {} bytes is too short", size));
       case HidAnswer::kNotReady:  // repeat the last report, which requests the data
-        if (hid_write(device_, exchange.send.back().data(), exchange.send.back().size()) < 0) {
+        if (!device_.Write(exchange.send.back())) {
           return Fail(ZoomResult::kLost, "a report cannot be sent. Check its cable.");
         }
         break;
@@ -137,9 +121,8 @@ ZoomResult HidZoom::Receive(const HidExchange& exchange, double deadline_s,
     const double left_s = deadline_s - clock_();
     const bool wait = !received_now && left_s > 0;
     Report report;
-    const int size =
-        hid_read_timeout(device_, report.data(), report.size(), wait ? Milliseconds(left_s) : 0);
-    if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
+    const int size = device_.Read(report, wait ? left_s : 0);
+    if (size < 0) return Fail(ZoomResult::kLost, hid::kLostRemedy);
     if (size == 0 && (!wait || clock_() >= deadline_s)) break;
     if (size == 0) continue;
     const HidAnswer answer =

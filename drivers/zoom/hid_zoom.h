@@ -4,11 +4,10 @@
 #include <memory>
 #include <string>
 
+#include "drivers/hid/hid_device.h"
 #include "drivers/zoom/hid_codec.h"
 #include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
-
-struct hid_device_;  // hidapi's hid_device
 
 namespace plumbline::zoom {
 
@@ -25,13 +24,13 @@ class HidZoom : public ZoomSensor {
  public:
   /// Fails for a profile with a fault and for a timeout outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(HidOptions options, Clock clock);
-  ~HidZoom() override;
 
   ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
   HidZoom(HidOptions options, Clock clock);
+  hid::HidName Name() const;
   bool Open();
   ZoomResult Query(const HidExchange& exchange, double deadline_s, lens::ZoomReading& reading);
   ZoomResult Receive(const HidExchange& exchange, double deadline_s, lens::ZoomReading& reading);
@@ -39,7 +38,7 @@ class HidZoom : public ZoomSensor {
 
   const HidOptions options_;
   const Clock clock_;
-  hid_device_* device_ = nullptr;
+  hid::HidDevice device_;
   BackOff back_off_;
   lens::ZoomReading received_;  ///< last report of an unsolicited device
   bool has_received_ = false;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace plumbline::status {
 
@@ -15,15 +16,37 @@ enum class GaugeState : std::uint16_t {
   kReconnecting = 3,  ///< the connection was lost
 };
 
+/// What became of the latest press.
+enum class GaugeOutcome : std::uint16_t {
+  kNone = 0,        ///< no press yet
+  kRecorded = 1,    ///< the journal has the row
+  kUnreadable = 2,  ///< data that are not of the format, so no reading
+  kFault = 3,       ///< the gauge reported a fault, so no reading
+  kContinuous = 4,  ///< not recorded: it sends without a press
+  kNoAnswer = 5,    ///< not recorded: the control cycle did not answer in time
+  kWaiting = 6,     ///< accepted, but not in the journal yet
+  kNotKept = 7,     ///< accepted, but discarded before it was in the journal
+  kRefused = 100,   ///< plus the correction::CorrectionCode with which the cycle refused it
+};
+
+/// The longest beginning of `text` that fits `size` bytes without splitting a UTF-8 character.
+constexpr std::string_view CutToSize(std::string_view text, std::size_t size) {
+  if (text.size() <= size) return text;
+  constexpr unsigned kMask = 0xC0, kContinuation = 0x80;
+  while (size > 0 && (static_cast<unsigned char>(text[size]) & kMask) == kContinuation) --size;
+  return text.substr(0, size);
+}
+
 /// One gauge. Times are monotonic.
 struct GaugeStatus {
-  static constexpr std::size_t kNameSize = 24;
+  static constexpr std::size_t kNameSize = 22;
   GaugeState state = GaugeState::kNone;
   std::uint16_t artefact = 0;          ///< in the cell's list, from 1
   std::array<char, kNameSize> name{};  ///< of the artefact, cut to this size, filled up with zeros
   double since_s = 0;                  ///< begin of the state
   std::optional<double> reading_m;     ///< the latest, recorded or not
   double reading_s = 0;                ///< its arrival
+  GaugeOutcome outcome = GaugeOutcome::kNone;
 };
 
 inline constexpr std::size_t kMaxGauges = 8;

@@ -615,7 +615,33 @@ TEST_CASE("a gauge takes the settings of its line from its format, unless they a
   CHECK(fault("[[gauge]]\nartefact = \"dial\"\ndevice = \"/dev/a\"\n[[gauge]]\nartefact = "
               "\"other\"\ndevice = \"/dev/a\"\n")
             .find("is used for two gauges") != std::string::npos);
-  CHECK(fault("[[gauge]]\nartefact = \"dial\"\n").find("device") != std::string::npos);
+  CHECK(fault("[[gauge]]\nartefact = \"dial\"\n").find("device: is missing") != std::string::npos);
+}
+
+TEST_CASE("a HID gauge is named by its USB ids, and types plain numbers unless configured") {
+  FaultList faults;
+  const auto read = [&](const std::string& keys) {
+    faults = {};
+    TomlDocument document(keys, "plumbline.toml", faults);
+    return GaugesFromToml(document.Root(), nullptr);
+  };
+  const std::string dial = "[[gauge]]\nartefact = \"dial\"\nkind = \"hid\"\n";
+  const auto gauges = read(dial + "usb_id = \"0fe7:4001\"\nserial = \"A1\"\n");
+  REQUIRE(gauges.size() == 1);
+  CHECK(gauges[0].connection.kind == gauge::GaugeKind::kHid);
+  CHECK(gauges[0].connection.hid == hid::HidName{0x0FE7, 0x4001, "A1"});
+  CHECK(gauges[0].connection.format->name == "plain");
+  const auto fault = [&](const std::string& keys) {
+    read(keys);
+    return FaultsText(faults);
+  };
+  CHECK_THAT(fault(dial), Catch::Contains("usb_id: is missing; lsusb shows it"));
+  CHECK_THAT(fault(dial + "usb_id = \"4001\"\n"), Catch::Contains("is not of the form 0fe7:4001"));
+  CHECK_THAT(fault(dial + "usb_id = \"0fe7:4001\"\nbaud = 9600\n"),
+             Catch::Contains("is for kind = \"serial\" only: remove it"));
+  CHECK_THAT(fault(dial + "usb_id = \"0fe7:4001\"\n[[gauge]]\nartefact = \"other\"\nkind = "
+                          "\"hid\"\nusb_id = \"0FE7:4001\"\n"),
+             Catch::Contains("is used for two gauges; distinguish them by `serial`"));
 }
 
 TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the defaults") {

@@ -682,11 +682,15 @@ TEST_CASE("the button of a gauge makes a probe, which is journalled and logged")
   dial.Send("-0.125 mm\r\n");
   CHECK(station.daemon.Awaits("gauge dial: -0.1250 mm recorded"));
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 1; }));
+  const auto outcome = [&] { return station.plc.Read(1119, 1).Word(0); };
+  CHECK(Eventually([&] { return outcome() == 1; }));
   dial.Send("-0.1x5 mm\r\n");
   CHECK(station.daemon.Awaits("gauge dial: not recorded: "));
+  CHECK(Eventually([&] { return outcome() == 2; }));
   plumbline::SleepSeconds(0.5);
   dial.Send("600 mm\r\n");
   CHECK(station.daemon.Awaits("gauge dial: 600.0000 mm not recorded"));
+  CHECK(Eventually([&] { return outcome() > 100; }));
   const auto rows = station.Journal();
   REQUIRE(rows.size() == 1);
   CHECK(rows[0].source == plumbline::journal::JournalRow::Source::kGauge);

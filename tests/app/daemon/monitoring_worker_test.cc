@@ -57,6 +57,15 @@ struct Working {
     REQUIRE(Eventually([this] { return Recording(); }));
   }
 
+  void Press(std::uint32_t number, int joints = test::HeavyArm().robot.size()) {
+    CycleEvent event;
+    event.probe.by_gauge = true;
+    event.probe.gauge_m = 1e-4;
+    event.probe.q = model::JointVector::Zero(joints);
+    event.model_version = 1;
+    event.gauge_press = number;
+    mailboxes.queue.Push(event);
+  }
   void Probe(const Vec3& residual_m = Vec3::Zero(), bool quarantined = false) {
     CycleEvent event;
     event.probe.measured_W = residual_m;
@@ -127,6 +136,23 @@ TEST_CASE("while a probe waits for a journal that cannot be written, no more are
   CHECK(Working::Eventually([&] { return working.Recording(); }));
   CHECK(working.Recorded() == 1);
   CHECK(working.Logged("journal works again"));
+}
+
+TEST_CASE("a press counts as recorded only when the journal has its row") {
+  Working working;
+  GaugeMailbox& gauges = working.mailboxes.gauges;
+  {
+    const sqlite::Database locked = LockedJournal(working);
+    working.Press(7);
+    CHECK(Working::Eventually([&] { return !working.Recording(); }));
+    CHECK(gauges.taken == 0);
+  }
+  CHECK(Working::Eventually([&] { return gauges.taken == 7; }));
+  CHECK(gauges.dropped == 0);
+  CHECK(Working::Eventually([&] { return working.Recorded() == 1; }));
+  working.Press(8, 3);  // of another arm
+  CHECK(Working::Eventually([&] { return gauges.taken == 8; }));
+  CHECK(gauges.dropped == 8);
 }
 
 TEST_CASE("a journal that is moved away keeps its rows, and a new one is created") {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
 #include "app/text/json_text.h"
 #include "tests/app/cli/shell.h"
@@ -96,6 +97,18 @@ TEST_CASE("a camera that is not connected is a fault with a remedy") {
   CHECK(camera->health == Health::kFault);
   CHECK_THAT(camera->finding, Catch::Contains("NO-SUCH-SERIAL"));
   CHECK_THAT(camera->remedy, Catch::Contains("plumbline cameras"));
+}
+
+TEST_CASE("a HID gauge that is not connected is a fault with a remedy") {
+  config::GaugeConfig gauge;
+  gauge.artefact = "dial";
+  gauge.connection.kind = gauge::GaugeKind::kHid;
+  gauge.connection.hid = {0xF00D, 0x2F03, ""};
+  const CheckResult found = CheckGauge(gauge, AccountByName("root"));
+  CHECK(found.health == Health::kFault);
+  CHECK(found.subject == "gauge dial");
+  CHECK(found.finding == "HID F00D:2F03 is not connected");
+  CHECK_THAT(found.remedy, Catch::Contains("lsusb"));
 }
 
 TEST_CASE("free space, file system and existence of the state directory are checked") {

@@ -6,6 +6,7 @@
 
 #include "app/config/cell_reader.h"
 #include "app/plan/plan_text.h"
+#include "firmware-like/kinematics/chain.h"
 
 namespace plumbline::measurement_plan_test {
 
@@ -74,6 +75,49 @@ TEST_CASE("a plan on artefacts touches them") {
   CHECK_THAT(PlanMeasurements(cell, task).error(), Catch::Contains("its place is unknown"));
   cell.artefacts[0].place = Vec3(9, 0, 0);
   CHECK_THAT(PlanMeasurements(cell, task).error(), Catch::Contains("only 0 safe postures"));
+}
+
+TEST_CASE("a plan is for one tool, and names tool, item and payload of every row") {
+  model::CellModel cell = Ur10();
+  cell.tool.number = 1;
+  model::Tool longer = cell.tool;
+  longer.number = 2;
+  longer.rigid = true;
+  longer.segments.clear();
+  longer.tcp_F = Vec3(0, 0, 0.4);
+  cell.further_tools = {longer};
+  cell.payload_items = {{.number = 3, .mass_kg = 2, .cog_F = Vec3(0, 0, 0.1)}};
+  PlanTask task = Small();
+  const auto first = PlanMeasurements(cell, task);
+  INFO((first ? "" : first.error()));
+  REQUIRE(first);
+  CHECK(LoadText(first->rows[0]) == "tool 1, no payload item");
+  task.tool_number = 2;
+  task.payload_items = {0, 3};
+  const auto second = PlanMeasurements(cell, task);
+  INFO((second ? "" : second.error()));
+  REQUIRE(second);
+  int with_item = 0;
+  const kinematics::Chain chain(cell.robot);
+  for (const PlannedRow& row : second->rows) {
+    CHECK(row.tool_number == 2);
+    with_item += row.payload_item == 3 ? 1 : 0;
+    kinematics::Posture posture;
+    chain.Evaluate(row.q, posture);
+    CHECK((row.X_WT.p - cell.robot.X_WB * (posture.X_BF() * longer.tcp_F)).norm() < 1e-9);
+  }
+  CHECK(with_item > 0);
+  CHECK(with_item < 12);
+  CHECK_THAT(PlanCsv(*second, cell.robot.joints), Catch::Contains(",tool,payload_item\n"));
+  CHECK_THAT(UrScript(*second), Catch::Contains("measure with tool 2, payload item 3, then"));
+  CHECK_THAT(PointList(*second, cell.robot.joints), Catch::Contains("\ttool 2, no payload item\n"));
+  task.tool_number = 5;
+  CHECK_THAT(PlanMeasurements(cell, task).error(),
+             Catch::Contains("has no [[tool]] with number = 5"));
+  task.tool_number = 2;
+  task.payload_items = {4};
+  CHECK_THAT(PlanMeasurements(cell, task).error(),
+             Catch::Contains("has no [[payload.item]] with number = 4"));
 }
 
 TEST_CASE("singular postures, the floor and the arm itself are avoided") {

@@ -140,4 +140,18 @@ TEST_CASE("dv stream camera: no FIFO, no path, no DV: the remedy is reported") {
   CHECK_THAT(std::string(dv.camera->problem()), Catch::Contains("block 20 of sequence 0"));
 }
 
+TEST_CASE("dv stream camera: data without frames are reported as unreadable, not as silence") {
+  Camcorder dv;
+  dv.Make({.fifo = dv.fifo});
+  dv.Start();
+  dv.Write(Bytes(300'000, 0x55));
+  CameraResult result = CameraResult::kNoFrame;
+  for (int k = 0; k < 100 && result == CameraResult::kNoFrame; ++k) {
+    result = dv.camera->Read(0.02, dv.frame);
+  }
+  CHECK(result == CameraResult::kUnusable);
+  CHECK_THAT(std::string(dv.camera->problem()), Catch::Contains("unreadable data: no DV frame in"));
+  CHECK(dv.camera->Read(0.02, dv.frame) == CameraResult::kNoFrame);  // reported once
+}
+
 }  // namespace plumbline::dv_stream_camera_test

@@ -1,8 +1,7 @@
-#include "drivers/gauge/serial_gauge.h"
-
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "drivers/gauge/gauge.h"
 #include "tests/drivers/gauge/fake_gauge.h"
 
 namespace plumbline::serial_gauge_test {
@@ -11,14 +10,14 @@ using namespace plumbline::gauge;
 
 namespace {
 
-SerialGauge GaugeAt(const std::string& device, const char* format,
-                    GaugeUnit unit = GaugeUnit::kMillimetre) {
+Gauge GaugeAt(const std::string& device, const char* format,
+              GaugeUnit unit = GaugeUnit::kMillimetre) {
   const GaugeFormat* const found = FindGaugeFormat(format);
-  return SerialGauge({device, found, found->line, unit});
+  return Gauge({.device = device, .line = found->line, .hid = {}, .format = found, .unit = unit});
 }
 
 /// Waits until the line has been silent after the connection.
-void Settle(SerialGauge& gauge) {
+void Settle(Gauge& gauge) {
   double reading_m = 0;
   for (int k = 0; k < 5; ++k) REQUIRE(gauge.Read(0.06, reading_m) == GaugeResult::kNothing);
 }
@@ -27,7 +26,7 @@ void Settle(SerialGauge& gauge) {
 
 TEST_CASE("each press is one reading in metres, however its bytes arrive") {
   const test::FakeGauge device;
-  SerialGauge gauge = GaugeAt(device.device(), "mitutoyo");
+  Gauge gauge = GaugeAt(device.device(), "mitutoyo");
   Settle(gauge);
   double reading_m = 0;
   CHECK(gauge.Read(0, reading_m) == GaugeResult::kNothing);
@@ -43,7 +42,7 @@ TEST_CASE("each press is one reading in metres, however its bytes arrive") {
 
 TEST_CASE("a line whose beginning may be lost is discarded: after connecting, and after a pause") {
   const test::FakeGauge device;
-  SerialGauge gauge = GaugeAt(device.device(), "plain");
+  Gauge gauge = GaugeAt(device.device(), "plain");
   double reading_m = 0;
   REQUIRE(gauge.Read(0, reading_m) == GaugeResult::kNothing);  // connects
   device.Send("2.5\r\n");                                      // of 12.5
@@ -51,7 +50,11 @@ TEST_CASE("a line whose beginning may be lost is discarded: after connecting, an
   Settle(gauge);
   device.Send("12.");  // the rest is lost
   CHECK(gauge.Read(0.1, reading_m) == GaugeResult::kNothing);
-  Settle(gauge);
+  CHECK(gauge.Read(0.25, reading_m) == GaugeResult::kUnreadable);
+  CHECK(std::string(gauge.problem())
+            .find("unreadable data: \"12.\", to which no end of a line was received, is not") !=
+        std::string::npos);
+  Settle(gauge);           // reported once
   device.Send("345\r\n");  // not a line of its own
   CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kUnreadable);
   CHECK(std::string(gauge.problem()).find("a line was interrupted") != std::string::npos);
@@ -62,7 +65,7 @@ TEST_CASE("a line whose beginning may be lost is discarded: after connecting, an
 
 TEST_CASE("a gauge that never pauses is reported, not read") {
   const test::FakeGauge device;
-  SerialGauge gauge = GaugeAt(device.device(), "plain");
+  Gauge gauge = GaugeAt(device.device(), "plain");
   double reading_m = 0;
   GaugeResult result = GaugeResult::kNothing;
   for (int k = 0; k < 60 && result == GaugeResult::kNothing; ++k) {
@@ -76,7 +79,7 @@ TEST_CASE("a gauge that never pauses is reported, not read") {
 
 TEST_CASE("the unit of the line outranks the configured one, which applies where none is sent") {
   const test::FakeGauge device;
-  SerialGauge gauge = GaugeAt(device.device(), "plain", GaugeUnit::kInch);
+  Gauge gauge = GaugeAt(device.device(), "plain", GaugeUnit::kInch);
   Settle(gauge);
   double reading_m = 0;
   device.Send("0.1\r");
@@ -89,7 +92,7 @@ TEST_CASE("the unit of the line outranks the configured one, which applies where
 
 TEST_CASE("faults and unreadable lines are reported with the line and the remedy") {
   const test::FakeGauge device;
-  SerialGauge gauge = GaugeAt(device.device(), "sylvac");
+  Gauge gauge = GaugeAt(device.device(), "sylvac");
   Settle(gauge);
   double reading_m = 0;
   device.Send("ERR3\r");
@@ -99,15 +102,39 @@ TEST_CASE("faults and unreadable lines are reported with the line and the remedy
   device.Send("\x01garbage\r");
   REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kUnreadable);
   CHECK(std::string(gauge.problem())
-            .find("\"?garbage\" is not a line of the format \"sylvac\" at "
-                  "4800 7E2") != std::string::npos);
+            .find("\"?garbage\" is not a line of the format \"sylvac\"; check `format`, `baud` "
+                  "and `parity` of [[gauge]] (now 4800 7E2)") != std::string::npos);
+}
+
+TEST_CASE("data without the end of a line are reported once, not taken for silence") {
+  const test::FakeGauge device;
+  Gauge gauge = GaugeAt(device.device(), "plain");
+  Settle(gauge);
+  double reading_m = 0;
+  const auto count_reports = [&] {
+    int reports = 0;
+    for (int k = 0; k < 4; ++k) {
+      device.Send(std::string(40, '\xF5'));
+      reports += gauge.Read(0.1, reading_m) == GaugeResult::kUnreadable ? 1 : 0;
+    }
+    return reports;
+  };
+  CHECK(count_reports() == 1);
+  CHECK(std::string(gauge.problem())
+            .find("unreadable data: \"????????????????????????...\", which goes on without the end "
+                  "of a line, is not a line of the format \"plain\"") != std::string::npos);
+  CHECK(count_reports() == 0);
+  device.Send("\r\n");
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kUnreadable);
+  device.Send("0.5\r\n");
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
 }
 
 TEST_CASE("a gauge that is unplugged is found again under its name") {
   auto device = std::make_unique<test::FakeGauge>();
   const std::string link = "/tmp/plumbline_gauge_" + std::to_string(getpid());
   REQUIRE(symlink(device->device().c_str(), link.c_str()) == 0);
-  SerialGauge gauge = GaugeAt(link, "plain");
+  Gauge gauge = GaugeAt(link, "plain");
   Settle(gauge);
   device.reset();
   double reading_m = 0;

@@ -539,13 +539,16 @@ TEST_CASE("gauges: state, latest reading with its age, and name") {
   CHECK(read("gauge_age", 1) == 4294967295);
   CHECK(read("gauge_name_1", 1) == 0x6469);
   CHECK(read("gauge_name_2", 1) == 0x6100);
-  CHECK(read("gauge_name_12", 1) == 0);
+  CHECK(read("gauge_name_11", 1) == 0);
+  CHECK(read("gauge_outcome", 1) == 0);
   gauge.state = status::GaugeState::kReconnecting;
   gauge.reading_m = -1.25e-4;
   gauge.reading_s = 98.75;
   CHECK(read("gauge_state", 1) == 3);
   CHECK(read("gauge_reading", 1) == Approx(-0.125));
   CHECK(read("gauge_age", 1) == 1250);
+  gauge.outcome = status::GaugeOutcome::kRecorded;
+  CHECK(read("gauge_outcome", 1) == 1);
 }
 
 TEST_CASE("virtual objects: interference, smallest distance and stale status") {
