@@ -143,10 +143,13 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {
   // Only the outermost corners: 99.6 % would be printed as all of the image.
   const double share = std::min(100 * UsableShare(lens), 99.0);
+  const std::string rest = std::isfinite(beyond_px)
+                               ? fmt::format("uncertain by up to {:.2g} px", beyond_px)
+                               : std::string("unknown");
   return fmt::format(
       "usable up to {:.0f} px from the middle of the image, which is {:.0f} % of its area; in the "
-      "rest the projection is uncertain by up to {:.2g} px: {}",
-      std::floor(lens.usable_radius_px), share, beyond_px, advice);
+      "rest the projection is {}: {}",
+      std::floor(lens.usable_radius_px), share, rest, advice);
 }
 
 }  // namespace plumbline::lens

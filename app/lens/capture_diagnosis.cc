@@ -9,6 +9,7 @@
 #include "app/lens/capture_candidates.h"
 #include "app/lens/capture_change.h"
 #include "app/lens/rival_difference.h"
+#include "app/lens/unproved_effects.h"
 
 namespace plumbline::lens {
 namespace {
@@ -22,8 +23,6 @@ constexpr double kClearEvidence = 10;    // advantage of the best cause over ano
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
 constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
-constexpr double kPriorOdds = 1;            // of an effect: even, as nothing is known of it
-constexpr double kNegligible = 1e-3;        // probability
 constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 
@@ -41,62 +40,16 @@ double Criterion(const RivalResult& result, double dispersion) {
          result.prior_chi2 / dispersion + result.parameters * std::log(n);
 }
 
-/// The candidates that the score tests cover, with one linear step each.
-struct ScoredCandidates {
-  std::vector<Candidate> candidates;
-  std::vector<ScoreTest> tests;
-};
-
-ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const RivalResult& plain,
-                              const std::vector<Candidate>& candidates) {
-  ScoredCandidates scored;
-  std::vector<Rival> rivals;
-  for (Candidate candidate : candidates) {
-    if (candidate.always) continue;
-    // Without thickness, the tilt of a window has no effect.
-    if (candidate.cause == CaptureCause::kWindowPane) candidate.rival.global = {kPaneZ};
-    rivals.push_back(candidate.rival);
-    scored.candidates.push_back(std::move(candidate));
-  }
-  scored.tests = problem.ScoreTests(rivals, plain);
-  return scored;
-}
-
 /// Whether a score test, or the shape of the pixels, raises a doubt about the plain model.
 bool Doubtful(const RivalResult& plain, const ScoredCandidates& scored) {
   if (std::abs(plain.shared[kFy] / plain.shared[kFx] - 1) > kUsualAspect) return true;
   for (std::size_t k = 0; k < scored.tests.size(); ++k) {
-    const Rival& rival = scored.candidates[k].rival;
+    const Rival& rival = scored.tests[k].rival;
     const auto freedom =
         static_cast<double>(rival.global.size() + rival.local.size() * plain.X_CK.size());
     if (scored.tests[k].decrease > freedom + kMaxScore * std::sqrt(2 * freedom)) return true;
   }
   return false;
-}
-
-/// Root mean square difference to the lens of an effect of the whole capture that the residuals
-/// neither show nor exclude: sqrt(P) times the difference of its lens, with P its probability,
-///   P / (1 - P) = o exp(decrease / (2 d) - occam)
-/// o the odds before the capture and d the ratio of the residuals' variance to the corners' noise
-/// [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The largest over all effects.
-RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const RivalResult& plain,
-                            double noise_px, image::ImageSize size) {
-  RadiusErrors largest{};
-  const double variance = plain.square_sum_px2 / std::max(1, plain.observations);
-  const double dispersion = std::max(1.0, variance / (noise_px * noise_px));
-  for (std::size_t k = 0; k < scored.tests.size(); ++k) {
-    const auto& [cause, rival, always] = scored.candidates[k];
-    const ScoreTest& test = scored.tests[k];
-    if (!rival.local.empty()) continue;
-    const double odds =
-        kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / dispersion - test.occam));
-    const double probability = odds / (1 + odds);
-    if (probability < kNegligible) continue;
-    RadiusErrors errors = LensDifferences(LensFromShared(plain.shared), rival, test.result, size);
-    for (double& error : errors) error *= std::sqrt(probability);
-    IncludeErrors(cause, errors, largest);
-  }
-  return largest;
 }
 
 /// Whether one explanation contains the parameters of another one.
@@ -196,13 +149,19 @@ struct CaptureViews {
 
 /// The lens by a fitted explanation.
 CaptureDiagnosis::Adopted AdoptedBy(const RivalProblem& problem, const Rival& rival,
-                                    const RivalResult& result) {
+                                    const RivalResult& result, double noise_px,
+                                    image::ImageSize size) {
+  std::vector<Candidate> candidates = ConstantCandidates();
+  if (!rival.global.empty() && rival.global.back() >= kFree) {  // the board is free already
+    std::erase_if(candidates, [](const Candidate& candidate) { return IsBoard(candidate.cause); });
+  }
   return {LensOfRival(rival.fisheye, result.shared, result.extra),
           problem.PrecisionOf(rival, result),
           result.shared.segment<3>(kBowX),
           std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
           problem.Linearized(rival, result),
-          {}};
+          UnprovedErrors(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
+                         size)};
 }
 
 /// The lens with a free board. The errors of the print count as noise until its points are free, so
@@ -220,7 +179,7 @@ std::optional<CaptureDiagnosis::Adopted> AdoptedWithFreeBoard(const CaptureViews
   const RivalProblem finer = capture.Problem(noise_px);
   const RivalResult result = finer.Fit(board, first);
   if (!result.converged) return std::nullopt;
-  return AdoptedBy(finer, board, result);
+  return AdoptedBy(finer, board, result, noise_px, capture.size);
 }
 
 /// @param others  explanations that the residuals do not exclude either
@@ -235,7 +194,8 @@ std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
         adopted.push_back(std::move(*one));
     }
   } else if (LeavesOneLens(first.finding.cause)) {
-    adopted.push_back(AdoptedBy(problem, first.rival, first.result));
+    adopted.push_back(
+        AdoptedBy(problem, first.rival, first.result, capture.consistency.noise_px, capture.size));
   }
   for (CaptureDiagnosis::Adopted& one : adopted) {
     for (const Attempt* other : others) {
@@ -248,8 +208,9 @@ std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
   return adopted;
 }
 
-/// Adds the explanations that the residuals do not exclude. One that contains a better one is not
-/// listed, since it names no other cause, but its lens remains as credible.
+/// Adds the explanations that the residuals do not exclude. One of the same cause as a better one,
+/// or that contains a better one, is not listed, since it names no other cause; but its lens
+/// remains as credible.
 /// @return  those beside the first
 std::vector<const Attempt*> AddFindings(const Attempts& attempts, const Lens& plain,
                                         image::ImageSize size, CaptureDiagnosis& diagnosis) {
@@ -261,10 +222,9 @@ std::vector<const Attempt*> AddFindings(const Attempts& attempts, const Lens& pl
     const bool same = std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
       return better->finding.cause == found.cause;
     });
-    if (same) continue;
     const RadiusErrors error_px = LensDifferences(plain, attempt.rival, attempt.result, size);
     if (&attempt != &first) others.push_back(&attempt);
-    if (std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
+    if (same || std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
           return Contains(attempt.rival, better->rival);
         })) {
       IncludeErrors(found.cause, error_px, diagnosis.unproved_px);
@@ -326,8 +286,8 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   const RivalResult plain = problem.Fit({});
   if (!plain.converged) return diagnosis;
   const std::vector<Candidate> constant = ConstantCandidates();
-  const ScoredCandidates scored = ScoreTestsOf(problem, plain, constant);
-  diagnosis.unproved_px = UnprovedErrors(scored, plain, consistency.noise_px, size);
+  const ScoredCandidates scored = ScoreTestsOf(problem, {}, plain, constant);
+  diagnosis.unproved_px = UnprovedErrors(scored, {}, plain, consistency.noise_px, size);
   if (!force && !Doubtful(plain, scored)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
   Attempts attempts(problem, plain, views);

@@ -16,6 +16,7 @@ constexpr double kConverged = 2e-4;     // relative decrease of the cost
 constexpr double kSquareAspect = 3e-4;  // standard deviation of fx / fy of an unscaled sensor
 constexpr double kFreeAspect = 0.1;
 constexpr double kFisheyeDistortion = 0.3;
+constexpr double kRationalDistortion = 2;  // of each term at the corners of the image
 
 /// Every point, or those of a diagonal pattern.
 std::vector<std::size_t> Thinned(const Board& board) {
@@ -32,6 +33,11 @@ Mat3 Turn(const Vec3& w) {
   const double angle = w.norm();
   return angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix()
                    : Mat3(Mat3::Identity());
+}
+
+bool IsRational(const Rival& rival) {
+  return !rival.fisheye &&
+         std::find(rival.global.begin(), rival.global.end(), kK4) != rival.global.end();
 }
 
 /// Parameters that all views share.
@@ -95,6 +101,17 @@ bool RivalProblem::ResidualsOf(std::size_t j, const Rival& rival, const SharedVe
   return true;
 }
 
+/// Prior of the extra parameters. A lens that needs a denominator may have a large one, which its
+/// numerator nearly cancels.
+ExtraVector RivalProblem::DeviationsOf(const Rival& rival) const {
+  ExtraVector deviations = deviations_;
+  if (!IsRational(rival)) return deviations;
+  const double corner = 0.5 * std::hypot(size_.width, size_.height) / start_.shared[kFy];
+  for (int k = 0; k < 3; ++k)
+    deviations[kK4 + k] = kRationalDistortion / std::pow(corner, 2 * k + 2);
+  return deviations;
+}
+
 SharedMatrix RivalProblem::PriorInformation(const Rival& rival, const SharedVector& shared,
                                             SharedVector& mean) const {
   LensPrior prior;
@@ -102,6 +119,11 @@ SharedMatrix RivalProblem::PriorInformation(const Rival& rival, const SharedVect
   SharedVector sd = PriorDeviations(prior, declared_, size_, shared[kFy]);
   if (rival.fisheye) {
     for (const int k : {kK1, kK2, kK3}) sd[k] = kFisheyeDistortion;
+  } else if (IsRational(rival)) {
+    const ExtraVector deviations = DeviationsOf(rival);
+    sd[kK1] = std::hypot(sd[kK1], deviations[kK4]);
+    sd[kK2] = std::hypot(sd[kK2], deviations[kK5]);
+    sd[kK3] = std::hypot(sd[kK3], deviations[kK6]);
   }
   mean.setZero();
   mean[kCx] = 0.5 * (size_.width - 1);
@@ -114,8 +136,9 @@ double RivalProblem::PriorCost(const Rival& rival, const RivalResult& at) const 
   const SharedMatrix information = PriorInformation(rival, at.shared, mean);
   const SharedVector away = at.shared - mean;
   double chi2 = away.dot(information * away);
-  chi2 += at.extra.cwiseQuotient(deviations_).squaredNorm();
-  for (const ExtraVector& local : at.local) chi2 += local.cwiseQuotient(deviations_).squaredNorm();
+  const ExtraVector deviations = DeviationsOf(rival);
+  chi2 += at.extra.cwiseQuotient(deviations).squaredNorm();
+  for (const ExtraVector& local : at.local) chi2 += local.cwiseQuotient(deviations).squaredNorm();
   return chi2;
 }
 
@@ -141,12 +164,13 @@ RivalProblem::NormalEquations RivalProblem::NormalEquationsOf(
   const Eigen::Index common = kSharedCount + static_cast<Eigen::Index>(extras.size());
   const double noise2 = noise_px_ * noise_px_;
   NormalEquations normal{Eigen::MatrixXd::Zero(common, common), Eigen::VectorXd::Zero(common), {}};
+  const ExtraVector deviations = DeviationsOf(rival);
   SharedVector mean;
   const SharedMatrix information = PriorInformation(rival, at.shared, mean);
   normal.H.topLeftCorner<kSharedCount, kSharedCount>() = noise2 * information;
   normal.g.head<kSharedCount>() = noise2 * information * (at.shared - mean);
   for (std::size_t k = 0; k < extras.size(); ++k) {
-    const double weight = noise2 / std::pow(deviations_[extras[k]], 2);
+    const double weight = noise2 / std::pow(deviations[extras[k]], 2);
     normal.H(kSharedCount + k, kSharedCount + k) += weight;
     normal.g[kSharedCount + k] += weight * at.extra[extras[k]];
   }
@@ -155,7 +179,7 @@ RivalProblem::NormalEquations RivalProblem::NormalEquationsOf(
     OwnEquations own{block.own.transpose() * block.own, block.own.transpose() * block.common,
                      block.own.transpose() * block.residuals};
     for (std::size_t k = 0; k < rival.local.size(); ++k) {
-      const double weight = noise2 / std::pow(deviations_[rival.local[k]], 2);
+      const double weight = noise2 / std::pow(deviations[rival.local[k]], 2);
       own.A(6 + k, 6 + k) += weight;
       own.a[6 + k] += weight * at.local[j][rival.local[k]];
     }

@@ -42,8 +42,10 @@ struct RivalPrecision {
   std::vector<double> view_rms_px;  ///< per coordinate
 };
 
-/// What one linear step from a fit without extra parameters says about a rival.
+/// What one linear step from a fit says about a rival whose parameters are added to those of the
+/// fit.
 struct ScoreTest {
+  Rival rival;  ///< with the parameters of the fit
   /// Decrease of the sum of squares, in units of noise_px^2, less the cost of the priors.
   double decrease = 0;
   /// ln det(D S D) / 2, with S the information on the extra parameters, the others eliminated, and
@@ -52,7 +54,19 @@ struct ScoreTest {
   double occam = 0;
   /// The fit after the step, without the views; only of global parameters.
   RivalResult result;
+  /// Of the lens parameters with the rival's, for corner errors of the noise's size.
+  LensCovariance covariance = LensCovariance::Zero();
+  /// Of the last local parameter: standard deviation in one view for such errors, the median; and
+  /// variance of its values in units of that. A view with wrong corners counts as at most three
+  /// standard deviations.
+  double local_deviation = 0, local_square = 0;
+  /// Variance of the residuals of the fit in units of noise_px^2: the median over the views.
+  double view_dispersion = 0;
 };
+
+/// The lens parameters' part of a covariance of the common parameters, which are SharedVector and
+/// then the global parameters of the rival.
+LensCovariance LensCovarianceIn(const Rival& rival, const Eigen::MatrixXd& covariance);
 
 /// The views of one capture, prepared for the fits of several rivals.
 class RivalProblem {
@@ -73,10 +87,10 @@ class RivalProblem {
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
-  /// One linear step for each rival; courses are ignored. Empty if a point is not in front of the
-  /// camera.
-  std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals,
-                                    const RivalResult& plain) const;
+  /// One linear step for each rival from the fit of `base`; courses are ignored. Empty if a point
+  /// is not in front of the camera.
+  std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
+                                    const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }
 
  private:
@@ -116,6 +130,7 @@ class RivalProblem {
                    const ExtraVector& extra, const Pose& X_CK, Eigen::VectorXd& residuals) const;
   SharedMatrix PriorInformation(const Rival& rival, const SharedVector& shared,
                                 SharedVector& mean) const;
+  ExtraVector DeviationsOf(const Rival& rival) const;
   double PriorCost(const Rival& rival, const RivalResult& at) const;
 
   image::ImageSize size_;

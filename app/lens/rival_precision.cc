@@ -38,18 +38,6 @@ int LensParameterOf(const Rival& rival, int common) {
   }
 }
 
-/// The lens parameters' part of the covariance of the common parameters.
-LensCovariance LensCovarianceIn(const Rival& rival, const Eigen::MatrixXd& covariance) {
-  LensCovariance of_lens = LensCovariance::Zero();
-  for (int i = 0; i < covariance.rows(); ++i) {
-    for (int k = 0; k < covariance.cols(); ++k) {
-      const int a = LensParameterOf(rival, i), b = LensParameterOf(rival, k);
-      if (a >= 0 && b >= 0) of_lens(a, b) = covariance(i, k);
-    }
-  }
-  return of_lens;
-}
-
 /// Energy of a view's residuals in the space of its derivatives, and the dimension of that space.
 std::pair<double, Eigen::Index> Explained(const Eigen::MatrixXd& own, const Eigen::MatrixXd& common,
                                           const Eigen::VectorXd& residuals) {
@@ -84,6 +72,17 @@ double CommonVariance(const std::vector<Eigen::VectorXd>& residuals,
 }
 
 }  // namespace
+
+LensCovariance LensCovarianceIn(const Rival& rival, const Eigen::MatrixXd& covariance) {
+  LensCovariance of_lens = LensCovariance::Zero();
+  for (int i = 0; i < covariance.rows(); ++i) {
+    for (int k = 0; k < covariance.cols(); ++k) {
+      const int a = LensParameterOf(rival, i), b = LensParameterOf(rival, k);
+      if (a >= 0 && b >= 0) of_lens(a, b) = covariance(i, k);
+    }
+  }
+  return of_lens;
+}
 
 RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& at) const {
   RivalPrecision precision;

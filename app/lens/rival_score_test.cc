@@ -4,27 +4,42 @@
 #include <cmath>
 
 #include "app/lens/rival_fit.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
 namespace {
 
-/// One linear step of the fit, for any choice of the columns of all rivals.
+constexpr double kMaxDeviations = 3;  // of one view
+
+/// What a step is subject to beside the corners, times the squared noise.
+struct StepPrior {
+  SharedMatrix information;  ///< about the shared parameters
+  SharedVector score;        ///< half the derivative of the priors' cost by them
+  ExtraVector weights;       ///< information about each extra parameter
+};
+
+/// The fit's parameters and those of the rival.
+Rival Joined(const Rival& base, const Rival& added) {
+  Rival joined = base;
+  const auto append = [](const std::vector<int>& from, std::vector<int>& to) {
+    for (const int k : from) {
+      if (std::find(to.begin(), to.end(), k) == to.end()) to.push_back(k);
+    }
+  };
+  append(added.global, joined.global);
+  append(added.local, joined.local);
+  return joined;
+}
+
+/// One linear step from a fit, for any choice of the columns of all rivals.
 class LinearStep {
  public:
-  /// @param prior          information about the shared parameters, times the squared noise
-  /// @param prior_weights  likewise of each extra parameter
-  LinearStep(const std::vector<Rival>& rivals, const SharedMatrix& prior,
-             const ExtraVector& prior_weights)
-      : place_(kExtraCount, -1), prior_(prior), prior_weights_(prior_weights) {
-    for (const Rival& rival : rivals) {
-      for (const auto* list : {&rival.global, &rival.local}) {
-        for (const int k : *list) {
-          if (place_[k] >= 0) continue;
-          place_[k] = 6 + kSharedCount + static_cast<int>(all_.global.size());
-          all_.global.push_back(k);
-        }
-      }
-    }
+  LinearStep(const std::vector<Rival>& rivals, const Rival& base, const RivalResult& at)
+      : at_(at), place_(kExtraCount, -1) {
+    all_.fisheye = base.fisheye;
+    all_.free_aspect = base.free_aspect;
+    AddColumns(base);
+    for (const Rival& rival : rivals) AddColumns(rival);
   }
 
   /// All columns of all rivals, as one rival.
@@ -34,87 +49,167 @@ class LinearStep {
   void AddView(const Eigen::MatrixXd& J, const Eigen::VectorXd& residuals) {
     squares_.emplace_back(J.transpose() * J);
     scores_.emplace_back(J.transpose() * residuals);
+    const auto used = (residuals.array() != 0).count();
+    variances_.push_back(residuals.squaredNorm() / std::max(1.0, static_cast<double>(used)));
   }
 
-  /// A step in the poses, the shared parameters and those of the rival from `plain`; the decrease
-  /// is that of the cost.
-  ScoreTest Step(const Rival& rival, const RivalResult& plain) const;
+  /// A step in the poses, the shared parameters and those of the rival; the decrease is that of the
+  /// cost.
+  /// @param added  number of the last global parameters that the fit lacks
+  ScoreTest Step(const Rival& rival, std::size_t added, const StepPrior& prior) const;
 
  private:
+  /// Normal equations of a view's own parameters: A step = -a.
+  struct OwnSystem {
+    Eigen::MatrixXd A;
+    Eigen::VectorXd a;
+  };
+  OwnSystem OwnOf(std::size_t j, const std::vector<int>& own, const Rival& rival,
+                  const StepPrior& prior) const;
+  void AddColumns(const Rival& rival) {
+    for (const auto* list : {&rival.global, &rival.local}) {
+      for (const int k : *list) {
+        if (place_[k] >= 0) continue;
+        place_[k] = 6 + kSharedCount + static_cast<int>(all_.global.size());
+        all_.global.push_back(k);
+      }
+    }
+  }
+
+  const RivalResult& at_;
   Rival all_;
   std::vector<int> place_;  ///< column of each extra parameter; -1: none
-  SharedMatrix prior_;
-  ExtraVector prior_weights_;
   std::vector<Eigen::MatrixXd> squares_;
   std::vector<Eigen::VectorXd> scores_;
+  std::vector<double> variances_;  ///< of the residuals of each view
 };
 
-/// @param S  information about the common parameters, times the squared noise; the extra ones last
-/// @param weights  of their priors, likewise
-double OccamOf(const Eigen::MatrixXd& S, const Eigen::VectorXd& weights) {
-  const Eigen::Index extras = weights.size();
-  if (extras == 0) return 0;
-  const Eigen::MatrixXd C = S.ldlt()
-                                .solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()))
-                                .bottomRightCorner(extras, extras);
+/// A value with its variance.
+struct Estimate {
+  double value = 0, variance = 0;
+};
+
+/// Spread of a local parameter about its mean, which the shared parameters can take up.
+void SetLocal(const std::vector<Estimate>& views, ScoreTest& test) {
+  double weights = 0, weighted = 0;
+  std::vector<double> variances;
+  for (const Estimate& view : views) {
+    weights += 1 / view.variance;
+    weighted += view.value / view.variance;
+    variances.push_back(view.variance);
+  }
+  const double limit = kMaxDeviations * kMaxDeviations * test.view_dispersion;
+  for (const Estimate& view : views) {
+    const double away = view.value - weighted / weights;
+    test.local_square += std::min(away * away / view.variance, limit);
+  }
+  test.local_square /= std::max(1.0, static_cast<double>(views.size()) - 1);
+  test.local_deviation = std::sqrt(statistics::MedianOf(variances));
+}
+
+/// @param C        covariance of the common parameters over the squared noise; the added ones last
+/// @param weights  information of the priors about the added ones, likewise
+double OccamOf(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights) {
+  if (weights.size() == 0) return 0;
   const Eigen::VectorXd root = weights.cwiseSqrt();
-  const Eigen::MatrixXd scaled = root.asDiagonal() * C * root.asDiagonal();
+  const Eigen::MatrixXd scaled =
+      root.asDiagonal() * C.bottomRightCorner(weights.size(), weights.size()) * root.asDiagonal();
   return -0.5 * std::log(std::max(1e-300, scaled.determinant()));
 }
 
-ScoreTest LinearStep::Step(const Rival& rival, const RivalResult& plain) const {
+LinearStep::OwnSystem LinearStep::OwnOf(std::size_t j, const std::vector<int>& own,
+                                        const Rival& rival, const StepPrior& prior) const {
+  OwnSystem system{squares_[j](own, own), scores_[j](own)};
+  for (std::size_t k = 6; k < own.size(); ++k) {
+    const int extra = rival.local[k - 6];
+    system.A(k, k) += prior.weights[extra];
+    system.a[k] += prior.weights[extra] * at_.local[j][extra];
+  }
+  return system;
+}
+
+ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrior& prior) const {
   std::vector<int> own{0, 1, 2, 3, 4, 5}, common;
   for (int k = 0; k < kSharedCount; ++k) common.push_back(6 + k);
   for (const int k : rival.local) own.push_back(place_[k]);
   for (const int k : rival.global) common.push_back(place_[k]);
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(common.size(), common.size());
-  S.topLeftCorner<kSharedCount, kSharedCount>() = prior_;
-  for (std::size_t k = kSharedCount; k < common.size(); ++k)
-    S(k, k) = prior_weights_[rival.global[k - kSharedCount]];
   Eigen::VectorXd s = Eigen::VectorXd::Zero(common.size());
+  S.topLeftCorner<kSharedCount, kSharedCount>() = prior.information;
+  s.head<kSharedCount>() = prior.score;
+  for (std::size_t k = kSharedCount; k < common.size(); ++k) {
+    const int extra = rival.global[k - kSharedCount];
+    S(k, k) = prior.weights[extra];
+    s[k] = prior.weights[extra] * at_.extra[extra];
+  }
   double sum = 0;
   for (std::size_t j = 0; j < squares_.size(); ++j) {
-    Eigen::MatrixXd A = squares_[j](own, own);
-    for (std::size_t k = 6; k < own.size(); ++k) A(k, k) += prior_weights_[rival.local[k - 6]];
+    const auto [A, a] = OwnOf(j, own, rival, prior);
     const Eigen::MatrixXd B = squares_[j](own, common);
-    const Eigen::VectorXd a = scores_[j](own);
     const auto factor = A.ldlt();
     S += squares_[j](common, common) - B.transpose() * factor.solve(B);
     s += scores_[j](common) - B.transpose() * factor.solve(a);
     sum += a.dot(factor.solve(a));
   }
-  const Eigen::VectorXd d = S.ldlt().solve(s);
+  const Eigen::MatrixXd C = S.ldlt().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
+  const Eigen::VectorXd d = C * s;
   ScoreTest test;
-  test.decrease = sum + s.dot(d);
-  test.result.shared = plain.shared - d.head<kSharedCount>();
-  Eigen::VectorXd weights(rival.global.size());
-  for (Eigen::Index k = 0; k < weights.size(); ++k) {
-    test.result.extra[rival.global[k]] = -d[kSharedCount + k];
-    weights[k] = prior_weights_[rival.global[k]];
+  test.rival = rival;
+  std::vector<double> variances = variances_;
+  test.view_dispersion = statistics::MedianOf(variances);
+  std::vector<Estimate> estimates;
+  for (std::size_t j = 0; j < squares_.size(); ++j) {
+    const auto [A, a] = OwnOf(j, own, rival, prior);
+    const Eigen::VectorXd last = A.ldlt().solve(Eigen::VectorXd::Unit(A.rows(), A.rows() - 1));
+    estimates.push_back({last.dot(a - squares_[j](own, common) * d), last[last.size() - 1]});
   }
-  test.occam = OccamOf(S, weights);
+  SetLocal(estimates, test);
+  test.decrease = sum + s.dot(d);
+  test.result.shared = at_.shared - d.head<kSharedCount>();
+  test.result.extra = at_.extra;
+  for (std::size_t k = 0; k < rival.global.size(); ++k)
+    test.result.extra[rival.global[k]] -= d[kSharedCount + k];
+  Eigen::VectorXd weights(added);
+  for (std::size_t k = 0; k < added; ++k)
+    weights[k] = prior.weights[rival.global[rival.global.size() - added + k]];
+  test.occam = OccamOf(C, weights);
+  test.covariance = LensCovarianceIn(rival, C);
   return test;
 }
 
 }  // namespace
 
-std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
-                                                const RivalResult& plain) const {
-  SharedVector mean;
-  LinearStep step(rivals, noise_px_ * noise_px_ * PriorInformation({}, plain.shared, mean),
-                  (noise_px_ / deviations_.array()).square().matrix());
+std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
+                                                const RivalResult& at) const {
+  LinearStep step(rivals, base, at);
   std::vector<Blocks> blocks;
-  if (!Linearize(step.all(), plain, blocks)) return {};
-  std::vector<ScoreTest> tests(rivals.size());
+  if (!Linearize(step.all(), at, blocks)) return {};
   for (const Blocks& block : blocks) {
     Eigen::MatrixXd J(block.own.rows(), block.own.cols() + block.common.cols());
     J << block.own, block.common;
     step.AddView(J, block.residuals);
   }
-  const double base = step.Step({}, plain).decrease;
-  for (std::size_t k = 0; k < rivals.size(); ++k) {
-    tests[k] = step.Step(rivals[k], plain);
-    tests[k].decrease = std::max(0.0, tests[k].decrease - base) / (noise_px_ * noise_px_);
+  const double noise2 = noise_px_ * noise_px_;
+  SharedVector mean;
+  StepPrior prior;
+  prior.information = noise2 * PriorInformation(base, at.shared, mean);
+  prior.score = prior.information * (at.shared - mean);
+  prior.weights = noise2 * DeviationsOf(base).array().square().inverse();
+  const auto step_with = [&](const Rival& added) {
+    const Rival rival = Joined(base, added);
+    ScoreTest test = step.Step(rival, rival.global.size() - base.global.size(), prior);
+    test.decrease /= noise2;
+    test.covariance *= noise2;
+    test.local_deviation *= noise_px_;
+    test.local_square /= noise2;
+    test.view_dispersion /= noise2;
+    return test;
+  };
+  const double base_decrease = step_with({}).decrease;
+  std::vector<ScoreTest> tests;
+  for (const Rival& rival : rivals) {
+    tests.push_back(step_with(rival));
+    tests.back().decrease = std::max(0.0, tests.back().decrease - base_decrease);
   }
   return tests;
 }

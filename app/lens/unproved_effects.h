@@ -1,0 +1,38 @@
+// Effects of a whole capture that the residuals neither show nor exclude, and what they add to the
+// uncertainty of the lens.
+#pragma once
+
+#include <vector>
+
+#include "app/lens/capture_candidates.h"
+#include "app/lens/rival_fit.h"
+#include "app/lens/usable_region.h"
+#include "firmware-like/image/image_size.h"
+
+namespace plumbline::lens {
+
+/// The candidates that the score tests cover, with one linear step each. The first one has no
+/// parameters beyond those of the fit.
+struct ScoredCandidates {
+  std::vector<CaptureCause> causes;
+  std::vector<ScoreTest> tests;
+};
+
+/// @param at  the fit of `base`, from which each step starts
+ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, const RivalResult& at,
+                              const std::vector<Candidate>& candidates);
+
+/// Error of a lens by an effect of the whole capture that the residuals neither show nor exclude.
+/// With P its probability,
+///   P / (1 - P) = o exp(decrease / (2 d) - occam)
+/// o the odds before the capture and d the ratio of the residuals' variance to the corners' noise,
+/// D the difference of its lens, and E the excess of its lens's standard deviation, it adds
+///   P (D^2 + E^2)
+/// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
+/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. The
+/// largest over all effects.
+/// @param scored  tests from the fit of `base`
+RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const Rival& base,
+                            const RivalResult& at, double noise_px, image::ImageSize size);
+
+}  // namespace plumbline::lens
