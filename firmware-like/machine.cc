@@ -60,7 +60,9 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   CheckRequiredLenses(input);
   RefreshPoints();
   Execute(input);
-  if (input.gauge && !snapshot_.probe_taken) snapshot_.gauge_code = RecordGaugePress(input);
+  // A restart of the monitoring takes the journal's place in this cycle.
+  if (input.gauge && !snapshot_.probe_taken && !snapshot_.monitor_restart)
+    snapshot_.gauge_code = RecordGaugePress(input);
   ReportStatus(input);
   return snapshot_;
 }

@@ -64,6 +64,7 @@ class PlausibilityFilter {
     const PlausibilityLimits limits = limits_;
     *this = previous;
     limits_ = limits;
+    tip_of_other_tool_.reset();  // an index into the tools of the previous arm
   }
 
   /// True once a reported tool pose has agreed with forward kinematics.

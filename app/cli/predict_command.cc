@@ -136,7 +136,7 @@ void WarnAboutUnmeasured(const PredictOptions& options, const model::CellModel& 
   }
 }
 
-/// Warns about tools that bend or are stressed beyond linear theory, with the worst row of each.
+/// Warns about tools that bend or are stressed beyond linear theory, naming the first rows.
 void WarnAboutLinearTheory(const PredictOptions& options, const table::MeasuredTable& poses,
                            const std::vector<Prediction>& predictions) {
   constexpr std::size_t kMost = 5;

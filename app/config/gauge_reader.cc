@@ -130,7 +130,11 @@ std::vector<GaugeConfig> GaugesFromToml(const TomlTable& root, const model::Cell
       }
       const bool both_hid = one.connection.kind == gauge::GaugeKind::kHid &&
                             other.connection.kind == gauge::GaugeKind::kHid;
-      if (both_hid && one.connection.hid == other.connection.hid) {
+      const hid::HidName &name = one.connection.hid, &taken = other.connection.hid;
+      const bool same_device =
+          name.vendor_id == taken.vendor_id && name.product_id == taken.product_id &&
+          (name.serial.empty() || taken.serial.empty() || name.serial == taken.serial);
+      if (both_hid && same_device) {
         table.AddFault("usb_id", "is used for two gauges; distinguish them by `serial`");
       }
     }

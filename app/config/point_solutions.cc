@@ -47,7 +47,7 @@ std::vector<PointLoad> LoadsWithoutTool(const MachineConfig& config,
                                 tool.mass_kg, cog_of(tool));
         const std::optional<int> index = loads::ToolIndexOf(config.cell, tool.number);
         if (load.payload && index) load.payload->tool = *index;
-        if (!index && config.cell.tools() > 1) load.payload.reset();  // as in PayloadSelector
+        if (!index) load.payload.reset();  // as in PayloadSelector
         loads.push_back(std::move(load));
       }
       break;

@@ -120,6 +120,7 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
            fmt::format("gauge {} is connected again", gauge.config.artefact)});
   }
   const auto refuse = [&](status::GaugeOutcome outcome) {
+    gauge.latest = 0;
     Refuse(gauge, outcome, fmt::format("not recorded: {}", gauge.device.problem()));
   };
   switch (result) {
@@ -155,6 +156,7 @@ void GaugeWorker::Refuse(ReadGauge& gauge, status::GaugeOutcome outcome, const s
 }
 
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
+  gauge.latest = 0;
   const double now_s = MonotonicSeconds();
   gauge.status.reading_m = reading_m;
   gauge.status.reading_s = now_s;
@@ -194,8 +196,12 @@ void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
 /// Follows an accepted press into the journal: an accepted row may still be lost.
 void GaugeWorker::Await(ReadGauge& gauge, const std::string& reading) {
   gauge.awaited.push_back({number_, reading});
+  gauge.latest = number_;
   const double until_s = MonotonicSeconds() + kMaxJournalWait_s;
-  while (!stop_ && MonotonicSeconds() < until_s && mailbox_.taken < number_) SleepSeconds(0.005);
+  while (!stop_ && MonotonicSeconds() < until_s && mailbox_.taken < number_) {
+    heartbeat_.Beat();
+    SleepSeconds(0.005);
+  }
   FollowAwaited(gauge);
   if (gauge.awaited.empty() || stop_) return;
   Refuse(gauge, status::GaugeOutcome::kWaiting,
@@ -210,7 +216,7 @@ void GaugeWorker::FollowAwaited(ReadGauge& gauge) {
   for (; known < gauge.awaited.size() && gauge.awaited[known].number <= taken; ++known) {
     const AwaitedPress& press = gauge.awaited[known];
     if (press.number > dropped) {
-      SetOutcome(gauge, status::GaugeOutcome::kRecorded);
+      if (press.number == gauge.latest) SetOutcome(gauge, status::GaugeOutcome::kRecorded);
       sink_({log::Event::kGaugeRecorded,
              fmt::format("gauge {}: {} recorded", gauge.config.artefact, press.reading)});
       continue;
@@ -237,6 +243,7 @@ bool GaugeWorker::IsContinuous(ReadGauge& gauge, double now_s) {
 std::optional<correction::CorrectionCode> GaugeWorker::CodeOf(std::uint32_t number) {
   const double until_s = MonotonicSeconds() + kMaxCyclesWait_s;
   while (!stop_ && MonotonicSeconds() < until_s) {
+    heartbeat_.Beat();
     const std::uint64_t handled = mailbox_.handled;
     if (handled >> 8U == number) return static_cast<correction::CorrectionCode>(handled & 0xFFU);
     SleepSeconds(0.005);

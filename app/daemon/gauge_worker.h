@@ -50,6 +50,7 @@ class GaugeWorker {
     bool continuous = false;            ///< logged as sending without a press
     bool connected_once = false;
     std::vector<AwaitedPress> awaited{};
+    std::uint32_t latest = 0;  ///< number of the latest press, if it was accepted; otherwise 0
     status::GaugeStatus status{};
   };
   void Run();

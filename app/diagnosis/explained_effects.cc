@@ -59,6 +59,7 @@ bool BeatsItsLimit(const CandidateSet& candidate_set, const Explanation& explana
   }
   const Eigen::VectorXd without = candidate_set.PartialResidual(explanation, index);
   const Eigen::MatrixXd columns = candidate_set.problem().Columns(limit, true);
+  if (!columns.allFinite()) return true;  // the limit does not exist for times before zero
   const double left_by_limit =
       (without - columns * columns.colPivHouseholderQr().solve(without)).squaredNorm();
   return left_by_limit - candidate_set.Residual(explanation).squaredNorm() > kRivalGap;

@@ -86,9 +86,9 @@ RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const Rival& base,
     const ScoreTest& test = scored.tests[k];
     if (test.rival.local.size() > base.local.size()) {
       // Where a few views do not fit at all, the estimates of the others are worth little.
-      if (test.rival.local != std::vector<int>{kZoom} ||
-          dispersion > kMostUneven * std::max(1.0, test.view_dispersion))
-        continue;
+      const bool only_zoom =
+          test.rival.local.size() == base.local.size() + 1 && test.rival.local.back() == kZoom;
+      if (!only_zoom || dispersion > kMostUneven * std::max(1.0, test.view_dispersion)) continue;
       RivalResult zoomed = at;
       zoomed.local.clear();
       zoomed.extra[kZoom] = UnprovedVariation(test, at.X_CK.size());

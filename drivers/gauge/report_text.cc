@@ -50,6 +50,10 @@ char CharacterOf(std::uint8_t usage, std::uint8_t modifiers) {
   return kSubstitute;
 }
 
+bool IsEnd(std::uint8_t byte) {
+  return byte == '\r' || byte == '\n';
+}
+
 bool IsText(std::uint8_t byte) {
   return byte >= ' ' && byte <= '~';
 }
@@ -72,18 +76,20 @@ void KeyReports::Push(std::span<const std::uint8_t> report, std::string& text) {
 }
 
 void AppendReportText(std::span<const std::uint8_t> report, std::string& text) {
+  bool end_alone = false;
   for (int k = 0; k < 2 && !report.empty() && !IsText(report.front()); ++k) {
+    end_alone |= IsEnd(report.front());
     report = report.subspan(1);
   }
-  bool padded = false, any = false;
-  for (const std::uint8_t byte : report) {
-    padded = byte == 0;
-    if (padded) continue;
-    const bool end = byte == '\r' || byte == '\n';
-    text += IsText(byte) || end ? static_cast<char>(byte) : kSubstitute;
-    any = true;
+  if (end_alone && std::all_of(report.begin(), report.end(), [](auto byte) { return byte == 0; }))
+    text += '\r';
+  for (std::size_t k = 0; k < report.size(); ++k) {
+    if (report[k] == 0) {  // what follows may be left from a longer text
+      if (k > 0) text += '\r';
+      return;
+    }
+    text += IsText(report[k]) || IsEnd(report[k]) ? static_cast<char>(report[k]) : kSubstitute;
   }
-  if (padded && any) text += '\r';
 }
 
 }  // namespace plumbline::gauge

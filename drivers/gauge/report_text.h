@@ -31,8 +31,8 @@ class KeyReports {
 };
 
 /// Appends the text of a vendor-defined input report: ASCII, after at most two bytes that are no
-/// characters (report id, length). Zeros after the text are padding and end the line, as CR and LF
-/// do. A report without text appends nothing.
+/// characters (report id, length). A zero after the text ends the line, as CR and LF do; what
+/// follows it is ignored. A report without text appends nothing.
 void AppendReportText(std::span<const std::uint8_t> report, std::string& text);
 
 }  // namespace plumbline::gauge

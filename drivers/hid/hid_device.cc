@@ -6,11 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 
 #include "drivers/hid/keyboard_grab.h"
 
 namespace plumbline::hid {
 namespace {
+
+// hidapi keeps the text of its last error in a global variable, which these two functions free.
+std::mutex global_error_mutex;
 
 constexpr unsigned short kGenericDesktop = 0x01, kKeyboard = 0x06;
 
@@ -22,6 +26,7 @@ std::string NameText(const HidName& name) {
 }
 
 std::vector<std::string> DeviceFilesOf(const HidName& name) {
+  const std::lock_guard lock(global_error_mutex);
   const std::unique_ptr<hid_device_info, decltype(&hid_free_enumeration)> all(
       hid_enumerate(static_cast<unsigned short>(name.vendor_id),
                     static_cast<unsigned short>(name.product_id)),
@@ -42,6 +47,7 @@ std::vector<std::string> DeviceFilesOf(const HidName& name) {
 bool HidDevice::Open(const HidName& name) {
   Close();
   const std::wstring serial(name.serial.begin(), name.serial.end());
+  const std::lock_guard lock(global_error_mutex);
   device_ = hid_open(static_cast<unsigned short>(name.vendor_id),
                      static_cast<unsigned short>(name.product_id),
                      serial.empty() ? nullptr : serial.c_str());

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -92,11 +93,16 @@ TEST_CASE("HID gauge: a virtual keyboard is read, and its keys are not free", "[
   CHECK(gauge.Read(0.01, reading_m) == GaugeResult::kLost);
   const UhidKeyboard keyboard;
   REQUIRE(Await(gauge, GaugeResult::kNothing, reading_m));
+  int inputs = 0;
   for (const std::string& path : hid::DeviceFilesOf(options.hid)) {
     if (path.find("event") == std::string::npos) continue;
+    ++inputs;
     const os::Descriptor other(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    REQUIRE(other.get() >= 0);
     CHECK(ioctl(other.get(), EVIOCGRAB, 1) == -1);
+    CHECK(errno == EBUSY);
   }
+  REQUIRE(inputs > 0);
   std::this_thread::sleep_for(300ms);
   CHECK(gauge.Read(0.05, reading_m) == GaugeResult::kNothing);
   keyboard.Type({0x2D, 0x1E, 0x37, 0x22, 0x28});  // "-1.5" and Enter

@@ -88,6 +88,9 @@ TEST_CASE("vendor reports: text after id and length, padded or continued") {
   CHECK(TextOf({'+', '1', 0, 0}) == "+1\r");
   CHECK(TextOf({0x01, 0, 0, 0}).empty());
   CHECK(TextOf({}).empty());
+  CHECK(TextOf({'+', '1', '.', '2', 0, '3', '4', '5', 0}) == "+1.2\r");  // left from a longer text
+  CHECK(TextOf({'\r', '\n', 0, 0}) == "\r");  // the end of a line in a report of its own
+  CHECK(TextOf({0x01, '\r', 0, 0}) == "\r");
   CHECK(TextOf({0xFF, 0xFE, 0xFD, '1', 0}) == std::string(1, kSubstitute) + "1\r");
 }
 
