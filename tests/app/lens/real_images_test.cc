@@ -259,9 +259,10 @@ TEST_CASE("a real ChArUco board: corners agree with OpenCV's, the lens with the 
   CHECK(c.lens.cx == Approx(789.67).margin(25));
   CHECK(c.lens.cy == Approx(627.30).margin(25));
   // The board's points are off by half a pixel. Estimated with the lens they leave a tenth, but
-  // fourteen views do not determine both to half a pixel.
+  // fourteen views do not determine both to half a pixel, nor whether there is a window or a lens
+  // that varies a little.
   CHECK_FALSE(c.accepted);
-  const LensCalibration wider = CalibrateLens(kRobotBoard, all, {1600, 1200}, {1.5, {}});
+  const LensCalibration wider = CalibrateLens(kRobotBoard, all, {1600, 1200}, {3, {}});
   INFO(AllReasons(wider) << "usable " << UsableShare(wider) << ", rms " << wider.rms_px);
   CHECK(wider.accepted);
   CHECK(wider.rms_px < 0.1);
