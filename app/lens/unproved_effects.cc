@@ -10,10 +10,10 @@
 namespace plumbline::lens {
 namespace {
 
-constexpr double kPriorOdds = 1;        // of an effect: even, as nothing is known of it
-constexpr double kNegligible = 0.0027;  // probability beyond three standard deviations
-constexpr double kMostUneven = 2;       // variance of the residuals, to its median over the views
-constexpr double kVariationOdds = 0.1;  // of a camera that refocuses from view to view
+constexpr double kPriorOdds = 1;         // of an effect: even, as nothing is known of it
+constexpr double kNegligible = 0.0027;   // probability beyond three standard deviations
+constexpr double kMostUneven = 2;        // variance of the residuals, to its median over the views
+constexpr double kVariationOdds = 0.02;  // of a camera that refocuses from view to view
 constexpr double kLeastVariation = 1e-4, kMostVariation = 1e-2;  // of the focal length
 
 /// Excess of the projection's standard deviation with these parameters over that without them,
