@@ -56,9 +56,9 @@ struct ScoreTest {
   RivalResult result;
   /// Of the lens parameters with the rival's, for corner errors of the noise's size.
   LensCovariance covariance = LensCovariance::Zero();
-  /// Of the last local parameter: standard deviation in one view for such errors, the median; and
-  /// variance of its values in units of that. A view with wrong corners counts as at most three
-  /// standard deviations.
+  /// Of the last local parameter, if there is one: standard deviation in one view for such errors,
+  /// the median; and variance of its values in units of that. A view with wrong corners counts as
+  /// at most three standard deviations.
   double local_deviation = 0, local_square = 0;
   /// Variance of the residuals of the fit in units of noise_px^2: the median over the views.
   double view_dispersion = 0;

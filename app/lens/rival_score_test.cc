@@ -158,12 +158,12 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
   std::vector<double> variances = variances_;
   test.view_dispersion = statistics::MedianOf(variances);
   std::vector<Estimate> estimates;
-  for (std::size_t j = 0; j < squares_.size(); ++j) {
+  for (std::size_t j = 0; !rival.local.empty() && j < squares_.size(); ++j) {
     const auto [A, a] = OwnOf(j, own, rival, prior);
     const Eigen::VectorXd last = A.ldlt().solve(Eigen::VectorXd::Unit(A.rows(), A.rows() - 1));
     estimates.push_back({last.dot(a - squares_[j](own, common) * d), last[last.size() - 1]});
   }
-  SetLocal(estimates, test);
+  if (!estimates.empty()) SetLocal(estimates, test);
   test.decrease = sum + s.dot(d);
   test.result.shared = at_.shared - d.head<kSharedCount>();
   test.result.extra = at_.extra;

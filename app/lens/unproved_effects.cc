@@ -37,8 +37,8 @@ RadiusErrors ExcessOf(const Lens& lens, const LensCovariance& with, const LensCo
 /// standard deviation t, and that the residuals neither show nor exclude. With s the standard
 /// deviation of one view's estimate and c the mean square of n estimates in units of that,
 ///   L(t) = exp((n - 1) / 2 (c t^2 / (s^2 + t^2) - ln(1 + t^2 / s^2)))
-/// is the likelihood in units of that without a change; ln t is equally likely over the range of
-/// autofocus. A camera that has it switched on is the exception.
+/// is the likelihood in units of that without a change; ln t is equally likely from 0.01 to
+/// 1 per cent: an assumption, like the odds.
 double UnprovedVariation(const ScoreTest& test, std::size_t views) {
   constexpr int kSteps = 24;
   const double dispersion = std::max(1.0, test.view_dispersion);

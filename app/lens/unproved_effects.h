@@ -31,6 +31,8 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
 /// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. The
 /// largest over all effects.
+/// A focal length that differs from view to view counts as well, integrated over its size; other
+/// effects that differ from view to view do not.
 /// @param scored  tests from the fit of `base`
 RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const Rival& base,
                             const RivalResult& at, double noise_px, image::ImageSize size);

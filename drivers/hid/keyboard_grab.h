@@ -21,8 +21,8 @@ std::vector<std::string> InputDevicesOf(const std::string& hidraw, const InputFo
 
 /// A device that types is an input device beside its hidraw device: what it sends also goes to the
 /// console or the focused window. The kernel delivers the key events of a grabbed input device only
-/// to whoever grabbed it (EVIOCGRAB [linux/input.h]); the hidraw device
-/// still receives every report.
+/// to the process that grabbed it (EVIOCGRAB [linux/input.h]); the hidraw device still receives
+/// every report.
 class KeyboardGrab {
  public:
   explicit KeyboardGrab(InputFolders folders = {}) : folders_(std::move(folders)) {}

@@ -6,6 +6,8 @@
 
 #include "app/lens/calibration.h"
 #include "app/lens/lens_json.h"
+#include "app/lens/rival_fit.h"
+#include "app/lens/view_consistency.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/lens/stated_camera.h"
 #include "tests/lens_captures/capture_maker.h"
@@ -47,6 +49,40 @@ std::string ReasonsOf(const LensCalibration& calibration) {
 }
 
 }  // namespace
+
+TEST_CASE("one linear step predicts the fit of a rival, also from a fit that has parameters") {
+  Random random(11);
+  const Conditions conditions = GoodConditions(random);
+  const SimulatedCapture capture = Simulate(conditions, random);
+  const image::ImageSize size{conditions.width, conditions.height};
+  const auto fit = FitLens(conditions.board, capture.views, size);
+  REQUIRE(fit);
+  const ViewConsistency consistency = ConsistencyOf(conditions.board, *fit, capture.views);
+  const double noise_px = consistency.noise_px;
+  const RivalProblem problem(conditions.board, capture.views, size, *fit, consistency.used,
+                             noise_px);
+  Rival prism, both;
+  prism.global = {kPrism1, kPrism2, kPrism3, kPrism4};
+  both.global = {kPrism1, kPrism2, kPrism3, kPrism4, kStretch, kSkew};
+  Rival stretch;
+  stretch.global = {kStretch, kSkew};
+  const RivalResult with_prism = problem.Fit(prism), with_both = problem.Fit(both, with_prism);
+  REQUIRE((with_prism.converged && with_both.converged));
+  const std::vector<ScoreTest> tests = problem.ScoreTests({{}, stretch}, prism, with_prism);
+  REQUIRE(tests.size() == 2);
+  CHECK(tests[0].decrease == Approx(0).margin(1e-6));
+  CHECK(tests[1].rival.global == both.global);
+  const auto cost = [&](const RivalResult& result) {
+    return result.square_sum_px2 / (noise_px * noise_px) + result.prior_chi2;
+  };
+  CHECK(tests[1].decrease == Approx(cost(with_prism) - cost(with_both)).epsilon(0.05).margin(0.1));
+  CHECK(tests[1].result.extra[kStretch] ==
+        Approx(with_both.extra[kStretch]).epsilon(0.05).margin(1e-6));
+  CHECK(tests[1].result.shared[kFx] == Approx(with_both.shared[kFx]).margin(0.05));
+  // The covariance is that of the fit with these parameters.
+  const RivalPrecision precision = problem.PrecisionOf(both, with_both);
+  CHECK(tests[1].covariance(kFx, kFx) == Approx(precision.covariance(kFx, kFx)).epsilon(0.05));
+}
 
 TEST_CASE("a zoom that jumps before the last frames is refused, and the frame is named") {
   for (const char* name : {"zoom jumps before the last 2", "zoom jumps before the last 3"}) {
