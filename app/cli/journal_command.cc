@@ -143,7 +143,10 @@ int Export(const JournalOptions& options) {
   const journal::ExportedCsv exported = journal::CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
   if (exported.ids.empty()) {
-    return Fail("the journal has no such rows; nothing was written", kExitFault);
+    return Fail(
+        "the journal has no such rows; nothing was written. Probes in quarantine are not exported: "
+        "`plumbline journal quarantine list` shows them",
+        kExitFault);
   }
   const bool to_output = options.file == "-";
   if (to_output) {

@@ -180,7 +180,7 @@ def kill(service, count):
             sequence += 1
             words = (
                 [6, 0]
-                + list(struct.unpack(">6H", struct.pack(">3f", 700.0, -200.0, 400.0)))
+                + list(struct.unpack(">6H", struct.pack(">3f", -688.0, -163.9, 647.1)))
                 + [0] * 31
                 + [1 + sequence % 65000]
             )
