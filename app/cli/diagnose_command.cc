@@ -4,254 +4,43 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
-#include <ctime>
-#include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <thread>
 
+#include "app/cli/diagnose_input.h"
+#include "app/cli/diagnose_outputs.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
-#include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/cell_reader.h"
-#include "app/config/model_fingerprint.h"
-#include "app/config/text_file.h"
 #include "app/config/utc_text.h"
-#include "app/diagnosis/answer.h"
-#include "app/diagnosis/model_writer.h"
 #include "app/diagnosis/summary.h"
-#include "app/report/pdf.h"
-#include "app/report/report.h"
-#include "app/report/sha256.h"
-#include "app/siblings/repeated_rows.h"
-#include "app/siblings/sibling_folder.h"
 #include "app/siblings/siblings.h"
-#include "app/version.h"
-#include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string Today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm local{};
-  localtime_r(&now, &local);
-  char text[16];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
-}
-
-/// A file to be written at the end, and its content.
-struct Output {
-  std::string option, path, text;
-};
-
-/// Path of the file for proposed poses; empty if none is to be written.
-std::string NextPosesPath(const DiagnoseArguments& arguments) {
-  if (!arguments.next_poses.empty()) return arguments.next_poses;
-  if (arguments.json.empty() || arguments.json == "-") return "";
-  std::error_code unknown;
-  const bool special =
-      fs::exists(arguments.json, unknown) && !fs::is_regular_file(arguments.json, unknown);
-  return special ? "" : (fs::path(arguments.json).parent_path() / "next_poses.csv").string();
-}
-
-/// The reference to the poses file in the JSON file: only its name if both are in one folder.
-std::string NameForJson(const std::string& poses, const std::string& json) {
-  const fs::path path(poses);
-  return path.parent_path() == fs::path(json).parent_path() ? path.filename().string() : poses;
-}
-
-/// Checks that no output overwrites an input or another output and that all can be written; prints
-/// every violation.
-bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
-  const OutputPaths outputs = {{"--json", arguments.json},
-                               {"--write-model", arguments.model},
-                               {"--report", arguments.report},
-                               {"--pdf", arguments.pdf},
-                               {"--next-poses", NextPosesPath(arguments)}};
-  std::vector<std::string> inputs = {arguments.cell, arguments.measured};
-  for (const std::string& folder : arguments.siblings) {
-    inputs.push_back(siblings::CellFileOf(folder));
-    inputs.push_back(siblings::RowsFileOf(folder));
-  }
-  bool writable = !OverwritesFile("diagnose", outputs, inputs, err);
-  for (const auto& [option, path] : outputs) {
-    if (path.empty() || path == "-") continue;
-    if (path != arguments.next_poses && option == std::string_view("--next-poses"))
-      continue;  // beside --json
-    if (const Result<void> can_write = config::CheckWritable(path); !can_write) {
-      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, can_write.error(),
-                         option);
-      writable = false;
-    }
-  }
-  return writable;
-}
-
-/// What the command has read.
-struct Input {
-  std::string cell_text;
-  std::string data_sha256;
-  model::CellModel cell;
-  table::MeasuredTable measured;  ///< moved into the diagnosis
-  std::size_t rows = 0;
-  std::vector<int> unreadable_lines;
-  std::vector<siblings::Arm> siblings;
-};
-
-/// Error if many rows of a sibling are also rows of the arm or of an earlier sibling.
-Result<void> CheckRepeatedRows(const DiagnoseArguments& arguments, const Input& input,
-                               const std::vector<siblings::Arm>& earlier,
-                               const siblings::Arm& sibling) {
-  const auto check = [&](const std::string& owner,
-                         const table::MeasuredTable& rows) -> Result<void> {
-    const std::size_t repeated =
-        siblings::RepeatedRows(rows, sibling.rows, input.cell.robot.joints);
-    if (!siblings::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
-    return Error{fmt::format(
-        "{}: {} of its {} rows are also rows of {} (same joints, same readings): a copy is not "
-        "another arm, and would count twice; leave the folder out, or measure that arm",
-        sibling.name, repeated, sibling.rows.rows.size(), owner)};
-  };
-  if (const Result<void> own = check(arguments.measured, input.measured); !own) return own;
-  for (const siblings::Arm& arm : earlier) {
-    if (const Result<void> other = check(arm.name, arm.rows); !other) return other;
-  }
-  return {};
-}
-
-/// Reads the siblings; each must be another arm, declared like this one.
-Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
-                                                const Input& input, std::ostream& err) {
-  std::vector<siblings::Arm> arms;
-  std::map<std::string, std::string> owner_of_rows = {{input.data_sha256, arguments.measured}};
-  for (const std::string& folder : arguments.siblings) {
-    config::FaultList faults;
-    Result<siblings::Arm> arm = siblings::ReadArm(folder, faults);
-    err << config::FaultsText(faults);
-    if (!arm) return Error{arm.error()};
-    const Result<std::string> rows = config::ReadTextFile(siblings::RowsFileOf(folder));
-    const auto [owner, is_new] =
-        owner_of_rows.emplace(report::Sha256Hex(rows ? *rows : ""), folder);
-    if (!is_new) {
-      return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
-                               folder, owner->second)};
-    }
-    if (const Result<void> own = CheckRepeatedRows(arguments, input, arms, *arm); !own) {
-      return Error{own.error()};
-    }
-    const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
-    if (!difference.empty()) {
-      return Error{fmt::format("{}: cannot be compared with {}: {}; leave it out", folder,
-                               arguments.cell, difference)};
-    }
-    arms.push_back(std::move(arm).value());
-  }
-  return arms;
-}
-
-Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
-  const Result<std::string> cell_text = config::ReadTextFile(arguments.cell);
-  const Result<std::string> table_text = config::ReadTextFile(arguments.measured);
-  exit_code = kExitFault;
-  if (!cell_text)
-    return Error{arguments.cell + ": " + files::ReadErrorText(arguments.cell, cell_text.error())};
-  if (!table_text)
-    return Error{arguments.measured + ": " +
-                 files::ReadErrorText(arguments.measured, table_text.error())};
-  config::FaultList faults;
-  const auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
-  std::optional<table::MeasuredTable> measured;
-  if (cell) {
-    measured = table::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
-  }
-  err << config::FaultsText(faults);
-  if (!cell || !measured) return Error{""};
-  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}};
-  input.rows = input.measured.rows.size();
-  input.unreadable_lines = input.measured.unreadable_lines;
-  const Result<std::vector<siblings::Arm>> arms = ReadSiblings(arguments, input, err);
-  if (!arms) return Error{arms.error()};
-  input.siblings = *arms;
-  return input;
-}
-
-/// Fingerprint of a valid cell's model; empty if the text cannot be parsed.
-std::string FingerprintOf(const std::string& cell_text) {
-  config::FaultList ignored;
-  const config::TomlDocument document(cell_text, "", ignored);
-  return document.parsed() ? config::ModelFingerprint(document) : "";
-}
-
-std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& input,
-                              const diagnosis::Diagnosis& diagnosis, std::ostream& err) {
-  std::vector<Output> outputs;
-  const diagnosis::DataOrigin origin{fs::path(arguments.measured).filename().string(),
-                                     static_cast<int>(input.rows), Today()};
-  if (!arguments.model.empty()) {
-    auto model = diagnosis::CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
-    if (model) {
-      outputs.push_back({"--write-model", arguments.model, *model});
-    } else {
-      err << arguments.model
-          << ": not written, because the corrected model would not be a valid cell. A residual or "
-             "value this large indicates a mistake in the data (units, columns, another cell) "
-             "rather than an effect:\n"
-          << model.error();
-    }
-  }
-  if (!arguments.report.empty() || !arguments.pdf.empty()) {
-    const bool has_model = !outputs.empty();
-    const report::ReportSource source{
-        fs::path(arguments.cell).filename().string(),
-        origin.file,
-        origin.rows,
-        input.unreadable_lines,
-        origin.date,
-        PLUMBLINE_VERSION,
-        config::TextFromUtc(static_cast<double>(std::time(nullptr))),
-        report::Sha256Hex(input.cell_text),
-        input.data_sha256,
-        FingerprintOf(input.cell_text),
-        has_model ? FingerprintOf(outputs.front().text) : std::string(),
-        arguments.certificate_details};
-    const std::string html = report::ReportHtml(diagnosis, input.cell, source);
-    if (!arguments.report.empty()) outputs.push_back({"--report", arguments.report, html});
-    if (!arguments.pdf.empty()) {
-      const Result<std::string> pdf = report::PdfFromHtml(html);
-      if (pdf) {
-        outputs.push_back({"--pdf", arguments.pdf, *pdf});
-      } else {
-        err << fmt::format("{}: not written: {}\n", arguments.pdf, pdf.error());
-      }
-    }
-  }
-  std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
-  if (!poses.empty()) {
-    outputs.push_back({"--next-poses", poses, diagnosis::NextPosesCsv(diagnosis, input.cell)});
-    poses = NameForJson(poses, arguments.json);
-  }
-  // Written last, so that the files it refers to exist once it appears.
-  if (!arguments.json.empty()) {
-    outputs.push_back({"--json", arguments.json, diagnosis::AnswerJson(diagnosis, poses)});
-  }
-  return outputs;
-}
-
 /// Runs the engine, with siblings if any are given.
 Result<diagnosis::Diagnosis> Diagnosed(const DiagnosisEngine& engine,
-                                       const diagnosis::DiagnosisOptions& options, Input& input) {
+                                       const diagnosis::DiagnosisOptions& options,
+                                       DiagnoseInput& input) {
   if (input.siblings.empty()) return engine(input.cell, std::move(input.measured), options);
   return siblings::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
                                         engine, options);
+}
+
+diagnosis::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress& progress) {
+  diagnosis::DiagnosisOptions options;
+  options.threads = arguments.threads;
+  options.time_zero_s = arguments.time_zero_s;
+  options.order_unknown = arguments.order_unknown;
+  options.progress = [&progress](double share, const std::string& doing) {
+    progress.Show(share, doing);
+  };
+  options.interrupted = [] { return Interruption::Requested(); };
+  return options;
 }
 
 int Interrupted(std::ostream& err) {
@@ -263,57 +52,36 @@ int Interrupted(std::ostream& err) {
 
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err) {
-  if (!AllWritable(arguments, err)) return kExitUsage;
-  if (const std::string why = report::WhyNoPdf(); !arguments.pdf.empty() && !why.empty()) {
-    err << fmt::format("plumbline diagnose: --pdf: {}\n", why);
-    return kExitUsage;
-  }
-  int exit_code = kExitOk;
-  Result<Input> input = Read(arguments, err, exit_code);
+  if (!CheckDiagnoseOutputs(arguments, err)) return kExitUsage;
+  Result<DiagnoseInput> input = ReadDiagnoseInput(arguments, err);
   if (!input) {
     if (!input.error().empty()) err << input.error() << '\n';
-    return exit_code;
+    return kExitFault;
   }
   Interruption interruption;
   Progress progress(err, arguments.quiet);
-  diagnosis::DiagnosisOptions options;
-  options.threads = arguments.threads;
-  options.time_zero_s = arguments.time_zero_s;
-  options.order_unknown = arguments.order_unknown;
-  options.progress = [&progress](double share, const std::string& doing) {
-    progress.Show(share, doing);
-  };
-  options.interrupted = [] { return Interruption::Requested(); };
-  const Result<diagnosis::Diagnosis> diagnosis = Diagnosed(engine, options, input.value());
+  const Result<diagnosis::Diagnosis> diagnosis =
+      Diagnosed(engine, OptionsOf(arguments, progress), input.value());
   progress.Clear();
   if (Interruption::Requested()) return Interrupted(err);
   if (!diagnosis) {
     err << arguments.measured << ": " << diagnosis.error() << '\n';
     return kExitFault;
   }
-  const std::vector<Output> outputs = OutputsOf(arguments, *input, *diagnosis, err);
+  const std::vector<DiagnoseOutput> outputs = DiagnoseOutputs(arguments, *input, *diagnosis, err);
   if (!interruption.Disarm()) return Interrupted(err);
-  const bool json_to_out = arguments.json == "-";
-  for (const Output& output : outputs) {
-    if (output.path == "-") {
-      out << output.text << std::flush;
-    } else if (const auto written = config::WriteTextFile(output.path, output.text); !written) {
-      err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
-                         written.error(), output.option);
-      exit_code = kExitUsage;
-    }
+  const bool written = WriteDiagnoseOutputs(outputs, out, err);
+  if (!arguments.quiet) {
+    (arguments.json == "-" ? err : out)
+        << ForReading << diagnosis::SummaryText(*diagnosis, input->cell) << std::flush;
   }
-  const bool pdf_written = std::any_of(outputs.begin(), outputs.end(), [](const Output& output) {
-    return output.option == "--pdf";
-  });
-  if (!arguments.pdf.empty() && !pdf_written) exit_code = kExitUsage;
-  if (!arguments.quiet)
-    (json_to_out ? err : out) << ForReading << diagnosis::SummaryText(*diagnosis, input->cell)
-                              << std::flush;
-  if (!arguments.model.empty() && (outputs.empty() || outputs[0].option != "--write-model")) {
-    return kExitFault;
-  }
-  return exit_code == kExitUsage ? kExitUsage : kExitOk;
+  const auto missing = [&](const std::string& path, const std::string& option) {
+    return !path.empty() && std::none_of(outputs.begin(), outputs.end(), [&](const auto& output) {
+      return output.option == option;
+    });
+  };
+  if (missing(arguments.model, "--write-model")) return kExitFault;
+  return written && !missing(arguments.pdf, "--pdf") ? kExitOk : kExitUsage;
 }
 
 void AddDiagnoseCommand(CLI::App& app, int& exit_code) {

@@ -25,11 +25,11 @@ std::vector<double> Place(const table::MeasuredRow& row) {
   return place;
 }
 
-using Places = PerRow<std::vector<double>>;
+using RowPlaces = PerRow<std::vector<double>>;
 
 /// Divides rows recursively at gaps larger than one in any coordinate, across which no chain can
 /// exist. Each part is appended to `parts`.
-void CutAtGaps(const Places& places, std::vector<RowIndex> rows,
+void CutAtGaps(const RowPlaces& places, std::vector<RowIndex> rows,
                std::vector<std::vector<RowIndex>>& parts) {
   for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
     const auto at = [&](RowIndex row) { return places[row][axis]; };
@@ -51,7 +51,7 @@ void CutAtGaps(const Places& places, std::vector<RowIndex> rows,
 
 /// Single linkage: rows that differ by at most one in every coordinate belong together.
 /// @return  a label for each of `rows`, equal for rows that belong together
-std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows) {
+std::vector<int> Linked(const RowPlaces& places, const std::vector<RowIndex>& rows) {
   const auto count = static_cast<int>(rows.size());
   std::vector<int> leader(rows.size());
   std::iota(leader.begin(), leader.end(), 0);
@@ -100,7 +100,7 @@ std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows)
 
 Clusters ClustersOf(const std::vector<table::MeasuredRow>& rows,
                     const PerRow<SessionIndex>& session_of) {
-  Places places;
+  RowPlaces places;
   for (const table::MeasuredRow& row : rows) places.push_back(Place(row));
   std::map<SessionIndex, std::vector<RowIndex>> of_session;
   for (const RowIndex row : places.indices()) of_session[session_of[row]].push_back(row);

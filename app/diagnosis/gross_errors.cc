@@ -75,7 +75,7 @@ Dataset Subset(const Dataset& data) {
   return data.rows() <= kMaxRows ? data : SelectRows(data, EvenlySpacedRows(data, kMaxRows));
 }
 
-std::string VectorText(const Vec3& v_m) {
+std::string MillimetresText(const Vec3& v_m) {
   return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * v_m.x(), 1e3 * v_m.y(), 1e3 * v_m.z());
 }
 
@@ -84,12 +84,12 @@ std::string SentenceOf(const Trial& trial) {
   const Model::Frames& found = trial.model.frames.front();
   if (trial.mistake->fits_tip) {
     return fmt::format("the TCP is {} from the declared one, in the flange frame",
-                       VectorText(found.tip_F - trial.declared.tip_F));
+                       MillimetresText(found.tip_F - trial.declared.tip_F));
   }
   const Mat3 R = found.X_WB.R * trial.declared.X_WB.R.transpose();
   const double angle_deg = VectorFromRotation(R).norm() / kRadPerDeg;
   return fmt::format("the robot's base is {} from the declared position and rotated by {:.2f} deg",
-                     VectorText(found.X_WB.p - trial.declared.X_WB.p), angle_deg);
+                     MillimetresText(found.X_WB.p - trial.declared.X_WB.p), angle_deg);
 }
 
 /// Median residual, increased for hypotheses with free parameters.

@@ -11,7 +11,7 @@ namespace {
 /// memory.
 constexpr int kMaxCachedRows = 20000;
 
-bool Adjusted(const effects::ActiveEffect& effect, std::size_t k) {
+bool IsAdjusted(const effects::ActiveEffect& effect, std::size_t k) {
   if (effect.term.effect->traits().empirical) return false;
   const effects::ParameterSpec& spec =
       effect.term.effect->traits()
@@ -37,7 +37,7 @@ RefitLayout RefitLayoutOf(const Dataset& data, const Model& model, bool frames_o
   RefitLayout layout(data);
   for (std::size_t e = 0; e < model.effects.size() && !frames_only; ++e) {
     for (std::size_t k = 0; k < model.effects[e].values.size(); ++k) {
-      if (!Adjusted(model.effects[e], k)) continue;
+      if (!IsAdjusted(model.effects[e], k)) continue;
       layout.parameters.emplace_back(static_cast<int>(e), static_cast<int>(k));
       const double value = std::abs(model.effects[e].values[k]);
       layout.unit.push_back(value > 0 ? value : 1e-6);

@@ -19,7 +19,7 @@
 namespace plumbline::view {
 namespace {
 
-constexpr float kGap_em = 0.3F;
+constexpr float kImageGap_em = 0.3F;
 
 /// Of the first displayed camera; without an image, as most cameras have.
 image::ImageSize ImageSizeOf(const ViewFacts& facts) {
@@ -211,7 +211,7 @@ scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout
   const std::vector<scene::Area> parts =
       layout.images.size() == shown.size()
           ? layout.images
-          : SplitArea(layout.image, shown.size(), size, kGap_em * layout.em);
+          : SplitArea(layout.image, shown.size(), size, kImageGap_em * layout.em);
   bool inset = false;
   for (std::size_t i = 0; i < shown.size(); ++i) {
     PictureLayout part = layout;
