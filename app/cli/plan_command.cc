@@ -180,7 +180,7 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
   command->add_option("cell", options->cell, "Model of the cell, CELL.toml")->required();
   command->add_option("--rows", options->task.rows, "Number of rows")
       ->capture_default_str()
-      ->check(CLI::Range(3, 500));
+      ->check(WholeNumberWithin(3, 500));
   command->add_option("--artefacts", options->task.artefacts,
                       "[[artefact]] of the cell to touch, one or more; without it, positions are "
                       "measured");
@@ -204,7 +204,7 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
       ->check(NumberWithin(0, 10000));
   command->add_option("--candidates", options->task.candidates, "Postures to choose from")
       ->capture_default_str()
-      ->check(CLI::Range(50, 5000));
+      ->check(WholeNumberWithin(50, 5000));
   command
       ->add_option("--joint-speeds-deg-s", options->joint_speeds,
                    "Speed limit of all joints, or of each (prismatic: mm/s), for order and time")

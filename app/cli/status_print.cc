@@ -159,10 +159,13 @@ void PrintModel(const DaemonRegisters& daemon, std::ostream& out) {
         monitoring.reference_refused
             ? "drift not monitored"
             : fmt::format("drift {:.2f} of the threshold", daemon.Value("drift_statistic"));
-    PrintStatusLine(out, "probes",
-                    fmt::format("{:.0f} since the start, {}{}{}", daemon.Value("probes"), drift,
-                                monitoring.drift_alarm ? ", ALARM" : "",
-                                monitoring.diagnosing ? ", diagnosis running" : ""));
+    const double probes = daemon.Value("probes"), statistic = daemon.Value("drift_statistic");
+    const bool none = probes == 0 && statistic == 0 && !monitoring.reference_refused;
+    PrintStatusLine(
+        out, "probes",
+        fmt::format("{} since the start{}{}{}", none ? "none" : fmt::format("{:.0f}", probes),
+                    none ? "" : ", " + drift, monitoring.drift_alarm ? ", ALARM" : "",
+                    monitoring.diagnosing ? ", diagnosis running" : ""));
   }
   if (const std::string taken = ProbeIntakeText(daemon, monitoring.reference_refused);
       !taken.empty())

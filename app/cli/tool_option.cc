@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/number_option.h"
 #include "app/config/carried_numbers.h"
 
 namespace plumbline::cli {
 
 void AddToolOption(CLI::App& command, std::optional<int>& number) {
-  command.add_option("--tool", number, "Number of the [[tool]] to use [the first]")
-      ->check(CLI::Range(0, 65535));
+  command.add_option("--tool", number, "Number of the [[tool]] to use; default: the first")
+      ->check(WholeNumberWithin(0, 65535));
 }
 
 Result<int> ToolChoice(const model::CellModel& cell, const std::optional<int>& number) {

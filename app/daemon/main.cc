@@ -10,15 +10,14 @@ int main(int argc, char** argv) {
   CLI::App app("Plumbline's daemon: corrected assembly points over Modbus", "plumblined");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
-  app.add_option("config,--config", config, "Path of the configuration, with or without --config")
-      ->capture_default_str();
+  app.add_option("config,--config", config, "Configuration file")->capture_default_str();
   app.footer(
-      "Exit status: 0 after SIGTERM or SIGINT, 1 if the configuration has faults, 2 for wrong\n"
-      "arguments or if the PLC server cannot start.\n"
       "SIGHUP reloads the configuration, SIGTERM stops the daemon.\n"
-      "`plumbline check FILE` reports faults of a configuration without starting a daemon;\n"
-      "`plumbline status` shows the state of a running one.\n\n"
-      "Example:\n  plumblined config/plumbline.toml");
+      "`plumbline check FILE` reports faults of a configuration without starting a\n"
+      "daemon; `plumbline status` shows the state of a running one.\n\n"
+      "Example:\n  plumblined config/plumbline.toml\n\n"
+      "Exit codes: 0 after SIGTERM or SIGINT, 1 faults in the configuration, 2 wrong\n"
+      "arguments, or the PLC server cannot start.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/thresholds.h"
 
@@ -64,8 +65,8 @@ std::string OutcomeText(const CandidateOutcome& considered, const std::vector<Ri
   }
   if (!considered.reason.empty()) return considered.reason;
   if (considered.parameters == 0) return "explains nothing beyond the noise";
-  return fmt::format("explains {:.0f} % alone, but nothing beyond a better explanation",
-                     100 * considered.signal_share);
+  return fmt::format("explains {} alone, but nothing beyond a better explanation",
+                     PercentText(considered.signal_share));
 }
 
 }  // namespace

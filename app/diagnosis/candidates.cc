@@ -89,7 +89,8 @@ bool Has(const Dataset& data, effects::Signal signal) {
 const char* MissingSignalReason(const Dataset& data, effects::Signal signal) {
   switch (signal) {
     case effects::Signal::kTime:
-      return "t_s was not recorded";
+      return data.table.recorded.clock_restarted ? "the clock of t_s was restarted"
+                                                 : "t_s was not recorded";
     case effects::Signal::kTemperature:
       return "temp_C was not recorded, or the cell does not declare reference_temperature_C";
     case effects::Signal::kVelocity:

@@ -234,6 +234,7 @@ void DiscardRestartedClock(table::MeasuredTable& table) {
   const ClockSteps clock = ClockStepsOf(table);
   if (clock.lines.empty()) return;
   table.recorded.time = false;
+  table.recorded.clock_restarted = true;
   for (std::vector<table::MeasuredRow>* rows : {&table.rows, &table.unmeasured}) {
     for (table::MeasuredRow& row : *rows) row.t_s.reset();
   }

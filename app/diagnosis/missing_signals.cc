@@ -13,7 +13,9 @@ void FindMissingColumns(Dataset& data) {
   const auto missing = [&data](bool there, const char* what) {
     if (!there) data.not_recorded.emplace_back(what);
   };
-  missing(recorded.time, "t_s: drift and warm-up cannot be identified");
+  missing(recorded.time || recorded.clock_restarted, "t_s: drift and warm-up cannot be identified");
+  missing(!recorded.clock_restarted,
+          "t_s without a restart of its clock: drift and warm-up cannot be identified");
   missing(recorded.temperature, "temp_C: thermal growth cannot be identified");
   missing(data.loads_recorded(),
           "payload_kg: effects of the load can be identified only from the arm's own weight");

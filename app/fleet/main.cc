@@ -11,15 +11,16 @@ int main(int argc, char** argv) {
                "plumbline-fleet");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
-  app.add_option("config,--config", config,
-                 "Configuration file of the daemon, with a section [mqtt]")
+  app.add_option("config,--config", config, "The daemon's configuration, with [mqtt]")
       ->capture_default_str();
   app.footer(
-      "Publishes the state of the plumblined that uses the same configuration, and the probes of\n"
-      "its measurement journal. May be started and stopped at any time. Messages that cannot be\n"
-      "sent are queued on disk. SIGHUP reloads the configuration, SIGTERM stops the program.\n\n"
-      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration, or no [mqtt];\n"
-      "2 wrong arguments, or the queue cannot be used.");
+      "Publishes the state of the plumblined that uses the same configuration, and the\n"
+      "probes of its measurement journal. May be started and stopped at any time.\n"
+      "Messages that cannot be sent are queued on disk. SIGHUP reloads the\n"
+      "configuration, SIGTERM stops the program.\n\n"
+      "Example:\n  plumbline-fleet plumbline.toml\n\n"
+      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration, or\n"
+      "no [mqtt]; 2 wrong arguments, or the queue cannot be used.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

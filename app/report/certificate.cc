@@ -4,13 +4,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/headline.h"
+#include "app/report/certificate_layout.h"
 #include "app/report/certificate_text.h"
 #include "app/report/certificate_verdict.h"
+#include "app/report/empirical_curve.h"
 #include "app/report/html.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -22,6 +25,7 @@ constexpr std::size_t kMaxNameLength = 32, kMaxWordLength = 24, kMaxInstrumentLe
                       kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
+constexpr double kAllShares = 1.02;
 
 std::string ConformityBlock(const CertificateInput& input) {
   const std::optional<double>& tolerance_m = input.source.certificate_details.tolerance_m;
@@ -52,8 +56,11 @@ std::string OrBlank(const std::string& text, std::size_t most = kMaxWordLength) 
 }
 
 std::string RangeText(const model::Interval& range, const char* unit) {
-  if (range.low == range.high) return fmt::format("{:.3g} {}", range.low, unit);
-  return fmt::format("{:.3g} to {:.3g} {}", range.low, range.high, unit);
+  // Both ends to the same digit.
+  const auto whole = [](double value) { return std::abs(value - std::round(value)) < 0.05; };
+  const int digits = whole(range.low) && whole(range.high) ? 0 : 1;
+  if (range.low == range.high) return fmt::format("{:.{}f} {}", range.low, digits, unit);
+  return fmt::format("{:.{}f} to {:.{}f} {}", range.low, digits, range.high, digits, unit);
 }
 
 std::string Particular(const char* name, const std::string& html) {
@@ -95,44 +102,63 @@ std::string ParticularsTable(const CertificateInput& input) {
   return html + "</tbody></table>\n";
 }
 
+/// Value with its expanded uncertainty, a word, or the range of an empirical curve, and its unit.
+std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& parameter,
+                                                 const EmpiricalCurve* curve) {
+  if (curve != nullptr) return {Escape(curve->range), Escape(curve->unit)};
+  const std::string unit = Escape(parameter.unit == "1" ? "" : parameter.unit);
+  if (!parameter.word.empty()) return {Escape(parameter.word), unit};
+  const auto twice = parameter.sd ? std::optional(2 * *parameter.sd) : std::nullopt;
+  const diagnosis::ValueText shown = diagnosis::ValueTextOf(parameter.value, twice);
+  return {NumberHtml(shown.value) + (shown.sd.empty() ? "" : " &plusmn; " + NumberHtml(shown.sd)),
+          unit};
+}
+
+/// Adds the rows of an effect's parameters as far as the page has room for them.
+/// @param count  number of parameters so far, of which at most kMaxCoefficients have rows
+void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::size_t& count) {
+  const model::WrittenEffect written =
+      effects::WrittenFromActive(finding.effect, finding.covariance);
+  const std::vector<EmpiricalCurve> curves = EmpiricalCurvesOf(finding.effect);
+  for (std::size_t k = 0; k < written.parameters.size(); ++k) {
+    const model::EffectParameter& parameter = written.parameters[k];
+    if (++count > kMaxCoefficients) continue;
+    const auto [value, unit] = ValueAndUnit(parameter, k < curves.size() ? &curves[k] : nullptr);
+    table.AddRow({Escape(Shortened(diagnosis::Capitalized(diagnosis::EffectName(written.id)),
+                                   kMaxWordLength)),
+                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit,
+                  Escape(diagnosis::PercentText(finding.share_of_residual))});
+  }
+}
+
 std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   HtmlTable table({"Change to the model", "Parameter", "Value &plusmn; U (k = 2)", "Unit",
                    "Share of the residual"},
                   {0, 1, 3});
   std::size_t count = 0;
-  std::string trends;
+  double shares = 0;
+  std::string trend;
   for (const diagnosis::Finding& finding : diagnosis.findings) {
-    const std::string line = diagnosis::LinearTrendText(finding.effect);
-    if (!line.empty() && trends.empty()) trends = diagnosis::Capitalized(line) + ".";
-    const model::WrittenEffect written =
-        effects::WrittenFromActive(finding.effect, finding.covariance);
-    for (const model::EffectParameter& parameter : written.parameters) {
-      if (++count > kMaxCoefficients) continue;
-      std::string value = Escape(parameter.word);
-      if (parameter.word.empty()) {
-        const auto twice = parameter.sd ? std::optional(2 * *parameter.sd) : std::nullopt;
-        const diagnosis::ValueText shown = diagnosis::ValueTextOf(parameter.value, twice);
-        value =
-            NumberHtml(shown.value) + (shown.sd.empty() ? "" : " &plusmn; " + NumberHtml(shown.sd));
-      }
-      table.AddRow({Escape(Shortened(diagnosis::Capitalized(diagnosis::EffectName(written.id)),
-                                     kMaxWordLength)),
-                    Escape(Shortened(parameter.name, kMaxWordLength)), value,
-                    Escape(parameter.unit == "1" ? "" : parameter.unit),
-                    Escape(diagnosis::PercentText(finding.share_of_residual))});
-    }
+    shares += finding.share_of_residual;
+    if (trend.empty()) trend = diagnosis::Capitalized(diagnosis::LinearTrendText(finding.effect));
+    AddCoefficients(finding, table, count);
   }
-  std::string note = trends;
+  std::vector<std::string> notes;
+  if (!diagnosis.withheld.empty()) notes.emplace_back("Not written to the model.");
+  if (!trend.empty()) notes.push_back(trend + ".");
   if (count > kMaxCoefficients) {
-    note += fmt::format("{}{} in the appendix.", note.empty() ? "" : " ",
-                        CountText(count - kMaxCoefficients, "more parameter"));
+    notes.push_back(CountText(count - kMaxCoefficients, "more parameter") + " in the appendix.");
   }
-  if (!diagnosis.withheld.empty()) note = "Not written to the model. " + note;
-  return table.Html() +
-         (note.empty()
-              ? ""
-              : "<p class=\"soft\">" + Escape(Shortened(note, kMaxSentenceLength / 2)) + "</p>\n");
+  if (shares > kAllShares) {
+    notes.emplace_back(
+        "Share: what comes back without that effect; effects that act alike add up to more than "
+        "100 %.");
+  }
+  if (notes.empty()) return table.Html();
+  return table.Html() + "<p class=\"soft\">" +
+         Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength / 2)) +
+         "</p>\n";
 }
 
 std::string NotTested(const CertificateInput& input) {
@@ -156,13 +182,6 @@ std::string NotTested(const CertificateInput& input) {
          Escape(fmt::format("{}", fmt::join(items, "; "))) + ".</p>\n";
 }
 
-std::string CertificateFigureHtml(const CertificateFigure& figure, const char* style) {
-  if (figure.panel.svg.empty()) return "";
-  return fmt::format("<div class=\"plot {}\"><p><b>{}.</b> {}</p>\n{}</div>\n", style,
-                     Escape(figure.panel.title),
-                     Escape(Shortened(figure.sentence, kMaxSentenceLength)), figure.panel.svg);
-}
-
 std::string Approval(const ReportSource& source) {
   std::string html =
       "<table class=\"approval\"><tbody><tr><td>Approved by<br>" +
@@ -176,41 +195,78 @@ std::string Approval(const ReportSource& source) {
          digest(source.cell_file, source.cell_sha256) + "</p>\n";
 }
 
+/// Caption of a figure.
+std::string CaptionHtml(const CertificateFigure& figure) {
+  return fmt::format("<p class=\"caption\"><b>{}.</b> {}</p>\n", Escape(figure.panel.title),
+                     Escape(Shortened(figure.sentence, kMaxSentenceLength)));
+}
+
+std::string CertificateFigureHtml(const CertificateFigure& figure, const char* style) {
+  if (figure.panel.svg.empty()) return "";
+  return fmt::format("<div class=\"plot {}\">{}{}</div>\n", style, CaptionHtml(figure),
+                     figure.panel.svg);
+}
+
+/// The page's parts other than its figures, from top to bottom; `left` and `right` are beside each
+/// other.
+struct CertificateParts {
+  std::string top, left, right, bottom;
+};
+
+CertificateParts CertificatePartsOf(const CertificateInput& input) {
+  const ReportSource& source = input.source;
+  CertificateParts parts;
+  parts.top = "<header>\n<table class=\"title\"><tbody><tr><td><h1>" +
+              Escape(Shortened(input.cell.robot.name, kMaxNameLength)) +
+              "</h1><p>Accuracy certificate: diagnosis of " +
+              CountText(input.diagnosis.rows.size(), "measured point") +
+              "</p></td><td class=\"when\">" +
+              Escape(source.utc.empty() ? source.date : source.utc) + "<br>Plumbline " +
+              Escape(source.version) + "</td></tr></tbody></table>\n</header>\n";
+  parts.top += VerdictBanner(input.diagnosis, input.cell) + ConformityBlock(input);
+  if (!input.figure_fault.empty()) {
+    parts.top += "<p class=\"note\">This report has no figures: " +
+                 Escape(Shortened(input.figure_fault, kMaxSentenceLength)) +
+                 ". Fix this and run the diagnosis again with --report.</p>\n";
+  }
+  parts.left = CharacteristicsTable(input.achieved);
+  if (input.achieved.before) {
+    parts.left +=
+        std::string("<p class=\"soft\">&plusmn; U = k u<sub>c</sub>, coverage 95.45 %; ") +
+        (input.achieved.held_out ? "errors of held-out rows" : "errors of the fitted rows") +
+        ".</p>\n";
+  }
+  parts.right = ParticularsTable(input);
+  parts.bottom = CoefficientsTable(input.diagnosis) + NotTested(input) + Approval(source);
+  return parts;
+}
+
 }  // namespace
 
+double CertificateTextHeight_mm(const CertificateInput& input) {
+  constexpr double kTitle_mm = 1, kAround_mm = 8, kSignature_mm = 4;  // not in paragraphs or rows
+  const CertificateParts parts = CertificatePartsOf(input);
+  double height_mm = kTitle_mm + kAround_mm + kSignature_mm + PrintedHeight_mm(parts.top) +
+                     std::max(PrintedHeight_mm(parts.left), PrintedHeight_mm(parts.right)) +
+                     PrintedHeight_mm(parts.bottom);
+  for (const CertificateFigure* const figure : {&input.points, &input.deciding}) {
+    if (!figure->panel.script.empty()) height_mm += PrintedHeight_mm(CaptionHtml(*figure));
+  }
+  return height_mm;
+}
+
 std::string CertificatePage(const CertificateInput& input) {
-  const ReportSource& source = input.source;
-  std::string html =
-      "<section class=\"certificate\">\n<header>\n<table class=\"title\"><tbody><tr><td><h1>" +
-      Escape(Shortened(input.cell.robot.name, kMaxNameLength)) +
-      "</h1><p>Accuracy certificate: diagnosis of " +
-      CountText(input.diagnosis.rows.size(), "measured point") + "</p></td><td class=\"when\">" +
-      Escape(source.utc.empty() ? source.date : source.utc) + "<br>Plumbline " +
-      Escape(source.version) + "</td></tr></tbody></table>\n</header>\n";
-  html += VerdictBanner(input.diagnosis, input.cell);
-  html += ConformityBlock(input);
+  const CertificateParts parts = CertificatePartsOf(input);
   const std::string points = CertificateFigureHtml(input.points, "points"),
                     deciding = CertificateFigureHtml(input.deciding, "deciding");
-  if (!input.figure_fault.empty()) {
-    html += "<p class=\"note\">This report has no figures: " +
-            Escape(Shortened(input.figure_fault, kMaxSentenceLength)) +
-            ". Fix this and run the diagnosis again with --report.</p>\n";
-  }
   // The plot that gives an unknown cause away comes first.
   const bool first = input.diagnosis.verdict == diagnosis::Verdict::kUnknown;
+  std::string html = "<section class=\"certificate\">\n" + parts.top;
   if (first) html += deciding;
-  html += "<table class=\"columns\"><tbody><tr><td class=\"left\">\n" +
-          CharacteristicsTable(input.achieved);
-  if (input.achieved.before) {
-    html += std::string("<p class=\"soft\">&plusmn; U = k u<sub>c</sub>, coverage 95.45 %; ") +
-            (input.achieved.held_out ? "errors of held-out rows" : "errors of the fitted rows") +
-            ".</p>\n";
-  }
-  html += "</td><td>\n" + ParticularsTable(input) + "</td></tr></tbody></table>\n";
-  html += points;
+  html += "<table class=\"columns\"><tbody><tr><td class=\"left\">\n" + parts.left + "</td><td>\n" +
+          parts.right + "</td></tr></tbody></table>\n" + points;
   if (!first) html += deciding;
-  html += CoefficientsTable(input.diagnosis) + NotTested(input) + Approval(source);
-  return html + "</section>\n";
+  return html + parts.bottom + "</section>\n";
 }
 
 }  // namespace plumbline::report

@@ -19,6 +19,10 @@ struct CertificateInput {
   const std::string& figure_fault;  ///< why there are no figures; empty if there are
 };
 
+/// Upper estimate of the height of the printed page without its figures, but with their captions
+/// [mm].
+double CertificateTextHeight_mm(const CertificateInput& input);
+
 /// The page as HTML. Its texts are limited in number and length so that it stays one page; what is
 /// left out is in the appendix.
 std::string CertificatePage(const CertificateInput& input);

@@ -164,13 +164,17 @@ std::string CharacteristicsTable(const AchievedAccuracy& achieved) {
     const auto before = row.figure(*achieved.before);
     const auto after = corrected ? row.figure(*achieved.after) : std::nullopt;
     const auto& last = corrected ? after : before;
+    if (!before) {
+      table.AddNote(Escape(row.name), Escape(row.absent));
+      continue;
+    }
     std::vector<std::string> cells = {Escape(row.name)};
     const auto text = [&row](const std::optional<Figure>& figure) {
       return figure ? FigureText(figure->value_m, figure->uncertainty.expanded_m())
                     : Escape(row.absent);
     };
     cells.push_back(text(before));
-    if (corrected) cells.push_back(before ? text(after) : "");
+    if (corrected) cells.push_back(text(after));
     cells.push_back(last ? fmt::format("{:.2f}", last->uncertainty.coverage_factor) : "");
     table.AddRow(cells);
   }

@@ -13,7 +13,9 @@
 namespace plumbline::report {
 namespace {
 
-constexpr int kWidth = 700, kPointsHeight = 138, kDecidingHeight = 190;
+constexpr double kCompressed = 8;  // errors before correction over all others: a linear axis hides
+                                   // the others
+constexpr int kTitle_px = 25, kAxis_px = 50;  // above and below the deciding plot
 constexpr const char* kTolerance = "#b42318";
 constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
 constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
@@ -44,23 +46,33 @@ std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
 }
 
 std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
-                             diagnosis::Verdict verdict) {
+                             const diagnosis::Diagnosis& diagnosis) {
   const std::string label = diagnosis::SignalLabel(selected.signal->name);
   // In a sentence without the unit: "time explains 77 % of the residual".
   const std::string name = label.substr(0, label.rfind(" ("));
   const char* const where = NameOf(selected.component);
   const std::string before = diagnosis::PercentText(selected.share_before),
                     after = diagnosis::PercentText(selected.share_after);
-  const bool unknown = verdict == diagnosis::Verdict::kUnknown;
+  const bool unknown = diagnosis.verdict == diagnosis::Verdict::kUnknown;
+  const auto& drivers = diagnosis.drivers;
+  const bool driver =
+      unknown && std::find(drivers.begin(), drivers.end(), selected.signal->name) != drivers.end();
   std::string text;
-  if (verdict == diagnosis::Verdict::kNoEffect || selected.share_before < kWeakShare) {
+  if (diagnosis.verdict == diagnosis::Verdict::kNoEffect || selected.share_before < kWeakShare) {
     const bool decides = unknown && selected.share_after >= kWeakShare;
-    text = decides ? fmt::format("The residual {} still follows {} after correction ({} of it).",
-                                 where, name, after)
-                   : fmt::format(
-                         "No single signal explains the residual; the strongest is {} with "
-                         "{} of the residual {}.",
-                         name, before, where);
+    if (decides) {
+      text = fmt::format("The residual {} still follows {} after correction ({} of it).", where,
+                         name, after);
+    } else if (driver) {
+      text = fmt::format(
+          "The effect outside the catalogue follows {}; averaged over all postures and loads, {} "
+          "alone explains {} of the residual {}.",
+          name, name, before, where);
+    } else {
+      text = fmt::format(
+          "No single signal explains the residual; the strongest is {} with {} of the residual {}.",
+          name, before, where);
+    }
   } else if (corrected) {
     text = fmt::format("Before correction, {} explains {} of the residual {}; afterwards {}.", name,
                        before, where, after);
@@ -121,35 +133,65 @@ std::string DecidingPlot(const char* title, int column, const char* colour, doub
   return script + '\n';
 }
 
+/// Axis of the errors [mm].
+struct ErrorAxis {
+  double low_mm = 0, high_mm = 0;
+  bool logarithmic = false;
+};
+
+ErrorAxis ErrorAxisOf(const AchievedAccuracy& achieved, std::optional<double> tolerance_m) {
+  const auto& before = achieved.before->characteristics.poses;
+  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
+  const auto& poses = last.characteristics.poses;
+  double before_mm = 0, last_mm = tolerance_m ? 1e3 * *tolerance_m : 0, least_mm = last_mm;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const double error_mm = 1e3 * poses[k].accuracy_m;
+    before_mm = std::max(before_mm, 1e3 * before[k].accuracy_m);
+    last_mm = std::max(last_mm, error_mm + 1e3 * last.BudgetOfPose(k).expanded_m());
+    if (error_mm > 0 && (least_mm <= 0 || error_mm < least_mm)) least_mm = error_mm;
+  }
+  const double high_mm = std::max({before_mm, last_mm, 1e-6});
+  if (achieved.after && least_mm > 0 && before_mm > kCompressed * last_mm) {
+    return {std::max(0.8 * least_mm, 1e-3 * last_mm), 1.3 * high_mm, true};
+  }
+  return {0, 1.06 * high_mm, false};
+}
+
+/// Pose, error before and after correction, and the ends of the bar [mm], not below the axis.
+std::vector<std::vector<double>> ErrorRows(const AchievedAccuracy& achieved, double low_mm) {
+  const auto& before = achieved.before->characteristics.poses;
+  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
+  std::vector<std::vector<double>> rows;
+  for (std::size_t k = 0; k < before.size(); k += plot::Stride(before.size())) {
+    const double error_mm = 1e3 * last.characteristics.poses[k].accuracy_m;
+    const double expanded_mm = 1e3 * last.BudgetOfPose(k).expanded_m();
+    rows.push_back({static_cast<double>(k + 1), 1e3 * before[k].accuracy_m, error_mm,
+                    std::max(low_mm, error_mm - expanded_mm), error_mm + expanded_mm});
+  }
+  return rows;
+}
+
 }  // namespace
 
-CertificateFigure PointsFigure(const AchievedAccuracy& achieved,
-                               std::optional<double> tolerance_m) {
+CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m,
+                               int height) {
   CertificateFigure figure;
   if (!achieved.before) return figure;
   const bool corrected = achieved.after.has_value();
-  const auto& before = achieved.before->characteristics.poses;
-  std::vector<std::vector<double>> rows;
-  double highest_mm = 0;
-  for (std::size_t k = 0; k < before.size(); k += plot::Stride(before.size())) {
-    const Achieved& last = corrected ? *achieved.after : *achieved.before;
-    const double error_mm = 1e3 * last.characteristics.poses[k].accuracy_m;
-    const double expanded_mm = 1e3 * last.BudgetOfPose(k).expanded_m();
-    const double before_mm = 1e3 * before[k].accuracy_m;
-    rows.push_back({static_cast<double>(k + 1), before_mm, error_mm,
-                    std::max(0.0, error_mm - expanded_mm), error_mm + expanded_mm});
-    highest_mm = std::max({highest_mm, before_mm, error_mm + expanded_mm});
-  }
-  if (tolerance_m) highest_mm = std::max(highest_mm, 1e3 * *tolerance_m);
+  const std::size_t poses = achieved.before->characteristics.poses.size();
+  const ErrorAxis axis = ErrorAxisOf(achieved, tolerance_m);
+  const std::vector<std::vector<double>> rows = ErrorRows(achieved, axis.low_mm);
   Panel& panel = figure.panel;
   panel.title = "Error at the measured poses";
-  panel.script = plot::Begin(kWidth, kPointsHeight) + plot::Data("poses", rows);
+  panel.script = plot::Begin(kCertificateFigureWidth, height) + plot::Data("poses", rows);
   panel.script += fmt::format(
       "set xlabel 'pose, in the order of measuring' offset 0,0.5\nset ylabel 'error (mm)'\n"
-      "set xrange [0:{}]\nset yrange [0:{:.6g}]\nset lmargin 8\nset rmargin {}\nset tmargin 0.6\n"
-      "set ytics {:.6g}\n",
-      before.size() + 1, std::max(1.06 * highest_mm, 1e-6), tolerance_m ? 10 : 2,
-      plot::RoundDown(std::max(highest_mm, 1e-6) / 2.5));
+      "set xrange [0:{}]\nset yrange [{:.6g}:{:.6g}]\nset lmargin 8\nset rmargin {}\n"
+      "set tmargin 0.6\n",
+      poses + 1, axis.low_mm, axis.high_mm, tolerance_m ? 10 : 2);
+  panel.script += axis.logarithmic
+                      ? std::string("set logscale y\n")
+                      : fmt::format("set ytics {:.6g}\n", plot::RoundDown(axis.high_mm / 2.65));
   if (tolerance_m) {
     panel.script += fmt::format(
         "set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead linewidth 1.4 "
@@ -164,22 +206,23 @@ CertificateFigure PointsFigure(const AchievedAccuracy& achieved,
         fmt::format("$poses using 1:2 with points pointtype 6 pointsize {} linecolor rgb '{}', ",
                     size, "#7d8a93");
   }
+  // Not yerrorbars: their points have a white margin, which hides the neighbours.
   panel.script += fmt::format(
-      "$poses using 1:3:4:5 with yerrorbars pointtype 7 pointsize {} linewidth 1 linecolor rgb "
-      "'{}'\n",
-      size, plot::kAccent);
+      "$poses using 1:4:(0):($5-$4) with vectors nohead linewidth 1 linecolor rgb '{0}', "
+      "$poses using 1:3 with points pointtype 7 pointsize {1} linecolor rgb '{0}'\n",
+      plot::kAccent, size);
   figure.sentence = fmt::format(
-      "{} bar: expanded uncertainty U.{}{}",
+      "{} bar: expanded uncertainty U.{}{}{}",
       corrected ? "Circle: before correction; dot: after correction;" : "Dot: without correction;",
       tolerance_m ? " A bar that crosses the line proves neither conformity nor the contrary." : "",
-      plot::Stride(before.size()) > 1
-          ? fmt::format(" One pose in {} is drawn.", plot::Stride(before.size()))
-          : std::string());
+      axis.logarithmic ? " Logarithmic axis." : "",
+      plot::Stride(poses) > 1 ? fmt::format(" One pose in {} is drawn.", plot::Stride(poses))
+                              : std::string());
   return figure;
 }
 
 CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
-                                 const model::CellModel& cell) {
+                                 const model::CellModel& cell, int height) {
   CertificateFigure figure;
   const DecidingSignal selected = SelectSignal(diagnosis, cell);
   if (selected.signal == nullptr) return figure;
@@ -198,16 +241,17 @@ CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
   Panel& panel = figure.panel;
   panel.title = fmt::format("Residual {} against {}", NameOf(selected.component),
                             diagnosis::SignalLabel(selected.signal->name));
-  panel.script = plot::Begin(kWidth, kDecidingHeight) +
+  panel.script = plot::Begin(kCertificateFigureWidth, height) +
                  plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
   if (rejected) panel.script += plot::Data("rejected", PointsOf(selected.rejected));
   panel.script += fmt::format(
       "set xrange [{:.8g}:{:.8g}]\nset yrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n"
       "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
-      "set tmargin at screen 0.87\nset bmargin at screen 0.27\n",
+      "set tmargin at screen {:.4f}\nset bmargin at screen {:.4f}\n",
       low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
       GnuplotQuoted(diagnosis::SignalLabel(selected.signal->name)),
-      plot::RoundDown((top - bottom) / 3));
+      plot::RoundDown((top - bottom) / 3), 1 - static_cast<double>(kTitle_px) / height,
+      static_cast<double>(kAxis_px) / height);
   if (!corrected) {
     panel.script += "set lmargin at screen 0.1\nset rmargin at screen 0.98\n";
     panel.script +=
@@ -220,7 +264,7 @@ CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
     panel.script += DecidingPlot("after correction", 3, plot::kAccent, noise_mm, rejected);
     panel.script += "unset multiplot\n";
   }
-  figure.sentence = DecidingSentence(selected, corrected, diagnosis.verdict);
+  figure.sentence = DecidingSentence(selected, corrected, diagnosis);
   return figure;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/report/achieved_accuracy.h"
+#include "app/report/certificate_layout.h"
 #include "app/report/figures.h"
 
 namespace plumbline::report {
@@ -16,15 +17,20 @@ struct CertificateFigure {
 };
 
 /// Error at each measured pose before and after correction with its expanded uncertainty, and the
-/// tolerance. Empty panel if there are no errors.
+/// tolerance. The axis is logarithmic if the errors before correction would otherwise press those
+/// after it against the axis. Empty panel if there are no errors.
 /// @param tolerance_m  [m]; absent: none was stated
-CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m);
+/// @param height       of the panel [px]
+CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m,
+                               int height = FigureHeights{}.points);
 
 /// The residual against the signal that decides the verdict, before and after correction at one
 /// scale. The signal is the driver of an unknown cause; otherwise the one whose binned means
 /// explain most of the residual before correction, along x, y, z of W or, if the base is known,
 /// radially or tangentially to its axis. Empty panel if no signal was recorded.
+/// @param height  of the panel [px]
 CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
-                                 const model::CellModel& cell);
+                                 const model::CellModel& cell,
+                                 int height = FigureHeights{}.deciding);
 
 }  // namespace plumbline::report

@@ -95,6 +95,12 @@ void HtmlTable::AddRow(const std::vector<std::string>& cells, bool strong) {
   ++count_;
 }
 
+void HtmlTable::AddNote(const std::string& cell, const std::string& note) {
+  rows_ += "<tr><td>" + cell + "</td><td class=\"number\" colspan=\"" +
+           std::to_string(headers_.size() - 1) + "\">" + note + "</td></tr>\n";
+  ++count_;
+}
+
 std::string HtmlTable::Html() const {
   std::string html =
       count_ <= kShortTable ? "<div class=\"table whole\">" : "<div class=\"table\">";

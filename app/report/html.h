@@ -23,6 +23,8 @@ class HtmlTable {
   HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> text_columns);
   /// @param strong  emphasise the row
   void AddRow(const std::vector<std::string>& cells, bool strong = false);
+  /// A row with one cell and a text across all other columns.
+  void AddNote(const std::string& cell, const std::string& note);
   bool empty() const { return count_ == 0; }
   std::string Html() const;
 

@@ -4,6 +4,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/report/certificate.h"
+#include "app/report/certificate_layout.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 #include "app/report/style.h"
@@ -34,12 +35,26 @@ struct Pictures {
   }
 };
 
+/// The certificate's figures, as high as its texts permit.
+void AddCertificateFigures(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
+                           const ReportSource& source, const AchievedAccuracy& achieved,
+                           Pictures& pictures) {
+  const std::optional<double>& tolerance_m = source.certificate_details.tolerance_m;
+  pictures.points = PointsFigure(achieved, tolerance_m);
+  pictures.deciding = DecidingFigure(diagnosis, cell);
+  const FigureHeights heights =
+      HeightsBeside(CertificateTextHeight_mm({diagnosis, cell, source, achieved, pictures.points,
+                                              pictures.deciding, pictures.fault}),
+                    !pictures.points.panel.script.empty());
+  pictures.points = PointsFigure(achieved, tolerance_m, heights.points);
+  pictures.deciding = DecidingFigure(diagnosis, cell, heights.deciding);
+}
+
 Pictures Draw(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
-              const AchievedAccuracy& achieved, const CertificateDetails& certificate_details,
+              const AchievedAccuracy& achieved, const ReportSource& source,
               const GnuplotOptions& gnuplot) {
   Pictures pictures;
-  pictures.points = PointsFigure(achieved, certificate_details.tolerance_m);
-  pictures.deciding = DecidingFigure(diagnosis, cell);
+  AddCertificateFigures(diagnosis, cell, source, achieved, pictures);
   pictures.arrows = ArrowFigures(diagnosis, cell);
   pictures.signals = SignalFigures(diagnosis);
   pictures.spectrum = SpectrumFigures(diagnosis);
@@ -99,7 +114,7 @@ std::string Head(const model::CellModel& cell) {
 std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot) {
   const AchievedAccuracy achieved = AchievedAccuracyOf(diagnosis, cell);
-  const Pictures pictures = Draw(diagnosis, cell, achieved, source.certificate_details, gnuplot);
+  const Pictures pictures = Draw(diagnosis, cell, achieved, source, gnuplot);
   std::string html = Head(cell) + "<body>\n<main>\n";
   html += CertificatePage(
       {diagnosis, cell, source, achieved, pictures.points, pictures.deciding, pictures.fault});

@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/headline.h"
+#include "app/report/empirical_curve.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 
@@ -238,10 +239,14 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
     html += "<h3>" + Escape(diagnosis::Capitalized(diagnosis::EffectName(finding))) + "</h3>\n<p>";
     html += Escape(diagnosis::Capitalized(std::string(traits.meaning))) + ". ";
     html +=
-        fmt::format("It accounts for {} of the residual's sum of squares ({}).</p>\n",
+        fmt::format("Without it, {} of the residual's sum of squares comes back ({}).</p>\n",
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
+    for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
+      html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
+              Escape(curve.range + " " + curve.unit) + ".</p>\n";
+    }
     html += "<p><em>What to do.</em> " +
             Escape(diagnosis::Capitalized(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {

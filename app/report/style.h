@@ -81,7 +81,7 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
 .conformity.conforms { border-color: #1f6f43; }
 .conformity.not-decided { border-color: #8f5f00; }
 .conformity.fails { border-color: #a3271c; }
-.columns .left { width: 58%; padding-right: 20px; }
+.columns .left { width: 58%; padding-right: 12px; }
 .particulars th { border-bottom: 1px solid #dbe2e6; white-space: nowrap; font-weight: 400;
   vertical-align: top; }
 .particulars td { overflow-wrap: anywhere; }
@@ -124,6 +124,7 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .certificate { max-width: none; font-size: 9pt; break-after: page; }
   .certificate h1 { font-size: 14pt; }
   .certificate table, .certificate th { font-size: 8pt; }
+  footer { margin-top: 8pt; padding-top: 4pt; font-size: 7.5pt; break-before: avoid; }
   .certificate .soft, .plot p { font-size: 7.5pt; }
   .banner .word { font-size: 11.5pt; }
   .banner .headline { font-size: 9pt; }
@@ -133,8 +134,6 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .banner { margin: 4pt 0; padding: 5pt 10pt 4pt; }
   .certificate .conformity { margin-bottom: 4pt; }
   .plot { margin: 3pt 0 0; }
-  .plot.points svg { height: 32mm; }
-  .plot.deciding svg { height: 45mm; }
   .certificate, .certificate table, .plot p { line-height: 1.2; }
   .banner p { margin-bottom: 1pt; }
   .particulars th { padding-right: 4pt; }
@@ -144,6 +143,7 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   th { font-size: 8pt; }
   th, td { padding: 1.5pt 10pt 1.5pt 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
+  .certificate .left .number { padding-right: 4pt; }
   .table { overflow: visible; }
   .keys dd { font-size: 12pt; }
   .keys dd small { font-size: 8pt; }

@@ -17,6 +17,7 @@ namespace plumbline::table {
 struct RecordedColumns {
   bool session = false;
   bool time = false;
+  bool clock_restarted = false;  ///< t_s was in the file, but is not used
   bool qd = false;
   bool qdd = false;
   bool tau = false;

@@ -8,11 +8,11 @@
 namespace plumbline::view {
 namespace {
 
-constexpr int kDirections = 16;
+constexpr int kDirections = 32;
 constexpr float kDistances_em[] = {1.6F, 2.6F, 3.8F, 5.2F, 7.0F, 9.5F, 12.5F, 16.0F, 20.0F};
 constexpr float kOwnMark_em = 1.3F;  ///< a leader line may start within the mark that it explains
-/// Additional length [em] that is accepted to avoid crossing a mark, or a label or other line.
-constexpr float kMarkCrossed_em = 12, kLabelCrossed_em = 25;
+/// Additional length [em] that is accepted to avoid crossing a label or another line.
+constexpr float kLabelCrossed_em = 25;
 
 bool Contains(const scene::Area& area, const scene::PicturePoint& p) {
   return p.x >= area.x && p.x < area.right() && p.y >= area.y && p.y < area.bottom();
@@ -85,13 +85,18 @@ bool LabelPlacer::IsFree(const scene::Area& area) const {
                       [&](const LeaderLine& one) { return Meets(one, area); });
 }
 
-/// Cost of everything that a leader line crosses beyond its own mark [em].
-float LabelPlacer::CrossingCost(const LeaderLine& leader) const {
+bool LabelPlacer::CrossesMark(const LeaderLine& leader) const {
   const float dx = leader.to.x - leader.from.x, dy = leader.to.y - leader.from.y;
   const float own = std::min(1.0F, kOwnMark_em * em_ / std::hypot(dx, dy));
   const LeaderLine beyond{{leader.from.x + own * dx, leader.from.y + own * dy}, leader.to};
+  return std::any_of(kept_clear_.begin(), kept_clear_.end(), [&](const scene::Area& one) {
+    return !Contains(one, leader.from) && Meets(beyond, one);
+  });
+}
+
+/// Cost of the labels and other lines that a leader line crosses [em].
+float LabelPlacer::CrossingCost(const LeaderLine& leader) const {
   float cost = 0;
-  for (const scene::Area& one : kept_clear_) cost += Meets(beyond, one) ? kMarkCrossed_em : 0;
   for (const scene::Area& one : taken_) cost += Meets(leader, one) ? kLabelCrossed_em : 0;
   for (const LeaderLine& one : leaders_) cost += Meets(leader, one) ? kLabelCrossed_em : 0;
   return cost;
@@ -114,7 +119,7 @@ std::optional<PlacedLabel> LabelPlacer::Place(const scene::PicturePoint& at, flo
       const int turn = (k + 1) / 2 * (k % 2 == 0 ? 1 : -1);
       const PlacedLabel label =
           LabelAt(at, width, height, distance_em * em_, 2 * std::numbers::pi * turn / kDirections);
-      if (!IsFree(label.area)) continue;
+      if (!IsFree(label.area) || CrossesMark(label.leader)) continue;
       const float cost = distance_em + CrossingCost(label.leader);
       if (cost >= least) continue;
       least = cost;

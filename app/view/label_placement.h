@@ -29,9 +29,9 @@ class LabelPlacer {
   /// Nothing may cover this area. It is rounded up to half an em, so that noise moves nothing.
   void KeepClear(const scene::Area& area);
 
-  /// Places a label beside `at`, clear of everything, with a short leader line that crosses as
-  /// little as possible.
-  /// @return  nullopt if `at` is outside the image or no place is free
+  /// Places a label beside `at`, clear of everything, with a short leader line that covers no mark
+  /// and crosses as few labels and other lines as possible.
+  /// @return  nullopt if `at` is outside the image or there is no such place
   std::optional<PlacedLabel> Place(const scene::PicturePoint& at, float width, float height);
 
   /// Reserves an area in the first of the corners where it covers nothing.
@@ -45,6 +45,8 @@ class LabelPlacer {
   scene::Area InCorner(float width, float height, Corner corner) const;
   float CoveredBy(const scene::Area& area) const;
   bool IsFree(const scene::Area& area) const;
+  /// Whether a leader line covers a mark other than those that contain the labelled point.
+  bool CrossesMark(const LeaderLine& leader) const;
   float CrossingCost(const LeaderLine& leader) const;
   void Take(const PlacedLabel& label);
 

@@ -35,6 +35,7 @@ std::string DriftNote(const status::MonitoringStatus& monitoring) {
     return "DRIFT: " + DriftRatioText(monitoring.drift_statistic);
   }
   if (!monitoring.recording || monitoring.learning) return "drift not monitored";
+  if (monitoring.probes == 0 && monitoring.drift_statistic == 0) return "drift: no probes yet";
   return "drift " + DriftRatioText(monitoring.drift_statistic);
 }
 

@@ -126,13 +126,14 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
 
 namespace {
 
-/// Text in which every number reads the same: the key of repeats.
+/// Text in which every number reads the same but that of an assembly point: the key of repeats.
 std::string WithoutNumbers(const std::string& text) {
   std::string key;
+  bool named = false;
   for (const char c : text) {
     const bool digit = (c >= '0' && c <= '9') || c == '.';
-    if (!digit) key += c;
-    if (digit && (key.empty() || key.back() != '0')) key += '0';
+    if (!digit) named = (key += c).ends_with("point ");
+    if (digit && (named || key.empty() || key.back() != '0')) key += named ? c : '0';
   }
   return key;
 }

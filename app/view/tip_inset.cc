@@ -117,10 +117,11 @@ Mat3 ViewAlongAxis(Eigen::Index away) {
   return R;
 }
 
-/// The image plane if most of the correction lies in it, else the plane of W that shows it best.
-Mat3 ViewOf(const Mat3& R_CW, const Vec3& missed_W) {
+/// The image plane, if known, if most of the correction lies in it, else the plane of W that shows
+/// it best.
+Mat3 ViewOf(const std::optional<Mat3>& R_CW, const Vec3& missed_W) {
   constexpr double kShown = 0.7;
-  if ((R_CW * missed_W).head<2>().norm() >= kShown * missed_W.norm()) return R_CW;
+  if (R_CW && (*R_CW * missed_W).head<2>().norm() >= kShown * missed_W.norm()) return *R_CW;
   Eigen::Index away = 0;
   missed_W.cwiseAbs().minCoeff(&away);
   return ViewAlongAxis(away);
@@ -132,8 +133,9 @@ std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
                                 const lens::Lens& pinhole) {
   const ViewFacts& facts = input.facts;
   const Carriers& carriers = facts.carriers[k];
-  if (facts.model == nullptr || !carriers.world || !carriers.tool) return std::nullopt;
-  const Pose& X_CW = carriers.world->X_CK;
+  if (facts.model == nullptr || !carriers.tool) return std::nullopt;
+  std::optional<Pose> X_CW;
+  if (carriers.world) X_CW = carriers.world->X_CK;
   std::optional<TipInset> nearest;
   double least_m = 0;
   for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
@@ -145,10 +147,10 @@ std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
       nearest.emplace();
       const Vec3 missed_W = -(facts.model->arm.X_WB().R * output.translation_B);
       nearest->name = PointName(facts, point.id);
-      nearest->R_VW = ViewOf(X_CW.R, missed_W);
+      nearest->R_VW = ViewOf(X_CW ? std::optional(X_CW->R) : std::nullopt, missed_W);
       nearest->uncorrected_mm = kMmPerMetre * (nearest->R_VW * missed_W).head<2>();
       nearest->radius_mm = kMmPerMetre * output.uncertainty_m;
-      const double depth_m = (X_CW * point.X_WP.p).z();
+      const double depth_m = X_CW ? (*X_CW * point.X_WP.p).z() : 0;
       nearest->image_px_per_mm = depth_m > 0 ? pinhole.fx / (kMmPerMetre * depth_m) : 0;
     }
   }

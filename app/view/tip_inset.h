@@ -21,7 +21,9 @@ struct TipInset {
 };
 
 /// The valid point nearest to the tip. Positions are those of AddOverlay(), without exaggeration.
-/// @return  nullopt if no point is valid, or if the k-th camera has no cell frame
+/// Without a camera, or while the pose of the cell in its frame is unknown, the view is along an
+/// axis of W.
+/// @return  nullopt if no point is valid
 std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
                                 const lens::Lens& pinhole);
 

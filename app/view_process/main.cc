@@ -10,9 +10,8 @@
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
-  CLI::App app(
-      "Plumbline's display: the camera image with the bent tool over it, and the cell's state",
-      "plumbline-view");
+  CLI::App app("Plumbline's display: the camera image with the bent tool, and the cell's state",
+               "plumbline-view");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
   plumbline::view_process::SnapshotOptions snapshot;
@@ -34,13 +33,19 @@ int main(int argc, char** argv) {
   plumbline::view_process::DistanceOptions distance;
   app.add_option("--name", distance.names, "Name of a distance, point or object; default: all")
       ->needs(distances);
-  app.add_flag("--json", snapshot.json, "Print the picture's content, or the distances, as JSON");
+  app.add_flag("--json", snapshot.json, "Print the content or the distances as JSON");
   app.footer(
-      "Shows the cell of the plumblined that uses the same configuration. May be started and\n"
-      "stopped at any time. SIGHUP reloads the configuration, SIGTERM stops the program.\n\n"
-      "Exit codes: 0 stopped by SIGTERM or SIGINT, or picture or distances written; 1 faults in\n"
-      "the configuration, or with --distances a value that cannot be measured; 2 wrong arguments,\n"
-      "no daemon, no renderer (--snapshot), or writing failed.");
+      "Shows the cell of the plumblined that uses the same configuration. May be\n"
+      "started and stopped at any time. SIGHUP reloads the configuration, SIGTERM\n"
+      "stops the program.\n\n"
+      "Examples:\n"
+      "  plumbline-view plumbline.toml\n"
+      "  plumbline-view plumbline.toml --snapshot cell.png --size 1920x1080\n"
+      "  plumbline-view plumbline.toml --distances --json\n\n"
+      "Exit codes: 0 stopped by SIGTERM or SIGINT, or picture or distances written;\n"
+      "1 faults in the configuration, or with --distances a value that cannot be\n"
+      "measured; 2 wrong arguments, no daemon, no renderer (--snapshot), or writing\n"
+      "failed.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

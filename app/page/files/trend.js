@@ -15,13 +15,18 @@ function median(values) {
 
 const isLoaded = (point) => point.payload_kg === undefined || point.payload_kg > kLoaded_kg;
 
+// The median does not mix residuals of different models: at each change its line is interrupted.
 function rowsOf(points) {
+  let first = 0;
   return points.map((point, k) => {
     const row = [chart.byTime ? new Date(1000 * point.utc_s) : point.id, null, null, null, null, null];
     const column = point.alarm ? kAlarmColumn : point.wild ? kOutlierColumn :
       isLoaded(point) ? kLoadedColumn : kUnloadedColumn;
     row[column] = point.mm;
-    row[kMiddleColumn] = median(points.slice(Math.max(0, k - kMiddleOver + 1), k + 1).map((one) => one.mm));
+    const changed = k > 0 && point.model !== points[k - 1].model;
+    if (changed) first = k;
+    row[kMiddleColumn] = changed ? null :
+      median(points.slice(Math.max(first, k - kMiddleOver + 1), k + 1).map((one) => one.mm));
     return row;
   });
 }
@@ -133,10 +138,10 @@ function optionsOf() {
 
 function describe() {
   const {points} = chart, last = points[points.length - 1];
-  const present = points.filter((point) => point.model === last.model).map((point) => point.mm).slice(-20);
+  const under = points.filter((point) => point.model === last.model), present = under.map((point) => point.mm).slice(-20);
   const beyond = chart.radius_mm === null ? "" :
-    ` ${points.filter((point) => point.mm > chart.radius_mm).length} of ${points.length} exceed the ` +
-    `largest 95 % radius of the points, ${chart.radius_mm.toFixed(2)} mm.`;
+    ` ${under.filter((point) => point.mm > chart.radius_mm).length} of ${last.model ? "its" : "the"} ${under.length} probes shown exceed ` +
+    `the largest 95 % radius of the points, ${chart.radius_mm.toFixed(2)} mm.`;
   const alarms = points.filter((point) => point.alarm).length;
   return `Newest: ${last.mm.toFixed(3)} mm. Median of the newest ${present.length}` +
     (last.model ? ` under model version ${last.model}` : "") + `: ${median(present).toFixed(3)} mm.` +

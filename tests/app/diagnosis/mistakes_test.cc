@@ -291,6 +291,10 @@ TEST_CASE("rows out of time order are refused, a restarted clock is accepted") {
   const Result<Dataset> dataset = DatasetFrom(restarted.cell, restarted.table);
   REQUIRE(dataset);
   CHECK_FALSE(dataset->table.recorded.time);
+  CHECK(std::any_of(dataset->not_recorded.begin(), dataset->not_recorded.end(),
+                    [](const std::string& signal) {
+                      return signal.starts_with("t_s without a restart of its clock");
+                    }));
   CHECK(std::any_of(dataset->notes.begin(), dataset->notes.end(), [](const std::string& note) {
     return note.find("t_s decreases 1 times (line 22): the clock was restarted") !=
            std::string::npos;

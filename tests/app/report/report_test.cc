@@ -382,6 +382,13 @@ std::string OutputOf(const std::string& command) {
   return output;
 }
 
+/// Distance from the top of the first page to the end of its last digest [pt].
+double LastLine_pt(const std::string& pdf) {
+  const std::string words = OutputOf("pdftotext -f 1 -l 1 -bbox '" + pdf + "' -");
+  const auto digest = words.rfind(">SHA-256<"), end = words.rfind("yMax=\"", digest);
+  return end == std::string::npos ? 0 : std::atof(words.c_str() + end + 6);
+}
+
 }  // namespace
 
 TEST_CASE("the first page names what was measured, with what, when and by which model") {
@@ -644,6 +651,8 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
       CHECK(Has(first, "Signature"));
       CHECK(Count(first, "SHA-256") == 2);
       CHECK(second.find("Appendix") < 20);
+      // The last line is near the end of the page (842 pt).
+      if (HasGnuplot() && !crowded) CHECK(LastLine_pt(file) > 0.8 * 842);
     }
   }
 }

@@ -70,6 +70,23 @@ TEST_CASE("a leader line avoids the label of a neighbour") {
   CHECK(second->leader.to.x < first->area.x);
 }
 
+TEST_CASE("a leader line covers no other mark, even where the way around it is long") {
+  LabelPlacer placer(kImage, kEm);
+  // Marks in a ring around the point, with a gap below.
+  const scene::PicturePoint at{600, 350};
+  for (const float x : {-60.0F, 60.0F}) placer.KeepClear({at.x + x - 10, at.y - 60, 20, 120});
+  placer.KeepClear({at.x - 60, at.y - 70, 120, 20});
+  const auto placed = placer.Place(at, 160, 26);
+  REQUIRE(placed);
+  CHECK(placed->leader.to.y > at.y + 60);
+  placer.KeepClear({at.x - 60, at.y + 50, 120, 20});
+  CHECK_FALSE(placer.Place(at, 160, 26));
+  // A mark that contains the point itself is no obstacle.
+  LabelPlacer inside(kImage, kEm);
+  inside.KeepClear({at.x - 100, at.y - 40, 200, 80});
+  CHECK(inside.Place(at, 160, 26));
+}
+
 TEST_CASE("corners are taken in order, or where least is covered") {
   LabelPlacer placer(kImage, kEm);
   placer.KeepClear({kImage.x, kImage.y, 200, 200});

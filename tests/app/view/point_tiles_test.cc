@@ -51,6 +51,8 @@ TEST_CASE("a tile states correction, radius with its basis, and drift") {
   CHECK(tile.radius == "±0.30 mm (95 %, assumed)");
   CHECK(tile.note == "drift 0.26 of threshold");
   CHECK(tile.state == StateClass::kAdvisory);
+  scene.state.monitoring.drift_statistic = 0;
+  CHECK(TilesIn(scene).front().note == "drift: no probes yet");
 }
 
 TEST_CASE("a tile states why a point is not valid, and what limits the use of a valid one") {
@@ -116,6 +118,13 @@ TEST_CASE("the inset shows the nearest valid point to scale") {
   for (view_link::ViewPoint& point : scene.state.points)
     point.translation_B = R_BW * Vec3(0.0001, 0.004, 0.001);
   CHECK(InsetOf(input, 0, pinhole)->uncorrected_mm.norm() == Approx(std::hypot(4, 1)));
+  // Without a camera, too.
+  Carriers unseen = carriers;
+  unseen.world.reset();
+  facts.carriers = std::span(&unseen, 1);
+  REQUIRE(InsetOf(input, 0, pinhole));
+  CHECK(InsetOf(input, 0, pinhole)->uncorrected_mm.norm() == Approx(std::hypot(4, 1)));
+  CHECK(InsetOf(input, 0, pinhole)->image_px_per_mm == 0);
   for (view_link::ViewPoint& point : scene.state.points) point.valid = false;
   CHECK_FALSE(InsetOf(input, 0, pinhole));
 }

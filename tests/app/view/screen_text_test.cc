@@ -416,6 +416,13 @@ TEST_CASE("messages come newest first, and repeats are folded into the newest") 
   CHECK(lines[0].text == "08:00:09 (3 times) the zoom changed");
   CHECK(lines[1].text == "08:00:08 (6 times) frame 8 lost");
   CHECK(RecentMessages(facts, 1).size() == 1);
+  // Other numbers are folded, points are not.
+  scene.state.lines = {{1, 1.8e9, 6, "point 1 (left) corrected by 2.84 mm"},
+                       {2, 1.8e9 + 1, 6, "point 2 (right) corrected by 2.84 mm"},
+                       {3, 1.8e9 + 2, 6, "point 1 (left) corrected by 2.91 mm"}};
+  const std::vector<PanelLine> points = RecentMessages(facts, 10);
+  REQUIRE(points.size() == 2);
+  CHECK(points[0].text == "08:00:02 (2 times) point 1 (left) corrected by 2.91 mm");
 }
 
 }  // namespace plumbline::screen_text_test
