@@ -59,10 +59,14 @@ struct Counts {
   }
 };
 
-/// Whether the reasons contain one of the words before their advice, which follows a semicolon.
+/// Whether the reasons contain one of the words before their advice, which follows a semicolon. An
+/// effect that is only not excluded is not named.
 bool Names(const std::vector<std::string>& reasons, const std::string& words) {
   std::string all;
-  for (const std::string& reason : reasons) all += reason.substr(0, reason.find(';')) + "\n";
+  for (const std::string& reason : reasons) {
+    const std::string before_advice = reason.substr(0, reason.find(';'));
+    if (before_advice.find("not excluded") == std::string::npos) all += before_advice + "\n";
+  }
   std::size_t start = 0;
   while (start <= words.size()) {
     const std::size_t end = std::min(words.find('|', start), words.size());
