@@ -58,7 +58,7 @@ struct Advice {
 Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
                 const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
                 const LensVerdict& verdict) {
-  if (!verdict.decisive.empty()) return {UnprovedAdvice(verdict.decisive), true};
+  if (!verdict.decisive.empty()) return {UnprovedAdvice(verdict.decisive, options.declared), true};
   const LensCalibration& result = verdict.result;
   // More views help only if the noise alone makes the lens uncertain.
   const auto& [fit, consistency] = fitted;
@@ -69,11 +69,7 @@ Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
       !(by_noise_px <= options.acceptable_px) || NoiseShare(fit, consistency) > kMostlyNoise)
     return {AdviceOnViews(fit, kept, result.size), true};
   if (!diagnosis.findings.empty()) return {ReasonOf(diagnosis, options.declared), false};
-  return {fmt::format("one lens and one flat board explain the corners to {:.2f} px, but "
-                      "their noise is {:.2f} px, and the cause is not clear; use a stiff "
-                      "board printed true to size, avoid heat haze and vibration",
-                      fit.sigma_px, consistency.noise_px),
-          true};
+  return {UnexplainedWords(fit, consistency), true};
 }
 
 /// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
@@ -99,10 +95,15 @@ void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> view
 
 /// Reasons to refuse a capture that one lens and one board do not explain.
 std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiagnosis& diagnosis,
-                                   const DeclaredFacts& declared, double shared) {
+                                   const ConsistentFit& fitted, const DeclaredFacts& declared,
+                                   double shared) {
   const bool found = !diagnosis.findings.empty();
   if (verdict.displaced || (found && (!verdict.region.acceptable || !verdict.change.empty())))
     return {ReasonOf(diagnosis, declared)};
+  // A change that explains little of the residuals is not their cause.
+  if (!verdict.change.empty() && !found &&
+      NoiseShare(fitted.fit, fitted.consistency) <= kMostlyNoise)
+    return {UnexplainedWords(fitted.fit, fitted.consistency)};
   if (!verdict.change.empty()) return {verdict.change};
   if (verdict.region.acceptable || !(shared > kMaxSharedVariance)) return {};
   return {fmt::format(
@@ -118,7 +119,7 @@ void AddReasonsBeside(const ConsistentFit& fitted, std::span<const BoardView> ke
                       const CalibrationOptions& options, LensCalibration& result) {
   if (!decisive.empty()) {
     result.reasons.push_back("estimated together with the lens, this would be acceptable, but " +
-                             UnprovedAdvice(decisive));
+                             UnprovedAdvice(decisive, options.declared));
   }
   // Advice on views only if better views are needed as well.
   LensCalibration ideal = result;
@@ -177,7 +178,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const std::vector<UnprovedEffect> decisive =
       AdoptBest(diagnosis, fitted, kept, options, result, verdict);
   result = verdict.result;
-  result.reasons = ReasonsOf(verdict, diagnosis, options.declared, shared);
+  result.reasons = ReasonsOf(verdict, diagnosis, fitted, options.declared, shared);
   if (result.reasons.empty()) {
     JudgeCertainty(fitted, kept, views, diagnosis, options, verdict, result);
   } else {

@@ -18,7 +18,7 @@ struct CalibrationOptions {
   double acceptable_px = 0.5;
   std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: infinity
   /// The residuals can still contradict them: the capture is then refused, and the reason says so.
-  DeclaredFacts declared;
+  DeclaredFacts declared{};
 };
 
 struct RefusedFrame {

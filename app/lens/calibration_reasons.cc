@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/view_selection.h"
+
 namespace plumbline::lens {
 namespace {
 
@@ -70,22 +72,20 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
 /// An effect and what would exclude it.
 struct Exclusion {
   std::string effect, remedy;
+  std::string declare{};  ///< before the remedy, unless it is declared already
 };
 
 Exclusion ExclusionOf(const UnprovedEffect& effect) {
   switch (effect.cause) {
     case CaptureCause::kWindowPane:
-      return {
-          "a pane of glass in front of the lens",
-          "if there is none, declare it (--no-window, or no_window in [camera]); otherwise take "
-          "views at different distances"};
+      return {"a pane of glass in front of the lens", "take views at different distances",
+              "if there is none, declare it (--no-window, or no_window in [camera]); otherwise "};
     case CaptureCause::kCameraVaries:
-      return {
-          fmt::format("a focal length that varies from frame to frame by {:.1g} %",
-                      100 * effect.variation / std::sqrt(effect.probability)),
-          "if the camera has neither autofocus nor a zoom drive that moves by itself, declare it "
-          "(--fixed-focus, or fixed_focus in [camera]); otherwise switch them off and take more "
-          "views, close and tilted"};
+      return {fmt::format("a focal length that varies from frame to frame by {:.1g} %",
+                          100 * effect.variation / std::sqrt(effect.probability)),
+              "switch autofocus and zoom drive off and take more views, close and tilted",
+              "if the camera has neither autofocus nor a zoom drive that moves by itself, declare "
+              "it (--fixed-focus, or fixed_focus in [camera]); otherwise "};
     case CaptureCause::kRollingShutter:
       return {"motion of the board while the rows of the image are read out (rolling shutter)",
               "rest the board for each frame, and turn it by 90 degrees for some"};
@@ -168,14 +168,37 @@ std::string ReasonOf(const CaptureDiagnosis& diagnosis, const DeclaredFacts& dec
   return reason + "; " + findings[0].remedy;
 }
 
-std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects) {
+std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency) {
+  const double smooth_px2 = fit.sigma_px * fit.sigma_px - std::pow(consistency.noise_px, 2);
+  if (2 * SharedVariance(fit) < smooth_px2) {
+    return fmt::format(
+        "the corners are displaced smoothly by {:.2f} px, most of it differently in each frame, as "
+        "by hot air (heat haze), and no change of lens or board explains it; keep heat, air "
+        "currents and vibration away, and repeat the capture",
+        std::sqrt(smooth_px2));
+  }
+  return fmt::format(
+      "one lens and one flat board explain the corners to {:.2f} px, but their noise is {:.2f} px, "
+      "and the cause is not clear; use a stiff board printed true to size, avoid heat haze and "
+      "vibration",
+      fit.sigma_px, consistency.noise_px);
+}
+
+std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,
+                           const DeclaredFacts& declared) {
   constexpr double kMostCertain = 0.99;  // of what is not shown
   std::string advice;
   for (const UnprovedEffect& effect : effects) {
-    const auto [words, remedy] = ExclusionOf(effect);
-    advice +=
-        fmt::format("{}{} is not excluded (probability {:.2g}): {}", advice.empty() ? "" : "; and ",
-                    words, std::min(effect.probability, kMostCertain), remedy);
+    const auto [words, remedy, declare] = ExclusionOf(effect);
+    const std::string probability =
+        fmt::format("(probability {:.2g})", std::min(effect.probability, kMostCertain));
+    if (!advice.empty()) advice += "; and ";
+    if (DeclaredAbsent(declared, effect.cause)) {
+      advice += fmt::format("{} is likely {}{}: {}", words, probability,
+                            Contradiction(effect.cause, declared), remedy);
+    } else {
+      advice += fmt::format("{} is not excluded {}: {}{}", words, probability, declare, remedy);
+    }
   }
   return advice;
 }

@@ -26,8 +26,12 @@ std::string WordsOf(const CaptureDiagnosis::Finding& finding, const DeclaredFact
 /// One reason for a capture that one lens and one board do not explain.
 std::string ReasonOf(const CaptureDiagnosis& diagnosis, const DeclaredFacts& declared);
 
+/// Residuals that neither noise nor any explanation accounts for.
+std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency);
+
 /// Effects that are not excluded, with what would exclude each of them.
-std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects);
+std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,
+                           const DeclaredFacts& declared);
 
 /// Advice on views that would determine the lens better.
 std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,

@@ -10,15 +10,13 @@
 namespace plumbline::lens {
 namespace {
 
-constexpr double kNegligible = 0.0027;   // probability beyond three standard deviations
-constexpr double kMostUneven = 2;        // variance of the residuals, to its median over the views
+constexpr double kNegligible = 0.0027;  // probability beyond three standard deviations
+constexpr double kMostUneven = 2;       // variance of the residuals, to its median over the views
+// Odds of an effect before the capture: even. A window in one of ten cameras would be more
+// plausible, but then some windows that hardly show are accepted (tests/lens_captures/README.md).
+constexpr double kPriorOdds = 1;
 constexpr double kVariationOdds = 0.02;  // of a camera that refocuses from view to view
 constexpr double kLeastVariation = 1e-4, kMostVariation = 1e-2;  // of the focal length
-
-/// Odds of an effect before the capture.
-double PriorOdds(CaptureCause /*cause*/) {
-  return 1;  // even, as nothing is known of it
-}
 
 /// Excess of the projection's standard deviation with these parameters over that without them,
 /// within each candidate radius.
@@ -99,8 +97,8 @@ std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) 
   if (test.rival.global.size() == fit.base.global.size()) return std::nullopt;  // in the fit
   UnprovedEffect effect;
   effect.cause = fit.scored.causes[k];
-  const double odds = PriorOdds(effect.cause) *
-                      std::exp(std::min(50.0, 0.5 * test.decrease / fit.dispersion - test.occam));
+  const double odds =
+      kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / fit.dispersion - test.occam));
   effect.probability = odds / (1 + odds);
   if (effect.probability < kNegligible) return std::nullopt;
   const double weight = std::max(std::sqrt(effect.probability), 1.0 / 3);
@@ -142,10 +140,11 @@ std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, cons
                       size};
   std::vector<UnprovedEffect> effects;
   for (std::size_t k = 1; k < scored.tests.size(); ++k) {
-    if (DeclaredAbsent(declared, scored.causes[k])) continue;
     const bool local = scored.tests[k].rival.local.size() > base.local.size();
-    if (const auto effect = local ? LocalEffect(fit, k) : GlobalEffect(fit, k))
-      effects.push_back(*effect);
+    const auto effect = local ? LocalEffect(fit, k) : GlobalEffect(fit, k);
+    if (!effect) continue;
+    const bool shown = effect->probability > 1 - kNegligible;
+    if (shown || !DeclaredAbsent(declared, effect->cause)) effects.push_back(*effect);
   }
   return effects;
 }

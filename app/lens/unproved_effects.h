@@ -34,7 +34,8 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 /// A focal length that differs from view to view counts as well, integrated over its size; other
 /// effects that differ from view to view do not.
 /// @param scored    tests from the fit of `base`
-/// @param declared  effects that are declared to be absent are left out
+/// @param declared  effects that are declared to be absent are left out, unless they are more
+///                  probable than three standard deviations
 std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, const Rival& base,
                                             const RivalResult& at, double noise_px,
                                             image::ImageSize size, const DeclaredFacts& declared);
