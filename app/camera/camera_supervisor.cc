@@ -26,6 +26,7 @@ CameraSupervisor::CameraSupervisor(const config::CameraConfig& camera,
                                    log::LogSink sink, Show show)
     : zoom_(camera.zoom),
       board_(vision.board),
+      declared_(camera.declared),
       devices_(std::move(devices)),
       lenses_(stores, camera.zoom.supervision, sink),
       plumbline_(std::move(plumbline)),
@@ -239,7 +240,7 @@ void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
 
 void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
-    session_.emplace(BoardSettingsFrom(board_), frame.luma.size(), frame.time_s);
+    session_.emplace(BoardSettingsFrom(board_, declared_), frame.luma.size(), frame.time_s);
     search_standstill_.reset();
     worker_image_s_ = 0;  // a pending response belongs to a frame from before the capture
   }

@@ -80,6 +80,7 @@ class CameraSupervisor {
 
   const config::ZoomConfig zoom_;
   const config::BoardConfig board_;
+  const lens::DeclaredFacts declared_;
   const CameraDevices devices_;
   CameraLenses lenses_;  ///< used by the image thread only
   const std::string plumbline_;

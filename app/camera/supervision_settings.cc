@@ -30,13 +30,14 @@ LensSupervisorSettings LensSupervisorSettingsFrom(const config::CameraConfig& ca
   return settings;
 }
 
-BoardSettings BoardSettingsFrom(const config::BoardConfig& config) {
+BoardSettings BoardSettingsFrom(const config::BoardConfig& config,
+                                const lens::DeclaredFacts& declared) {
   BoardSettings board;
   board.board = config.board;
   board.views = config.views;
   board.max_views = config.max_views;
   board.patience_s = config.patience_s;
-  board.options = {config.acceptable_px, config.distance_m};
+  board.options = {config.acceptable_px, config.distance_m, declared};
   return board;
 }
 

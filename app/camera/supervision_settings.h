@@ -30,6 +30,7 @@ struct LensSupervisorSettings {
 LensSupervisorSettings LensSupervisorSettingsFrom(const config::CameraConfig& camera,
                                                   const config::VisionConfig& vision);
 
-BoardSettings BoardSettingsFrom(const config::BoardConfig& config);
+BoardSettings BoardSettingsFrom(const config::BoardConfig& config,
+                                const lens::DeclaredFacts& declared);
 
 }  // namespace plumbline::camera

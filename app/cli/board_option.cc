@@ -61,6 +61,15 @@ void AddBoardOptions(CLI::App& command, BoardOptions& options) {
       ->capture_default_str();
 }
 
+void AddDeclarationOptions(CLI::App& command, lens::DeclaredFacts& declared) {
+  command.add_flag(
+      "--no-window", declared.no_window,
+      "Declare that no pane of glass is in front of the lens: no window, door or filter");
+  command.add_flag("--fixed-focus", declared.fixed_focus,
+                   "Declare that the focal length is the same in all images: no autofocus, no zoom "
+                   "drive that moves by itself");
+}
+
 lens::Board BoardOf(const BoardOptions& options) {
   const auto points = PointsFromText(options.points);
   return {points->first,

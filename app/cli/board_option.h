@@ -1,9 +1,11 @@
-// Command line options that describe a calibration board, shared by the commands that detect one.
+// Command line options that describe a calibration board and the camera that sees it, shared by
+// several commands.
 #pragma once
 
 #include <string>
 
 #include "app/lens/board.h"
+#include "app/lens/declared_facts.h"
 
 namespace CLI {
 class App;
@@ -19,6 +21,9 @@ struct BoardOptions {
 
 /// Adds --board-kind, --board, --square-mm, --mark-mm and --family.
 void AddBoardOptions(CLI::App& command, BoardOptions& options);
+
+/// Adds --no-window and --fixed-focus.
+void AddDeclarationOptions(CLI::App& command, lens::DeclaredFacts& declared);
 
 /// The board described by the options, which must have been parsed.
 lens::Board BoardOf(const BoardOptions& options);

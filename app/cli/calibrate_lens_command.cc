@@ -34,6 +34,7 @@ struct CalibrateLensOptions {
   std::string images, match = "*", json, yaml, xml, dat;
   BoardOptions board;
   double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  lens::DeclaredFacts declared;
   bool quiet = false;
 
   /// Options that name an output and their files, which may be empty.
@@ -96,6 +97,13 @@ lens_store::LensEntry EntryOf(const lens::LensCalibration& calibration) {
   return entry;
 }
 
+/// "--" must not occur in a comment of XML; options are then written as "- -no-window".
+std::string WithoutDashes(std::string text) {
+  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;)
+    text.insert(at + 1, " ");
+  return text;
+}
+
 /// Text of a file of cv::FileStorage with the verdict and, as comments, its reasons above the
 /// numbers, where a person who opens the file sees them.
 /// @param begin    after this the keys start
@@ -105,15 +113,12 @@ std::string WithVerdict(std::string text, std::string_view begin, const char* ve
                         const char* comment, const lens::LensCalibration& calibration) {
   std::string mark = fmt::format(fmt::runtime(verdict), calibration.accepted ? 1 : 0);
   for (const std::string& reason : calibration.reasons) {
-    std::string words = fmt::format("{}: {}", calibration.accepted ? "note" : "refused", reason);
-    // "--" must not occur in a comment of XML.
-    for (std::size_t at = 0; (at = words.find("--", at)) != std::string::npos;) words[at] = '\'';
-    mark += fmt::format(fmt::runtime(comment), words);
+    const std::string words =
+        fmt::format("{}: {}", calibration.accepted ? "note" : "refused", reason);
+    mark += fmt::format(fmt::runtime(comment), WithoutDashes(words));
   }
-  for (std::string words : calibration.notes) {
-    for (std::size_t at = 0; (at = words.find("--", at)) != std::string::npos;) words[at] = '\'';
-    mark += fmt::format(fmt::runtime(comment), "note: " + words);
-  }
+  for (const std::string& words : calibration.notes)
+    mark += fmt::format(fmt::runtime(comment), WithoutDashes("note: " + words));
   text.insert(text.find(begin) + begin.size(), mark);
   return text;
 }
@@ -193,6 +198,7 @@ int Run(const CalibrateLensOptions& options) {
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
   lens::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
+  criteria.declared = options.declared;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   lens::LensCalibration calibration =
       lens::CalibrateLens(board, frames.views, frames.size, criteria);
@@ -256,6 +262,7 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
       ->add_option("--distance-mm", options->distance_mm,
                    "Evaluate the projection at this distance instead of at infinity")
       ->check(NumberWithin(1, 1e6));
+  AddDeclarationOptions(*command, options->declared);
   command->add_flag("--quiet", options->quiet, "Print no summary");
   command->footer(
       "Take about 20 images at the same zoom and focus. They must show the whole board (part of "

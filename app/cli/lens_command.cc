@@ -9,6 +9,7 @@
 #include <iostream>
 #include <memory>
 
+#include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
@@ -30,6 +31,7 @@ struct LensListOptions {
   std::string state = config::kDefaultStateDirectory, out;
   std::int64_t id = 0;
   double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  lens::DeclaredFacts declared;
 
   std::string StoreFile() const { return state + "/lenses.sqlite"; }
 };
@@ -141,6 +143,7 @@ int Solve(const LensListOptions& options) {
   }
   lens::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
+  criteria.declared = options.declared;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   const lens::LensCalibration solved =
       lens::CalibrateLens(views->board, views->views, stored->size, criteria);
@@ -202,6 +205,7 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       ->add_option("--distance-mm", options->distance_mm,
                    "Evaluate the projection at this distance instead of at infinity")
       ->check(NumberWithin(1, 1e6));
+  AddDeclarationOptions(*solve, options->declared);
 }
 
 }  // namespace plumbline::cli

@@ -7,6 +7,7 @@
 
 #include "app/config/fault.h"
 #include "app/lens/board.h"
+#include "app/lens/declared_facts.h"
 #include "app/tracking/bodies.h"
 #include "drivers/camera/registry.h"
 #include "drivers/zoom/registry.h"
@@ -55,6 +56,7 @@ struct CameraConfig {
   ZoomConfig zoom;
   std::vector<std::string> required_for;  ///< what its lens must be valid for: kRequiredForPoints
   bool RequiredForPoints() const { return !required_for.empty(); }
+  lens::DeclaredFacts declared;  ///< on which the calibration of its lens may rely
 };
 
 /// The only entry of `required_for`.

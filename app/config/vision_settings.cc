@@ -50,6 +50,14 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
       "required_for", camera.required_for,
       {"[\"points\"]: corrected points are withdrawn while the lens of this camera is not valid",
        "[\"points\"]", "nothing"});
+  keys.Add(
+      "no_window", camera.declared.no_window,
+      {"true: you declare that no pane of glass is in front of the lens, neither a window of a "
+       "housing nor a door or filter; MANUAL.md, \"Calibrating a lens\""});
+  keys.Add(
+      "fixed_focus", camera.declared.fixed_focus,
+      {"true: you declare that the focal length is the same in all frames of a calibration: no "
+       "autofocus, no zoom drive that moves by itself"});
   keys.Add("device", v4l2.device,
            Required("for \"v4l2\": path, serial number, or serial number and port, as printed by "
                     "`plumbline cameras`; for \"dv\": the FIFO that DV frames are written to",

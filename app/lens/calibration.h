@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lens/declared_facts.h"
 #include "app/lens/lens_fit.h"
 #include "app/lens/projection_uncertainty.h"
 #include "firmware-like/image/image_size.h"
@@ -16,6 +17,8 @@ struct CalibrationOptions {
   /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
   double acceptable_px = 0.5;
   std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: infinity
+  /// The residuals can still contradict them: the capture is then refused, and the reason says so.
+  DeclaredFacts declared{};
 };
 
 struct RefusedFrame {
@@ -37,6 +40,7 @@ struct LensCalibration : KnownLens {
   double coverage = 0;                ///< share of the image's cells in which a corner was seen
   ProjectionUncertainty uncertainty;  ///< its maximum is that within the usable region
   double everywhere_px = 0;           ///< largest uncertainty over the whole image
+  DeclaredFacts declared;             ///< facts on which that rests
   std::vector<std::string> frames_used;
   std::vector<RefusedFrame> frames_refused;
 };

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/view_selection.h"
+
 namespace plumbline::lens {
 namespace {
 
@@ -37,17 +39,26 @@ double ReachOf(const LensFit& fit, std::span<const BoardView> views, image::Imag
   return farthest / middle.norm();
 }
 
+/// Empty if the cause is not declared to be absent.
+std::string Contradiction(CaptureCause cause, const DeclaredFacts& declared) {
+  if (!DeclaredAbsent(declared, cause)) return {};
+  return fmt::format(", contrary to the declaration ({})",
+                     cause == CaptureCause::kWindowPane ? "no_window" : "fixed_focus");
+}
+
 /// "the focal length changed by 0.21 % between view 4 and view 5"
 std::string Describe(const CaptureChange& change, const LensFit& fit,
-                     std::span<const BoardView> views, const Board& board) {
+                     std::span<const BoardView> views, const Board& board,
+                     const DeclaredFacts& declared) {
   const std::string when =
       change.steady ? "from the first to the last"
                     : fmt::format("between {} and {}", views[change.first_view_after - 1].name,
                                   views[change.first_view_after].name);
   switch (change.kind) {
     case CaptureChange::Kind::kFocalLength:
-      return fmt::format("the focal length changed by {:.2f} % {}",
-                         100 * change.delta[kFx] / fit.shared[kFx], when);
+      return fmt::format("the focal length changed by {:.2f} % {}{}",
+                         100 * change.delta[kFx] / fit.shared[kFx], when,
+                         Contradiction(CaptureCause::kFocalLength, declared));
     case CaptureChange::Kind::kCentre:
       return fmt::format("the principal point moved by {:.1f} px {}",
                          std::hypot(change.delta[kCx], change.delta[kCy]), when);
@@ -56,6 +67,42 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
   }
   return fmt::format("the board bent by {:.2f} mm {}",
                      1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
+}
+
+/// An effect and what would exclude it.
+struct Exclusion {
+  std::string effect, remedy;
+  std::string declare{};  ///< before the remedy, unless it is declared already
+};
+
+Exclusion ExclusionOf(const UnprovedEffect& effect) {
+  switch (effect.cause) {
+    case CaptureCause::kWindowPane:
+      return {"a pane of glass in front of the lens", "take views at different distances",
+              "if there is none, declare it (--no-window, or no_window in [camera]); otherwise "};
+    case CaptureCause::kCameraVaries:
+      return {fmt::format("a focal length that varies from frame to frame by {:.1g} %",
+                          100 * effect.variation / std::sqrt(effect.probability)),
+              "switch autofocus and zoom drive off and take more views, close and tilted",
+              "if the camera has neither autofocus nor a zoom drive that moves by itself, declare "
+              "it (--fixed-focus, or fixed_focus in [camera]); otherwise "};
+    case CaptureCause::kRollingShutter:
+      return {"motion of the board while the rows of the image are read out (rolling shutter)",
+              "rest the board for each frame, and turn it by 90 degrees for some"};
+    case CaptureCause::kStretchedPrint:
+      return {"a print that is stretched or skewed",
+              "turn the board by 90 degrees for some of the views"};
+    case CaptureCause::kUnevenPrint:
+      return {"an uneven print", "turn the board by 90 and by 180 degrees for some of the views"};
+    case CaptureCause::kBoardNotFlat:
+      return {"a board that is not flat",
+              "turn the board by 90 and by 180 degrees for some of the views"};
+    case CaptureCause::kBoardGlass:
+      return {"glass on the board", "take views with the board tilted by up to 50 degrees"};
+    default:
+      return {"distortion that five coefficients do not describe",
+              "take more views close to the corners of the image"};
+  }
 }
 
 }  // namespace
@@ -75,7 +122,8 @@ double LargestBow(const Vec3& bow, const Board& board) {
 }
 
 std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
-                         std::span<const BoardView> views, const Board& board) {
+                         std::span<const BoardView> views, const Board& board,
+                         const DeclaredFacts& declared) {
   auto changes = test.changes;
   std::sort(changes.begin(), changes.end(),
             [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
@@ -86,7 +134,7 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
         change.chi2 < kAlternativeChi2Share * changes[0].chi2)
       continue;
     if (!words.empty()) words += ", or ";
-    words += Describe(change, fit, views, board);
+    words += Describe(change, fit, views, board, declared);
     lens_moved |= change.kind != CaptureChange::Kind::kBoard;
   }
   if (words.empty()) return words;
@@ -96,8 +144,12 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
       lens_moved ? "lens" : "board", words);
 }
 
+std::string WordsOf(const CaptureDiagnosis::Finding& finding, const DeclaredFacts& declared) {
+  return finding.words + Contradiction(finding.cause, declared);
+}
+
 /// One reason for a capture that one lens and one board do not explain.
-std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
+std::string ReasonOf(const CaptureDiagnosis& diagnosis, const DeclaredFacts& declared) {
   const auto& findings = diagnosis.findings;
   if (findings.empty()) {
     return "one lens and one flat board do not explain the frames, and the cause is not clear; "
@@ -112,8 +164,43 @@ std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
     reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
   if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
   for (std::size_t k = 0; k < findings.size(); ++k)
-    reason += (k > 0 ? ", or " : "") + findings[k].words;
+    reason += (k > 0 ? ", or " : "") + WordsOf(findings[k], declared);
   return reason + "; " + findings[0].remedy;
+}
+
+std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency) {
+  const double smooth_px2 = fit.sigma_px * fit.sigma_px - std::pow(consistency.noise_px, 2);
+  if (2 * SharedVariance(fit) < smooth_px2) {
+    return fmt::format(
+        "the corners are displaced smoothly by {:.2f} px, most of it differently in each frame, as "
+        "by hot air (heat haze), and no change of lens or board explains it; keep heat, air "
+        "currents and vibration away, and repeat the capture",
+        std::sqrt(smooth_px2));
+  }
+  return fmt::format(
+      "one lens and one flat board explain the corners to {:.2f} px, but their noise is {:.2f} px, "
+      "and the cause is not clear; use a stiff board printed true to size, avoid heat haze and "
+      "vibration",
+      fit.sigma_px, consistency.noise_px);
+}
+
+std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,
+                           const DeclaredFacts& declared) {
+  constexpr double kMostCertain = 0.99;  // of what is not shown
+  std::string advice;
+  for (const UnprovedEffect& effect : effects) {
+    const auto [words, remedy, declare] = ExclusionOf(effect);
+    const std::string probability =
+        fmt::format("(probability {:.2g})", std::min(effect.probability, kMostCertain));
+    if (!advice.empty()) advice += "; and ";
+    if (DeclaredAbsent(declared, effect.cause)) {
+      advice += fmt::format("{} is likely {}{}: {}", words, probability,
+                            Contradiction(effect.cause, declared), remedy);
+    } else {
+      advice += fmt::format("{} is not excluded {}: {}{}", words, probability, declare, remedy);
+    }
+  }
+  return advice;
 }
 
 std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,

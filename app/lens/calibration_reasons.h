@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "app/lens/capture_change.h"
 #include "app/lens/capture_diagnosis.h"
@@ -16,10 +17,21 @@ double LargestBow(const Vec3& bow, const Board& board);
 /// What changed by more than chance: "the lens moved while the frames were taken: .."; empty:
 /// nothing.
 std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
-                         std::span<const BoardView> views, const Board& board);
+                         std::span<const BoardView> views, const Board& board,
+                         const DeclaredFacts& declared);
+
+/// The words of a finding, and that it contradicts a declaration.
+std::string WordsOf(const CaptureDiagnosis::Finding& finding, const DeclaredFacts& declared);
 
 /// One reason for a capture that one lens and one board do not explain.
-std::string ReasonOf(const CaptureDiagnosis& diagnosis);
+std::string ReasonOf(const CaptureDiagnosis& diagnosis, const DeclaredFacts& declared);
+
+/// Residuals that neither noise nor any explanation accounts for.
+std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency);
+
+/// Effects that are not excluded, with what would exclude each of them.
+std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,
+                           const DeclaredFacts& declared);
 
 /// Advice on views that would determine the lens better.
 std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,

@@ -78,6 +78,29 @@ double HeightOf(const RivalBoard& board, const RivalResult& result) {
   return SpreadOf(heights);
 }
 
+std::string StretchWords(const RivalResult& result) {
+  if (std::abs(result.extra[kSkew]) > 2 * std::abs(result.extra[kStretch]))
+    return fmt::format("the print is skewed by {:.2f} %", 100 * result.extra[kSkew]);
+  return fmt::format("the print is stretched by {:.2f} % along its rows",
+                     100 * result.extra[kStretch]);
+}
+
+/// The fit of an uneven print contains a stretch and a skew: what displaces the points most is
+/// named first.
+std::string UnevenWords(const RivalBoard& board, const RivalResult& result) {
+  double evenly_m = 0, unevenly_m = 0;
+  for (const RivalBoard::Point& point : board.points()) {
+    const double x_m = result.extra.segment<kPrintTerms>(kPrintX).dot(point.print);
+    const double y_m = result.extra.segment<kPrintTerms>(kPrintY).dot(point.print);
+    evenly_m = std::max(evenly_m, std::abs(result.extra[kStretch] * point.uv.x() +
+                                           result.extra[kSkew] * point.uv.y()));
+    unevenly_m = std::max(unevenly_m, std::hypot(x_m, y_m));
+  }
+  if (evenly_m > unevenly_m)
+    return StretchWords(result) + fmt::format(", and uneven by {:.2g} mm", 1e3 * unevenly_m);
+  return "the print is uneven: its squares differ in size over the board";
+}
+
 /// Largest displacement of a point during the read-out of an image, by pinhole projection [px].
 double MotionOf(const RivalBoard& board, const RivalResult& result) {
   const Vec3 centre(board.centre().x(), board.centre().y(), 0);
@@ -207,14 +230,11 @@ void DescribeFinding(const Candidate& candidate, const RivalResult& result, cons
       finding.remedy = "use the sensor's own resolution, without scaling";
       break;
     case CaptureCause::kStretchedPrint:
-      finding.words = fmt::format("the print is stretched by {:.2f} % along its rows",
-                                  100 * result.extra[kStretch]);
-      if (std::abs(result.extra[kSkew]) > 2 * std::abs(result.extra[kStretch]))
-        finding.words = fmt::format("the print is skewed by {:.2f} %", 100 * result.extra[kSkew]);
+      finding.words = StretchWords(result);
       finding.remedy = "measure the squares in both directions, and use a board that is true";
       break;
     case CaptureCause::kUnevenPrint:
-      finding.words = "the print is uneven: its squares differ in size over the board";
+      finding.words = UnevenWords(board, result);
       finding.remedy = "use a board that is printed true to size, in one piece";
       break;
     case CaptureCause::kBoardNotFlat:

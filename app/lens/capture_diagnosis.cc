@@ -141,6 +141,7 @@ struct CaptureViews {
   image::ImageSize size;
   const LensFit& fit;
   const ViewConsistency& consistency;
+  const DeclaredFacts& declared;
 
   RivalProblem Problem(double noise_px) const {
     return {board, views, size, fit, consistency.used, noise_px};
@@ -148,9 +149,9 @@ struct CaptureViews {
 };
 
 /// The lens by a fitted explanation.
-CaptureDiagnosis::Adopted AdoptedBy(const RivalProblem& problem, const Rival& rival,
-                                    const RivalResult& result, double noise_px,
-                                    image::ImageSize size) {
+CaptureDiagnosis::Adopted AdoptedBy(const CaptureViews& capture, const RivalProblem& problem,
+                                    const Rival& rival, const RivalResult& result,
+                                    double noise_px) {
   std::vector<Candidate> candidates = ConstantCandidates();
   if (!rival.global.empty() && rival.global.back() >= kFree) {  // the board is free already
     std::erase_if(candidates, [](const Candidate& candidate) { return IsBoard(candidate.cause); });
@@ -160,8 +161,9 @@ CaptureDiagnosis::Adopted AdoptedBy(const RivalProblem& problem, const Rival& ri
           result.shared.segment<3>(kBowX),
           std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
           problem.Linearized(rival, result),
-          UnprovedErrors(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
-                         size)};
+          {},
+          UnprovedEffects(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
+                          capture.size, capture.declared)};
 }
 
 /// The lens with a free board. The errors of the print count as noise until its points are free, so
@@ -179,7 +181,7 @@ std::optional<CaptureDiagnosis::Adopted> AdoptedWithFreeBoard(const CaptureViews
   const RivalProblem finer = capture.Problem(noise_px);
   const RivalResult result = finer.Fit(board, first);
   if (!result.converged) return std::nullopt;
-  return AdoptedBy(finer, board, result, noise_px, capture.size);
+  return AdoptedBy(capture, finer, board, result, noise_px);
 }
 
 /// @param others  explanations that the residuals do not exclude either
@@ -195,7 +197,7 @@ std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
     }
   } else if (LeavesOneLens(first.finding.cause)) {
     adopted.push_back(
-        AdoptedBy(problem, first.rival, first.result, capture.consistency.noise_px, capture.size));
+        AdoptedBy(capture, problem, first.rival, first.result, capture.consistency.noise_px));
   }
   for (CaptureDiagnosis::Adopted& one : adopted) {
     for (const Attempt* other : others) {
@@ -227,7 +229,7 @@ std::vector<const Attempt*> AddFindings(const Attempts& attempts, const Lens& pl
     if (same || std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
           return Contains(attempt.rival, better->rival);
         })) {
-      IncludeErrors(found.cause, error_px, diagnosis.unproved_px);
+      IncludeErrors(found.cause, error_px, diagnosis.contained_px);
       continue;
     }
     listed.push_back(&attempt);
@@ -238,12 +240,15 @@ std::vector<const Attempt*> AddFindings(const Attempts& attempts, const Lens& pl
 }
 
 /// A free board absorbs part of what a window or a shutter does: those that explain a good part of
-/// the same evidence stay credible.
-void AddCredibleBesideBoard(const Attempts& attempts, std::vector<const Attempt*>& others) {
+/// the same evidence stay credible, unless they are declared to be absent.
+void AddCredibleBesideBoard(const Attempts& attempts, const DeclaredFacts& declared,
+                            std::vector<const Attempt*>& others) {
   const double least =
       std::max(kMinEvidence, kCredibleShare * attempts.all().front().finding.evidence);
   for (const Attempt& attempt : attempts.all()) {
-    if (IsBoard(attempt.finding.cause) || !(attempt.finding.evidence > least)) continue;
+    const CaptureCause cause = attempt.finding.cause;
+    if (IsBoard(cause) || DeclaredAbsent(declared, cause) || !(attempt.finding.evidence > least))
+      continue;
     if (std::find(others.begin(), others.end(), &attempt) == others.end())
       others.push_back(&attempt);
   }
@@ -251,43 +256,18 @@ void AddCredibleBesideBoard(const Attempts& attempts, std::vector<const Attempt*
 
 }  // namespace
 
-bool LeavesOneLens(CaptureCause cause) {
-  switch (cause) {
-    case CaptureCause::kPixelAspect:
-    case CaptureCause::kStretchedPrint:
-    case CaptureCause::kUnevenPrint:
-    case CaptureCause::kBoardNotFlat:
-    case CaptureCause::kBoardGlass:
-    case CaptureCause::kOtherLensModel:
-      return true;
-    case CaptureCause::kNone:
-    case CaptureCause::kFocalLength:
-    case CaptureCause::kPrincipalPoint:
-    case CaptureCause::kCameraVaries:
-    case CaptureCause::kBoardBends:
-    case CaptureCause::kRollingShutter:
-    case CaptureCause::kWindowPane:
-      break;
-  }
-  return false;
-}
-
-void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest) {
-  for (std::size_t k = 0; k < largest.size(); ++k)
-    largest[k] = std::max(largest[k], errors_px[LeavesOneLens(cause) ? k : 0]);
-}
-
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
-                                 const ViewConsistency& consistency, bool force) {
+                                 const ViewConsistency& consistency, const DeclaredFacts& declared,
+                                 bool force) {
   CaptureDiagnosis diagnosis;
-  const CaptureViews capture{board, views, size, fit, consistency};
+  const CaptureViews capture{board, views, size, fit, consistency, declared};
   const RivalProblem problem = capture.Problem(consistency.noise_px);
   const RivalResult plain = problem.Fit({});
   if (!plain.converged) return diagnosis;
   const std::vector<Candidate> constant = ConstantCandidates();
   const ScoredCandidates scored = ScoreTestsOf(problem, {}, plain, constant);
-  diagnosis.unproved_px = UnprovedErrors(scored, {}, plain, consistency.noise_px, size);
+  diagnosis.unproved = UnprovedEffects(scored, {}, plain, consistency.noise_px, size, declared);
   if (!force && !Doubtful(plain, scored)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
   Attempts attempts(problem, plain, views);
@@ -298,14 +278,14 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   if (attempts.all().empty()) return diagnosis;
   const Attempt& first = attempts.all().front();
   if (first.finding.evidence < kMinEvidence) return diagnosis;
-  diagnosis.unproved_px = {};  // the residuals of the plain lens show what was found
+  diagnosis.unproved.clear();  // the residuals of the plain lens show what was found
   const double noise2 = consistency.noise_px * consistency.noise_px;
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
   std::vector<const Attempt*> others =
       AddFindings(attempts, LensFromShared(fit.shared), size, diagnosis);
-  if (IsBoard(first.finding.cause)) AddCredibleBesideBoard(attempts, others);
+  if (IsBoard(first.finding.cause)) AddCredibleBesideBoard(attempts, declared, others);
   if (!diagnosis.incomplete)
     diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
   return diagnosis;

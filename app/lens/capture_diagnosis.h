@@ -6,36 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "app/lens/capture_cause.h"
 #include "app/lens/rival_fit.h"
 #include "app/lens/usable_region.h"
 #include "app/lens/view_consistency.h"
 
 namespace plumbline::lens {
-
-/// What spoilt a capture.
-enum class CaptureCause {
-  kNone,
-  kFocalLength,     ///< changed at some view, or steadily
-  kPrincipalPoint,  ///< likewise
-  kCameraVaries,    ///< focal length, or also the principal point, differ from view to view
-  kBoardBends,      ///< at some view, or in every view
-  kRollingShutter,
-  kPixelAspect,
-  kStretchedPrint,
-  kUnevenPrint,
-  kBoardNotFlat,
-  kWindowPane,
-  kBoardGlass,
-  kOtherLensModel,  ///< fisheye, rational or thin prism
-};
-
-/// Whether an explanation holds for the whole capture and leaves a lens that is the same in all
-/// views and at all distances.
-bool LeavesOneLens(CaptureCause cause);
-
-/// Largest of the errors within each candidate radius. A lens that changes with time is no lens
-/// anywhere: its error counts over the whole image.
-void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest);
 
 struct CaptureDiagnosis {
   /// The best explanation, and others that the residuals do not exclude; empty if the plain model
@@ -59,14 +35,17 @@ struct CaptureDiagnosis {
     LensFit linearized;             ///< see RivalProblem::Linearized()
     /// Largest difference to the lens of the other findings within each candidate radius.
     RadiusErrors error_px{};
+    std::vector<UnprovedEffect> unproved;
   };
   /// In the order of preference; empty unless the best explanation leaves one lens. If it is the
   /// board, all its points are free, in the second entry with a bend of its own in each view.
   std::vector<Adopted> adopted;
-  /// Largest root mean square difference between the plain lens and that of an effect that the
-  /// residuals neither show nor exclude, within each candidate radius. If there are findings, that
-  /// of explanations that contain one of them.
-  RadiusErrors unproved_px{};
+  /// Effects beside the plain lens that the residuals neither show nor exclude, if there are no
+  /// findings.
+  std::vector<UnprovedEffect> unproved;
+  /// Largest difference between the plain lens and that of explanations that contain one of the
+  /// findings, within each candidate radius.
+  RadiusErrors contained_px{};
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
   bool clear() const { return findings.size() == 1 && !incomplete; }
@@ -78,9 +57,12 @@ struct CaptureDiagnosis {
 /// with S the sum of squares, N the observations and d >= 1 the ratio of the best fit's variance to
 /// the corners' noise: unexplained smooth patterns are counted as correlated noise.
 /// [G. Schwarz, Ann. Stat. 6 (1978) 461]
+/// A declaration removes an effect only where the residuals do not show it: from the unproved ones,
+/// and from what stays credible beside a board that explains them better.
 /// @param force  fit all rivals, because something else already refuses the capture
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
-                                 const ViewConsistency& consistency, bool force);
+                                 const ViewConsistency& consistency, const DeclaredFacts& declared,
+                                 bool force);
 
 }  // namespace plumbline::lens

@@ -49,6 +49,14 @@ Json BoardJson(const Board& board) {
   return json;
 }
 
+/// Names of the facts that were declared.
+Json DeclaredJson(const DeclaredFacts& declared) {
+  Json names = Json::array();
+  if (declared.no_window) names.push_back("no_window");
+  if (declared.fixed_focus) names.push_back("fixed_focus");
+  return names;
+}
+
 /// Reads numbers from an object; `fault` names the first one that is missing or not a number.
 class Numbers {
  public:
@@ -151,6 +159,7 @@ std::string LensJson(const LensCalibration& c) {
       {"projection_uncertainty_px", any ? UncertaintyJson(c.uncertainty) : Json(nullptr)},
       {"coverage", c.coverage},
       {"board", BoardJson(c.board)},
+      {"declared", DeclaredJson(c.declared)},
       {"frames_used", c.frames_used},
       {"frames_refused", refused},
   };

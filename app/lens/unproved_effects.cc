@@ -10,9 +10,11 @@
 namespace plumbline::lens {
 namespace {
 
-constexpr double kPriorOdds = 1;         // of an effect: even, as nothing is known of it
-constexpr double kNegligible = 0.0027;   // probability beyond three standard deviations
-constexpr double kMostUneven = 2;        // variance of the residuals, to its median over the views
+constexpr double kNegligible = 0.0027;  // probability beyond three standard deviations
+constexpr double kMostUneven = 2;       // variance of the residuals, to its median over the views
+// Odds of an effect before the capture: even. A window in one of ten cameras would be more
+// plausible, but then some windows that hardly show are accepted (tests/lens_captures/README.md).
+constexpr double kPriorOdds = 1;
 constexpr double kVariationOdds = 0.02;  // of a camera that refocuses from view to view
 constexpr double kLeastVariation = 1e-4, kMostVariation = 1e-2;  // of the focal length
 
@@ -33,13 +35,14 @@ RadiusErrors ExcessOf(const Lens& lens, const LensCovariance& with, const LensCo
   return excess;
 }
 
-/// Root mean square of a change of the focal length (1) that differs from view to view, with
-/// standard deviation t, and that the residuals neither show nor exclude. With s the standard
-/// deviation of one view's estimate and c the mean square of n estimates in units of that,
+/// A change of the focal length that differs from view to view, with standard deviation t, and that
+/// the residuals neither show nor exclude: its probability, and its root mean square with that.
+/// With s the standard deviation of one view's estimate and c the mean square of n estimates in
+/// units of that,
 ///   L(t) = exp((n - 1) / 2 (c t^2 / (s^2 + t^2) - ln(1 + t^2 / s^2)))
 /// is the likelihood in units of that without a change; ln t is equally likely from 0.01 to
 /// 1 per cent: an assumption, like the odds.
-double UnprovedVariation(const ScoreTest& test, std::size_t views) {
+UnprovedEffect UnprovedVariation(const ScoreTest& test, std::size_t views) {
   constexpr int kSteps = 24;
   const double dispersion = std::max(1.0, test.view_dispersion);
   const double deviation = std::sqrt(dispersion) * test.local_deviation;
@@ -55,7 +58,57 @@ double UnprovedVariation(const ScoreTest& test, std::size_t views) {
     sum += likelihood;
     square_sum += likelihood * t * t;
   }
-  return std::sqrt(kVariationOdds * square_sum / (1 + kVariationOdds * sum));
+  const double odds = kVariationOdds * sum;
+  return {CaptureCause::kCameraVaries, odds / (1 + odds),
+          std::sqrt(kVariationOdds * square_sum / (1 + odds))};
+}
+
+/// The fit from which the score tests start.
+struct TestedFit {
+  const ScoredCandidates& scored;
+  const Rival& base;
+  const RivalResult& at;
+  Lens lens;
+  double dispersion = 1;  ///< variance of the residuals, in units of the corners' noise
+  image::ImageSize size;
+};
+
+/// An effect that differs from view to view; only of the focal length.
+std::optional<UnprovedEffect> LocalEffect(const TestedFit& fit, std::size_t k) {
+  const ScoreTest& test = fit.scored.tests[k];
+  // Where a few views do not fit at all, the estimates of the others are worth little.
+  const bool only_zoom =
+      test.rival.local.size() == fit.base.local.size() + 1 && test.rival.local.back() == kZoom;
+  if (!only_zoom || fit.dispersion > kMostUneven * std::max(1.0, test.view_dispersion))
+    return std::nullopt;
+  UnprovedEffect effect = UnprovedVariation(test, fit.at.X_CK.size());
+  RivalResult zoomed = fit.at;
+  zoomed.local.clear();
+  zoomed.extra[kZoom] = effect.variation;
+  Rival zoom = fit.base;
+  zoom.global.push_back(kZoom);
+  IncludeErrors(effect.cause, LensDifferences(fit.lens, zoom, zoomed, fit.size), effect.error_px);
+  return effect;
+}
+
+/// An effect that is equal in all views.
+std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) {
+  const ScoreTest& test = fit.scored.tests[k];
+  if (test.rival.global.size() == fit.base.global.size()) return std::nullopt;  // in the fit
+  UnprovedEffect effect;
+  effect.cause = fit.scored.causes[k];
+  const double odds =
+      kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / fit.dispersion - test.occam));
+  effect.probability = odds / (1 + odds);
+  if (effect.probability < kNegligible) return std::nullopt;
+  const double weight = std::max(std::sqrt(effect.probability), 1.0 / 3);
+  const RadiusErrors difference = LensDifferences(fit.lens, test.rival, test.result, fit.size);
+  RadiusErrors errors = ExcessOf(fit.lens, fit.dispersion * test.covariance,
+                                 fit.dispersion * fit.scored.tests[0].covariance, fit.size);
+  for (std::size_t r = 0; r < errors.size(); ++r)
+    errors[r] = weight * std::hypot(difference[r], errors[r]);
+  IncludeErrors(effect.cause, errors, effect.error_px);
+  return effect;
 }
 
 }  // namespace
@@ -75,42 +128,59 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
   return scored;
 }
 
-RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const Rival& base,
-                            const RivalResult& at, double noise_px, image::ImageSize size) {
-  RadiusErrors largest{};
-  const Lens lens = LensOfRival(base.fisheye, at.shared, at.extra);
+std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, const Rival& base,
+                                            const RivalResult& at, double noise_px,
+                                            image::ImageSize size, const DeclaredFacts& declared) {
   const double variance = at.square_sum_px2 / std::max(1, at.observations);
-  const double dispersion = std::max(1.0, variance / (noise_px * noise_px));
+  const TestedFit fit{scored,
+                      base,
+                      at,
+                      LensOfRival(base.fisheye, at.shared, at.extra),
+                      std::max(1.0, variance / (noise_px * noise_px)),
+                      size};
+  std::vector<UnprovedEffect> effects;
   for (std::size_t k = 1; k < scored.tests.size(); ++k) {
-    const CaptureCause cause = scored.causes[k];
-    const ScoreTest& test = scored.tests[k];
-    if (test.rival.local.size() > base.local.size()) {
-      // Where a few views do not fit at all, the estimates of the others are worth little.
-      const bool only_zoom =
-          test.rival.local.size() == base.local.size() + 1 && test.rival.local.back() == kZoom;
-      if (!only_zoom || dispersion > kMostUneven * std::max(1.0, test.view_dispersion)) continue;
-      RivalResult zoomed = at;
-      zoomed.local.clear();
-      zoomed.extra[kZoom] = UnprovedVariation(test, at.X_CK.size());
-      Rival zoom = base;
-      zoom.global.push_back(kZoom);
-      IncludeErrors(cause, LensDifferences(lens, zoom, zoomed, size), largest);
-      continue;
-    }
-    if (test.rival.global.size() == base.global.size()) continue;  // contained in the fit
-    const double odds =
-        kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / dispersion - test.occam));
-    const double probability = odds / (1 + odds);
-    if (probability < kNegligible) continue;
-    const double weight = std::max(std::sqrt(probability), 1.0 / 3);
-    const RadiusErrors difference = LensDifferences(lens, test.rival, test.result, size);
-    RadiusErrors errors =
-        ExcessOf(lens, dispersion * test.covariance, dispersion * scored.tests[0].covariance, size);
-    for (std::size_t r = 0; r < errors.size(); ++r)
-      errors[r] = weight * std::hypot(difference[r], errors[r]);
-    IncludeErrors(cause, errors, largest);
+    const bool local = scored.tests[k].rival.local.size() > base.local.size();
+    const auto effect = local ? LocalEffect(fit, k) : GlobalEffect(fit, k);
+    if (!effect) continue;
+    const bool shown = effect->probability > 1 - kNegligible;
+    if (shown || !DeclaredAbsent(declared, effect->cause)) effects.push_back(*effect);
   }
-  return largest;
+  return effects;
+}
+
+RadiusErrors ErrorsWith(const std::vector<UnprovedEffect>& effects, RadiusErrors other_px) {
+  for (const UnprovedEffect& effect : effects) {
+    for (std::size_t r = 0; r < other_px.size(); ++r)
+      other_px[r] = std::max(other_px[r], effect.error_px[r]);
+  }
+  return other_px;
+}
+
+std::vector<UnprovedEffect> DecisiveEffects(const WidenedLens& widened,
+                                            std::vector<UnprovedEffect> effects) {
+  const auto region = [&] {
+    return LargestRegion(widened.lens, widened.covariance, ErrorsWith(effects, widened.other_px),
+                         widened.size, widened.distance_m, widened.acceptable_px);
+  };
+  const bool accepted = region().acceptable;
+  const auto suffices = [&] {
+    const RegionChoice choice = region();
+    return choice.acceptable && (!accepted || std::isinf(choice.radius_px));
+  };
+  std::vector<UnprovedEffect> removed;
+  while (!effects.empty() && !suffices()) {
+    const auto largest =
+        std::max_element(effects.begin(), effects.end(),
+                         [accepted](const UnprovedEffect& a, const UnprovedEffect& b) {
+                           return accepted ? a.error_px.front() < b.error_px.front()
+                                           : a.error_px.back() < b.error_px.back();
+                         });
+    const CaptureCause cause = largest->cause;
+    removed.push_back(*largest);
+    std::erase_if(effects, [&](const UnprovedEffect& effect) { return effect.cause == cause; });
+  }
+  return suffices() ? removed : std::vector<UnprovedEffect>{};
 }
 
 }  // namespace plumbline::lens

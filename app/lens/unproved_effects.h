@@ -2,6 +2,7 @@
 // uncertainty of the lens.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "app/lens/capture_candidates.h"
@@ -22,19 +23,41 @@ struct ScoredCandidates {
 ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, const RivalResult& at,
                               const std::vector<Candidate>& candidates);
 
-/// Error of a lens by an effect of the whole capture that the residuals neither show nor exclude.
-/// With P its probability,
+/// Effects of the whole capture that the residuals neither show nor exclude. With P the probability
+/// of one,
 ///   P / (1 - P) = o exp(decrease / (2 d) - occam)
 /// o the odds before the capture and d the ratio of the residuals' variance to the corners' noise,
 /// D the difference of its lens, and E the excess of its lens's standard deviation, it adds
 ///   P (D^2 + E^2)
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
-/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. The
-/// largest over all effects.
+/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations.
 /// A focal length that differs from view to view counts as well, integrated over its size; other
 /// effects that differ from view to view do not.
-/// @param scored  tests from the fit of `base`
-RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const Rival& base,
-                            const RivalResult& at, double noise_px, image::ImageSize size);
+/// @param scored    tests from the fit of `base`
+/// @param declared  effects that are declared to be absent are left out, unless they are more
+///                  probable than three standard deviations
+std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, const Rival& base,
+                                            const RivalResult& at, double noise_px,
+                                            image::ImageSize size, const DeclaredFacts& declared);
+
+/// Error of the lens by the effects within each candidate radius: the largest of them, and of
+/// `other_px`.
+RadiusErrors ErrorsWith(const std::vector<UnprovedEffect>& effects, RadiusErrors other_px);
+
+/// A lens whose uncertainty the effects widen, and the criterion for it.
+struct WidenedLens {
+  const Lens& lens;
+  const LensCovariance& covariance;  ///< without the effects
+  RadiusErrors other_px{};           ///< errors that are not in the covariance
+  image::ImageSize size;
+  std::optional<double> distance_m;
+  double acceptable_px = 0;
+};
+
+/// The effects because of which a lens is not certain enough: without them it would be accepted at
+/// all or, if it is accepted for a part of the image, for all of it. The largest first, one of each
+/// cause; empty if their absence would not suffice.
+std::vector<UnprovedEffect> DecisiveEffects(const WidenedLens& widened,
+                                            std::vector<UnprovedEffect> effects);
 
 }  // namespace plumbline::lens

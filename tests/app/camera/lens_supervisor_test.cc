@@ -366,4 +366,9 @@ TEST_CASE("a lens found late, after the verification timed out, is still used") 
   CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
 }
 
+TEST_CASE("the calibration relies on what is declared of its camera") {
+  const BoardSettings settings = BoardSettingsFrom({}, {.no_window = true, .fixed_focus = false});
+  CHECK(settings.options.declared == lens::DeclaredFacts{true, false});
+}
+
 }  // namespace plumbline::lens_supervisor_test

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/text/json_text.h"
 #include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
@@ -88,6 +89,25 @@ TEST_CASE("A refused lens is marked in OpenCV's file too") {
   const std::string yaml = files.Content("lens.yaml");
   CHECK_THAT(yaml,
              Catch::StartsWith("%YAML:1.0\n---\naccepted: 0\n# refused: no image shows 17 x 11"));
+}
+
+TEST_CASE("An option named in a reason does not end the comment of an XML file") {
+  const Files files;
+  CHECK(files.Calibrate("--board 17x11 --xml " + files.Path("lens.xml")).exit_code == 0);
+  const std::string xml = files.Content("lens.xml");
+  INFO(xml);
+  CHECK(xml.find("try - -board 9x6 -->") != std::string::npos);
+}
+
+TEST_CASE("Declarations are part of the result") {
+  const Files files;
+  const auto declared = [&](const std::string& options) {
+    const test::Answer answer = files.Calibrate("--board 9x6 --json - --quiet " + options);
+    return text::JsonOrNull(answer.out)["declared"].dump();
+  };
+  CHECK(declared("") == "[]");
+  CHECK(declared("--no-window") == "[\"no_window\"]");
+  CHECK(declared("--fixed-focus --no-window") == "[\"no_window\",\"fixed_focus\"]");
 }
 
 TEST_CASE("Two outputs under one name are refused, however it is spelt") {

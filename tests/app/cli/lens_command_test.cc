@@ -65,13 +65,14 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   CHECK_THAT(list.out, Catch::Contains("SN-1; GREY 1920x1080@20, chessboard 17x11, 10 mm") &&
                            Catch::Contains("23.50 C") && Catch::Contains(" 20 "));
 
-  const Answer solved = RunLens("solve 1 --json " + out + where);
+  const Answer solved = RunLens("solve 1 --no-window --json " + out + where);
   INFO(solved.err);
   CHECK(solved.exit_code == 0);
   CHECK_THAT(solved.out,
              Catch::Contains("accepted") && Catch::Contains("differs from the stored lens by"));
   const auto json = text::JsonOrNull(test::FileText(out));
   CHECK(json["accepted"] == true);
+  CHECK(json["declared"].dump() == "[\"no_window\"]");
   auto store = lens_store::LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
   REQUIRE(store);
   const auto kept = store.value().All();

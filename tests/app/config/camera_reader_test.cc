@@ -95,6 +95,7 @@ TEST_CASE("a minimal camera configuration and its defaults") {
   CHECK(read.vision.cameras[0].kind == "v4l2");
   CHECK(read.vision.cameras[0].connection.v4l2.device == "cam");
   CHECK(read.vision.cameras[0].zoom.kind.empty());
+  CHECK(read.vision.cameras[0].declared == lens::DeclaredFacts{});  // nothing is assumed
   CHECK(read.vision.board.board.columns == 17);
   CHECK(read.vision.board.board.kind == lens::BoardKind::kChessboard);
   CHECK(read.vision.board.by_itself);
@@ -106,7 +107,8 @@ TEST_CASE("a minimal camera configuration and its defaults") {
 TEST_CASE("all keys are read, in SI") {
   const Read read(
       "[camera]\ndevice = \"cam\"\nwidth_px = 1920\nheight_px = 1080\nrate_hz = 25.0\n"
-      "exposure_ms = 8.0\ngain_counts = 3\nwhite_balance_K = 5000.0\nfocus_counts = 7\n"
+      "no_window = true\nfixed_focus = true\nexposure_ms = 8.0\ngain_counts = 3\nwhite_balance_K = "
+      "5000.0\nfocus_counts = 7\n"
       "[zoom]\nkind = \"visca\"\ndevice = \"/dev/ttyUSB0\"\nbaud = 38400\naddress = 2\n"
       "timeout_ms = 80\noptical_max_counts = 12000\nzoom_band_counts = 5\nfocus_band_counts = 6\n"
       "settle_ms = 500\nlost_after_ms = 2000\nverify_patience_s = 3.0\nperiod_ms = 150\n"
@@ -122,6 +124,7 @@ TEST_CASE("all keys are read, in SI") {
   const CameraConfig& camera = vision.cameras[0];
   CHECK(camera.connection.v4l2.mode.size == image::ImageSize{1920, 1080});
   CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
+  CHECK(camera.declared == lens::DeclaredFacts{true, true});
   CHECK(camera.zoom.connection.visca.baud == 38400);
   CHECK(camera.zoom.connection.visca.timeout_s == Approx(0.08));
   CHECK(camera.zoom.period_s == Approx(0.15));

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/lens/calibration.h"
+#include "app/lens/calibration_reasons.h"
 #include "app/lens/lens_json.h"
 #include "app/lens/rival_fit.h"
 #include "app/lens/view_consistency.h"
@@ -21,15 +22,17 @@ namespace {
 
 /// @param error_px  receives the largest true error within the usable region
 LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
-                              double* error_px = nullptr) {
+                              double* error_px = nullptr, const DeclaredFacts& declared = {}) {
   for (const Kind& kind : AllKinds()) {
     if (kind.name != name) continue;
     Random random(seed);
     Conditions conditions = GoodConditions(random);
     kind.prepare(conditions, random);
     const SimulatedCapture capture = Simulate(conditions, random);
-    const LensCalibration c =
-        CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
+    CalibrationOptions options;
+    options.declared = declared;
+    const LensCalibration c = CalibrateLens(conditions.board, capture.views,
+                                            {conditions.width, conditions.height}, options);
     if (error_px != nullptr) {
       *error_px = LargestError(conditions.camera, test::StatedCamera(c.lens), conditions.width,
                                conditions.height, c.usable_radius_px);
@@ -121,6 +124,75 @@ TEST_CASE("a window is named, tilted or not, or the stated uncertainty includes 
   CHECK(named >= 4);
 }
 
+TEST_CASE("a focal length that may vary is named, and its constancy can be declared") {
+  Random random(17);
+  Conditions conditions = GoodConditions(random);
+  conditions.views = 12;
+  conditions.noise_px = 0.05;
+  conditions.max_tilt_rad = 0.4;
+  conditions.camera.fx = conditions.camera.fy = 0.6 * conditions.width;
+  conditions.camera.k[0] = -0.05, conditions.camera.k[1] = 0;
+  const SimulatedCapture capture = Simulate(conditions, random);
+  const auto calibrate = [&](const CalibrationOptions& options) {
+    return CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height},
+                         options);
+  };
+  const LensCalibration open = calibrate({});
+  CalibrationOptions options;
+  options.declared.fixed_focus = true;
+  const LensCalibration declared = calibrate(options);
+  const std::string reasons = ReasonsOf(open);
+  INFO(reasons << ReasonsOf(declared) << open.uncertainty.max_px);
+  CHECK_FALSE(open.accepted);
+  CHECK(open.further_views_help);
+  CHECK(reasons.find("acceptable: a focal length that varies from frame to frame by 0.4 % is not "
+                     "excluded (probability 0.56): if the camera has neither autofocus nor") !=
+        std::string::npos);
+  CHECK(reasons.find("declare it (--fixed-focus, or fixed_focus in [camera])") !=
+        std::string::npos);
+  CHECK(declared.accepted);
+  CHECK(declared.uncertainty.max_px < open.uncertainty.max_px);
+  const double error_px =
+      LargestError(conditions.camera, test::StatedCamera(declared.lens), conditions.width,
+                   conditions.height, declared.usable_radius_px);
+  CHECK(error_px < 3 * declared.uncertainty.max_px);
+}
+
+TEST_CASE("a window that is not excluded is named, with the way to exclude it") {
+  const LensCalibration open = CalibrationOf("window pane, parallel", 26);
+  const std::string reasons = ReasonsOf(open);
+  INFO(reasons);
+  CHECK_FALSE(open.accepted);
+  CHECK(reasons.find("a pane of glass in front of the lens is not excluded (probability 0.") !=
+        std::string::npos);
+  CHECK(reasons.find("if there is none, declare it (--no-window, or no_window in [camera]); "
+                     "otherwise take views at different distances") != std::string::npos);
+  CHECK(reasons.find("looks through a window") == std::string::npos);  // that is not shown
+  const LensCalibration declared = CalibrationOf("window pane, parallel", 26, nullptr,
+                                                 {.no_window = true, .fixed_focus = false});
+  CHECK(declared.everywhere_px < open.everywhere_px);
+}
+
+TEST_CASE("an effect that is declared absent but likely is said to contradict the declaration") {
+  const std::vector<UnprovedEffect> likely{{CaptureCause::kWindowPane, 0.9999, 0, {}}};
+  CHECK(UnprovedAdvice(likely, {.no_window = true, .fixed_focus = false}) ==
+        "a pane of glass in front of the lens is likely (probability 0.99), contrary to the "
+        "declaration (no_window): take views at different distances");
+}
+
+TEST_CASE("a declaration that the corners contradict does not help, and the answer says so") {
+  const LensCalibration window =
+      CalibrationOf("window pane, tilted", 1, nullptr, {.no_window = true, .fixed_focus = false});
+  INFO(ReasonsOf(window));
+  CHECK_FALSE(window.accepted);
+  CHECK(ReasonsOf(window).find("contrary to the declaration (no_window)") != std::string::npos);
+  const LensCalibration varies =
+      CalibrationOf("autofocus breathes", 1, nullptr, {.no_window = false, .fixed_focus = true});
+  INFO(ReasonsOf(varies));
+  CHECK_FALSE(varies.accepted);
+  CHECK(ReasonsOf(varies).find("contrary to the declaration (fixed_focus)") != std::string::npos);
+}
+
 TEST_CASE("an explanation that contains a better one is not its rival") {
   const LensCalibration c = CalibrationOf("principal point jumps", 4);
   INFO(ReasonsOf(c));
@@ -197,6 +269,25 @@ TEST_CASE("a lens seen in the middle of the image only is accepted for that regi
   CHECK(LargestDifference(truth, c.lens, size, std::nullopt, c.usable_radius_px) <
         3 * c.uncertainty.max_px);
   CHECK(LensFromJson(LensJson(c))->usable_radius_px == c.usable_radius_px);
+}
+
+TEST_CASE("a print that is skewed and also a little uneven is named by what displaces it most") {
+  int skewed = 0, uneven_only = 0;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const std::string reasons = ReasonsOf(CalibrationOf("print skewed", seed));
+    skewed += reasons.find("the print is skewed by") != std::string::npos;
+    uneven_only += reasons.find("the print is uneven") == 0;
+  }
+  CHECK(skewed >= 2);
+  CHECK(uneven_only == 0);
+}
+
+TEST_CASE("hot air is not a board that bent") {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const LensCalibration c = CalibrationOf("heat haze", seed);
+    INFO(ReasonsOf(c));
+    if (!c.accepted) CHECK(ReasonsOf(c).find("board bent") == std::string::npos);
+  }
 }
 
 TEST_CASE("repeated frames count once") {
