@@ -70,10 +70,27 @@ std::pair<double, double> ExplainedBy(const std::vector<Bin>& bins, double Bin::
   return {square / (n - 1), std::max(0.0, 1 - (square - between) / (n - k) / (square / (n - 1)))};
 }
 
-/// Signals that may decide the verdict: the drivers of an unknown cause, otherwise all.
+/// Whether one of the effects found depends on the signal. Time and temperature often change along
+/// with what does, such as the payload, but explain nothing then.
+bool MayExplain(const diagnosis::SignalTrace& signal, const diagnosis::Diagnosis& diagnosis) {
+  const bool time = signal.name == "t_s" || signal.name == "row";
+  if (!time && signal.name != "temp_C") return true;
+  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                     [time](const diagnosis::Finding& finding) {
+                       const effects::EffectTerm& term = finding.effect.term;
+                       return time ? effects::ReadsTime(term)
+                                   : term.effect->traits().Needs(effects::Signal::kTemperature,
+                                                                 term.word);
+                     });
+}
+
+/// Signals that may decide the verdict: the drivers of an unknown cause, those on which the effects
+/// of an explained one may depend, otherwise all.
 std::vector<const diagnosis::SignalTrace*> EligibleSignals(const diagnosis::Diagnosis& diagnosis) {
   std::vector<const diagnosis::SignalTrace*> all, drivers;
+  const bool explained = diagnosis.verdict == diagnosis::Verdict::kExplained;
   for (const diagnosis::SignalTrace& signal : diagnosis.signals) {
+    if (explained && !MayExplain(signal, diagnosis)) continue;
     all.push_back(&signal);
     const auto& names = diagnosis.drivers;
     if (std::find(names.begin(), names.end(), signal.name) != names.end()) {

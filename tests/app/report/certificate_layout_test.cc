@@ -58,6 +58,29 @@ TEST_CASE(
   CHECK_THAT(near.panel.script, !Contains("yerrorbars"));
 }
 
+TEST_CASE("the deciding signal is one that the effects found depend on") {
+  diagnosis::Diagnosis diagnosis = test::ExampleDiagnosis(diagnosis::Verdict::kExplained);
+  REQUIRE_FALSE(diagnosis.findings.empty());
+  diagnosis.findings.resize(1);
+  // Rows with the load come first, and time explains more of the residual than the load does.
+  diagnosis::SignalTrace time{"t_s", {}, 0.5, 0}, load{"payload_kg", {}, 0.5, 0};
+  double at_s = 0;
+  for (diagnosis::RowTrace& row : diagnosis.rows) {
+    const bool loaded = at_s < static_cast<double>(diagnosis.rows.size()) / 2;
+    time.values.push_back(at_s);
+    load.values.push_back(loaded ? 60 : 0);
+    row.outlier = false;
+    row.before = Vec3(0, 0, (loaded ? -2e-3 : 0) - 1e-4 * at_s);
+    row.after = Vec3::Zero();
+    at_s += 1;
+  }
+  diagnosis.signals = {time, load};
+  diagnosis.findings.front().effect.term.effect = effects::FindEffect("joint_compliance");
+  CHECK_THAT(DecidingFigure(diagnosis, test::ExampleCell()).panel.title, Contains("payload"));
+  diagnosis.findings.front().effect.term.effect = effects::FindEffect("thermal_drift");
+  CHECK_THAT(DecidingFigure(diagnosis, test::ExampleCell()).panel.title, Contains("time"));
+}
+
 TEST_CASE("an empirical term says what it changes and by how much") {
   effects::ActiveEffect effect;
   effect.term.effect = effects::FindEffect("empirical");
