@@ -176,6 +176,11 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     }
   } else {
     checked.cell = config::CellFromText(text, file, checked.faults);
+    if (const auto why_not =
+            checked.cell ? model_store::ModelUnusableReason(*checked.cell) : std::nullopt) {
+      checked.faults.Add({config::Fault::Severity::kWarning, file, 0, "effect",
+                          "the daemon refuses this model: " + *why_not});
+    }
   }
   return checked;
 }

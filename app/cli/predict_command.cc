@@ -20,7 +20,9 @@
 #include "app/config/carried_numbers.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
+#include "app/table/conditions.h"
 #include "app/table/numbered_rows.h"
+#include "firmware-like/effects/missing_columns.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::cli {
@@ -80,6 +82,24 @@ void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cel
     std::cerr << options.poses
               << ": warning: has no column payload_kg; a payload of 0 kg is assumed and every pose "
                  "counts as extrapolated\n";
+  }
+}
+
+/// Warns about columns that effects of the cell depend on and the poses lack.
+void WarnAboutMissingColumns(const PredictOptions& options, const model::CellModel& cell,
+                             const table::MeasuredTable& poses) {
+  std::map<std::string, std::string> effect_of;  // by column
+  const std::vector<effects::ActiveEffect> active = effects::ActiveEffectsOf(cell);
+  for (const effects::Conditions& moment : table::ConditionsOf(cell, poses)) {
+    for (const effects::MissingColumn& one : effects::MissingColumns(active, moment, cell))
+      effect_of.emplace(one.column, one.effect);
+  }
+  for (const auto& [column, effect] : effect_of) {
+    std::cerr << fmt::format(
+        "{}: warning: {} is not given at every pose, but {} of the cell depends on it. That effect "
+        "is then left out, the pose counts as extrapolated, and u_mm includes what the effect can "
+        "do. Add a column {}\n",
+        options.poses, column, effect, column);
   }
 }
 
@@ -205,6 +225,7 @@ int Run(const PredictOptions& options) {
     std::cerr << options.poses << ": warning: " << note << '\n';
   }
   WarnAboutPayload(options, *cell, *poses);
+  WarnAboutMissingColumns(options, *cell, *poses);
   WarnAboutUnmeasured(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   diagnosis::FrameCovariances frames;
@@ -284,7 +305,8 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "  u_mm            95 % radius of points measured there, including the instrument's noise; "
       "it grows with the distance from the poses that the model was fitted to\n"
       "  extrapolated    1: outside [domain], or outside the joint limits if there is no [domain]; "
-      "or the cell has a [payload] and the poses have no payload_kg (0 is assumed)\n"
+      "or the cell has a [payload] and the poses have no payload_kg (0 is assumed); or they lack a "
+      "column that an effect depends on, such as t_s or temp_C\n"
       "  basis           of the radius: measured (validated on held-out rows), propagated, "
       "assumed (typical values), unknown\n\n"
       "A cell with an unknown instrument frame or tool requires --align or [[session]] frames. "

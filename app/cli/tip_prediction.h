@@ -23,7 +23,8 @@ struct Prediction {
 
 /// Predicts every row with the frames of its session (CellOfSession). Without a payload column the
 /// payload is 0; the rows then count as extrapolated if the cell has a [payload] and was not fitted
-/// to such rows.
+/// to such rows. An effect whose column is missing (a time, a temperature) adds nothing; the rows
+/// then count as extrapolated, and the radius includes what the effect can do.
 /// @param deviation  uncertainty of the declared values
 /// @param frames     covariances of session frames that were just re-estimated; they widen the
 ///                   radius

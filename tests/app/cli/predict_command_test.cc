@@ -165,7 +165,14 @@ TEST_CASE("a time outside the fitted range of an effect of time is extrapolated"
   const std::string pose = "0,-90,90,0,0,0";
   CHECK(extrapolated("t_s," + joints + "\n99," + pose + "\n100," + pose + "\n5000," + pose +
                      "\n5001," + pose + "\n") == std::vector<bool>{true, false, false, true});
-  CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{false});  // not recorded
+  // Not recorded: the drift may be anything between its start and its end.
+  CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{true});
+  const auto radius_mm = [&](const std::string& csv) {
+    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    return 1e3 * Predict(*cell, *poses, {}).value().front().radius.radius_m;
+  };
+  CHECK(radius_mm(joints + "\n" + pose + "\n") >
+        radius_mm("t_s," + joints + "\n5000," + pose + "\n") + 0.99);
 }
 
 TEST_CASE("an event at a row of the fitted file precedes every pose of another file") {
