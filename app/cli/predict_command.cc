@@ -22,7 +22,7 @@
 #include "app/config/text_file.h"
 #include "app/table/conditions.h"
 #include "app/table/numbered_rows.h"
-#include "firmware-like/effects/missing_columns.h"
+#include "firmware-like/effects/needed_columns.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::cli {
@@ -89,10 +89,11 @@ void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cel
 void WarnAboutMissingColumns(const PredictOptions& options, const model::CellModel& cell,
                              const table::MeasuredTable& poses) {
   std::map<std::string, std::string> effect_of;  // by column
-  const std::vector<effects::ActiveEffect> active = effects::ActiveEffectsOf(cell);
+  const auto needed = effects::NeededColumns(effects::ActiveEffectsOf(cell), cell);
   for (const effects::Conditions& moment : table::ConditionsOf(cell, poses)) {
-    for (const effects::MissingColumn& one : effects::MissingColumns(active, moment, cell))
-      effect_of.emplace(one.column, one.effect);
+    for (const effects::NeededColumn& one : needed) {
+      if (one.MissingFrom(moment)) effect_of.emplace(one.column, one.effect);
+    }
   }
   for (const auto& [column, effect] : effect_of) {
     std::cerr << fmt::format(

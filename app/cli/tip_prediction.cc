@@ -14,7 +14,6 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
-#include "firmware-like/effects/missing_columns.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
 
@@ -127,25 +126,6 @@ deflection::LoadStatement LoadOfRow(const model::CellModel& cell, const table::M
   return load;
 }
 
-/// How far the effects whose columns a pose lacks can move the tip from `state`, over the values
-/// that they were fitted to [m]. Effects of several columns are added.
-double MovedByMissing(const deflection::LoadedArm& arm, const model::JointVector& q,
-                      const loads::Payload& payload, const effects::Conditions& moment,
-                      const std::vector<effects::MissingColumn>& missing,
-                      const deflection::LoadedState& state) {
-  double sum_m = 0;
-  for (const effects::MissingColumn& one : missing) {
-    double farthest_m = 0;
-    for (const double value : {one.range.low, one.range.high}) {
-      deflection::LoadedState other;
-      if (arm.AtCommanded(q, payload, effects::WithColumn(moment, one.column, value), other))
-        farthest_m = std::max(farthest_m, (other.p_read_W - state.p_read_W).norm());
-    }
-    sum_m += farthest_m;
-  }
-  return sum_m;
-}
-
 Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& poses,
                               const table::MeasuredRow& row, const effects::Conditions& moment,
                               const deflection::LoadStatement& load) {
@@ -159,9 +139,7 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
   const bool outside =
       deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C, moment.t_s,
                                 load.modelled.tool, load.modelled.item);
-  const std::vector<effects::MissingColumn> missing =
-      effects::MissingColumns(session.arm.effects(), moment, session.cell);
-  const bool extrapolated = outside || !missing.empty() ||
+  const bool extrapolated = outside || session.arm.LacksColumn(moment) ||
                             PayloadNotRecorded(session.cell, poses) ||
                             EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =
@@ -169,10 +147,6 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
   if (session.frames && radius.known()) {
     radius.radius_m =
         std::hypot(radius.radius_m, FrameRadius(*session.frames, session.cell.robot.X_WB, state));
-  }
-  if (!missing.empty() && radius.known()) {
-    radius.radius_m += MovedByMissing(session.arm, row.q, load.modelled, moment, missing, state);
-    radius.basis = model::Weakest(radius.basis, model::RadiusBasis::kAssumed);
   }
   const Vec3 moved_W = MovedByFading(session.cell, session.arm.growth().Share(row.q), state);
   return Prediction{.p_WT = state.p_read_W + moved_W,

@@ -148,6 +148,7 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
   correction.extrapolated =
+      arm_.LacksColumn(conditions) ||
       deflection::OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C,
                                 conditions.t_s, payload.tool, payload.item);
 
@@ -190,6 +191,7 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
   landing.extrapolated =
+      arm_.LacksColumn(conditions) ||
       deflection::OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C,
                                 conditions.t_s, payload.tool, payload.item);
   landing.residual_m = outcome.residual_m;

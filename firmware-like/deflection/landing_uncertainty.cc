@@ -36,6 +36,28 @@ Mat3 CovarianceOfUncertainEvents(const LoadedArm& arm, const model::JointVector&
   return covariance;
 }
 
+/// Covariance for conditions that lack a column of an effect: the displacement caused by the effect
+/// over its fitted range must lie within the 95 % radius.
+Mat3 CovarianceOfMissingColumns(const LoadedArm& arm, const model::JointVector& q,
+                                const loads::Payload& payload,
+                                const effects::Conditions& conditions, const LoadedState& state) {
+  constexpr double kZ = 1.959964;
+  Mat3 covariance = Mat3::Zero();
+  for (const effects::NeededColumn& needed : arm.needed_columns()) {
+    if (!needed.MissingFrom(conditions)) continue;
+    Vec3 farthest_W = Vec3::Zero();
+    for (const double value : {needed.range.low, needed.range.high}) {
+      LoadedState other;
+      const auto moment = effects::WithColumn(conditions, needed.column, value);
+      if (!arm.AtCommanded(q, payload, moment, other)) continue;
+      const Vec3 moved_W = other.p_read_W - state.p_read_W;
+      if (moved_W.norm() > farthest_W.norm()) farthest_W = moved_W;
+    }
+    covariance += farthest_W * farthest_W.transpose() / (kZ * kZ);
+  }
+  return covariance;
+}
+
 }  // namespace
 
 LandingUncertainty::LandingUncertainty(const model::CellModel& cell, const LoadedArm& arm,
@@ -61,7 +83,8 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W =
       covariance_share_ * EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-      CovarianceOfUncertainEvents(arm, q, load.modelled, conditions);
+      CovarianceOfUncertainEvents(arm, q, load.modelled, conditions) +
+      CovarianceOfMissingColumns(arm, q, load.modelled, conditions, state_);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
   const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;

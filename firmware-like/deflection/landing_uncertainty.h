@@ -29,6 +29,9 @@ class AssumedError;
 /// less than a tenth; `unknown` if some parameter has no prior; otherwise `assumed`. What linear
 /// beam theory neglects (linear_range.h) is added, because it is systematic.
 ///
+/// An effect whose column is missing from the conditions (t_s, temp_C) adds what it can do over its
+/// fitted range.
+///
 /// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker
 /// basis. The instrument's noise then counts twice, which is conservative. The same applies
 /// everywhere, with a basis of at most `assumed`, to a model that was changed after its fit

@@ -73,6 +73,13 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
   }
   X_WC_ = cell.measurement.X_WC;
   declared_ = effects::DeclaredConditions(cell);
+  needed_columns_ = effects::NeededColumns(effects_, cell);
+}
+
+bool LoadedArm::LacksColumn(const effects::Conditions& conditions) const {
+  return std::any_of(
+      needed_columns_.begin(), needed_columns_.end(),
+      [&](const effects::NeededColumn& needed) { return needed.MissingFrom(conditions); });
 }
 
 effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& moment) const {

@@ -4,6 +4,7 @@
 
 #include "firmware-like/beam/tip_compliance.h"
 #include "firmware-like/deflection/distance_growth.h"
+#include "firmware-like/effects/needed_columns.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
@@ -92,6 +93,10 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<effects::ActiveEffect>& effects() const { return effects_; }
+  /// What the effects need to know beside posture and load.
+  const std::vector<effects::NeededColumn>& needed_columns() const { return needed_columns_; }
+  /// True if an effect adds nothing because such a column is missing; its state is then unknown.
+  bool LacksColumn(const effects::Conditions& conditions) const;
   /// Fading of the effects with the distance from the fitted poses.
   const DistanceGrowth& growth() const { return growth_; }
   /// The sum of the cell's effects under the conditions `moment`, times the share that applies at
@@ -162,6 +167,7 @@ class LoadedArm {
   bool centres_guessed_ = false;
   model::JointVector compliance_;
   std::vector<effects::ActiveEffect> effects_;
+  std::vector<effects::NeededColumn> needed_columns_;
   DistanceGrowth growth_;
   std::optional<Pose> X_WC_;  ///< pose of the measuring camera
   bool ranges_;               ///< ranges are measured, not positions

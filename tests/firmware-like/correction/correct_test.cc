@@ -1,7 +1,10 @@
 #include "firmware-like/correction/correct.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
 
+#include "firmware-like/correction/cell_corrector.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/inverse.h"
 #include "tests/firmware-like/test_cell.h"
@@ -141,6 +144,41 @@ TEST_CASE("with a free orientation only the position is matched") {
   REQUIRE(correction.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, correction.X_BP_command, Vec3::Zero(), correction.q);
   CHECK((landed.p - (cell.robot.X_WB.Inverse() * point.X_WP).p).norm() < 1e-6);
+}
+
+TEST_CASE("a thermal effect without a temperature is extrapolated and widens the radius") {
+  model::CellModel cell = test::HeavyArm();
+  cell.measurement.reference_temperature_C = 20;
+  model::WrittenEffect growth;
+  growth.id = "thermal_growth";
+  growth.parameters.emplace_back();
+  growth.parameters.back().name = "alpha";
+  growth.parameters.back().value = 1.2e-5;
+  cell.effects = {growth};
+  model::Domain domain;
+  domain.q.assign(static_cast<std::size_t>(cell.robot.size()), model::Interval{-7, 7});
+  domain.temp_C = model::Interval{18, 30};
+  domain.residual_sigma_m = 5e-5;
+  cell.domain = domain;
+  CellCorrector corrector(cell, {});
+  const model::JointVector q = model::JointVector::Constant(6, 0.3);
+  const loads::Payload payload{60, *cell.payload_cog_F};
+  const auto corrected = [&](std::optional<double> temp_C) {
+    const effects::Conditions conditions = corrector.ConditionsOf(payload, 0, temp_C);
+    Correction correction;
+    corrector.solver().Correct(PointAt(cell, q), payload, conditions, q, BranchSearch::kBrief,
+                               correction);
+    REQUIRE(correction.code == CorrectionCode::kOk);
+    corrector.StateRadius(payload, conditions, Vec3::Zero(), correction);
+    return correction;
+  };
+  const Correction warm = corrected(25), unknown = corrected(std::nullopt);
+  CHECK_FALSE(warm.extrapolated);
+  CHECK(warm.basis == model::RadiusBasis::kMeasured);
+  CHECK(unknown.extrapolated);
+  CHECK(unknown.basis < model::RadiusBasis::kMeasured);
+  // Ten kelvin above the reference temperature move the tip by about 0.2 mm.
+  CHECK(unknown.uncertainty_m > std::hypot(warm.uncertainty_m, 1.5e-4));
 }
 
 }  // namespace plumbline::correct_test
