@@ -57,10 +57,22 @@ TEST_CASE("a missing unit is reported once, and a column without a name as such"
   const std::string bare = folder.Write("b.csv", "q1,X,Y,Z\n1,10,20,30\n2,20,30,41\n3,20,31,42\n");
   const Answer refused = ImportFolder::Import(bare + out);
   CHECK(refused.exit_code == 1);
-  CHECK_THAT(refused.err, Contains("states no unit") && !Contains("rejected"));
+  CHECK_THAT(refused.err,
+             Contains("columns \"X\", \"Y\", \"Z\": state no unit") && !Contains("rejected"));
   const std::string nameless = folder.Write("n.csv", "q1_deg,,range_mm\n1,a,2\n2,b,3\n");
   CHECK_THAT(ImportFolder::Import(nameless + out).err,
              Contains("ignored columns: column 2 (without a name); map"));
+}
+
+TEST_CASE("a preview without the unit gives that reason first and rejects no line for another") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "x_mm;y_mm;z_mm\n1,5;2,5;3,5\n4,5;5,5;6,5\n");
+  const std::string joints = folder.Write("j.csv", "q1;q2\n2,1033183;0,5\n1,5;0,25\n");
+  const Answer answer = ImportFolder::Import(table + " --joints " + joints + " --preview");
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err,
+             Contains("j.csv:1 columns \"q1\", \"q2\": state no unit") && !Contains("rejected"));
+  CHECK_THAT(answer.out, Contains("rows not read") && !Contains("not a number"));
 }
 
 TEST_CASE("import says which columns it ignores and refuses two of one meaning") {
@@ -125,7 +137,7 @@ TEST_CASE("import names every row that is left out for its joints") {
   CHECK_THAT(answer.err, Contains("j.csv:3: rejected: q2_deg is \"broken\"") &&
                              Contains("t.csv:3: rejected: has no value of q2_deg") &&
                              Contains("t.csv:4: rejected: has no joints") &&
-                             Contains("1 rows, 1 with a measurement; 3 lines rejected"));
+                             Contains("1 row, 1 with a measurement; 3 lines rejected"));
   CHECK(folder.TextOf("m.csv") == "q1_deg,q2_deg,x_mm,y_mm,z_mm\n1,10,1,2,3\n");
 }
 
