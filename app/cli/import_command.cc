@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/imported_joints.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/required_file.h"
@@ -101,8 +102,9 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
   config::FaultList of_cell;
   const auto cell = config::ReadCell(options.cell, of_cell);
   if (!cell) return faults.Append(of_cell);
-  table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out, cell->robot.joints,
-                      faults);
+  const auto table = table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
+                                         cell->robot.joints, faults);
+  if (table) CheckImportedJoints(*cell, *table, options.units.angle_unit, faults);
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.
@@ -332,7 +334,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                       "Permissible error of the instrument, um + um/m, such as 15+6; added to "
                       "sigma_mm");
   command->add_option("--cell", options->cell,
-                      "Cell whose joints the result must fit");
+                      "Cell whose joints and joint limits the result must fit");
   command->footer(
       "Separator, decimal sign, column names and units are found in the file; --preview shows "
       "them.\n"
