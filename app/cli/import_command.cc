@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/imported_joints.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/required_file.h"
@@ -101,8 +102,9 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
   config::FaultList of_cell;
   const auto cell = config::ReadCell(options.cell, of_cell);
   if (!cell) return faults.Append(of_cell);
-  table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out, cell->robot.joints,
-                      faults);
+  const auto table = table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
+                                         cell->robot.joints, faults);
+  if (table) CheckImportedJoints(*cell, *table, options.units.angle_unit, faults);
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.
@@ -189,8 +191,11 @@ std::string CountsText(const imports::ImportedTable& rows) {
   const auto measured =
       std::count_if(rows.rows.begin(), rows.rows.end(),
                     [](const imports::ImportedRow& row) { return row.HasMeasurement(); });
-  return fmt::format("{} rows, {} with a measurement; {} lines rejected", rows.rows.size(),
-                     measured, rows.rejected.size());
+  const auto count = [](std::size_t number, const char* noun) {
+    return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
+  };
+  return fmt::format("{}, {} with a measurement; {} rejected", count(rows.rows.size(), "row"),
+                     measured, count(rows.rejected.size(), "line"));
 }
 
 int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
@@ -208,6 +213,12 @@ int WriteImport(const ImportCommandOptions& options, const imports::ImportedTabl
   return kExitOk;
 }
 
+void PrintPreviews(const ImportCommandOptions& options, const imports::UnderstoodFile& file,
+                   const std::optional<imports::UnderstoodFile>& joints) {
+  std::cout << PreviewText(file, RowsOf(file, options.units));
+  if (joints) std::cout << PreviewText(*joints, RowsOf(*joints, options.units));
+}
+
 int ImportFiles(const ImportCommandOptions& options) {
   config::FaultList faults;
   const auto file = MappedFile(options, imports::FileRole::kMeasured).Read(faults);
@@ -219,14 +230,16 @@ int ImportFiles(const ImportCommandOptions& options) {
     std::cerr << config::FaultsText(faults);
     return kExitFault;
   }
-  const bool understood = !faults.HasFaults();
-  imports::ImportedTable rows = RowsOf(*file, options.units);
-  if (options.preview) std::cout << PreviewText(*file, rows);
-  if (joints) {
-    const imports::ImportedTable postures = RowsOf(*joints, options.units);
-    if (options.preview) std::cout << PreviewText(*joints, postures);
-    rows = WithJoints(rows, postures, options.joints, faults);
+  if (faults.HasFaults()) {
+    // Printed before the preview and without rejected rows: a missing unit would reject all of
+    // them.
+    std::cerr << config::FaultsText(faults);
+    if (options.preview) PrintPreviews(options, *file, joints);
+    return kExitFault;
   }
+  imports::ImportedTable rows = RowsOf(*file, options.units);
+  if (options.preview) PrintPreviews(options, *file, joints);
+  if (joints) rows = WithJoints(rows, RowsOf(*joints, options.units), options.joints, faults);
   const bool joints_given = std::any_of(rows.rows.begin(), rows.rows.end(),
                                         [](const auto& row) { return row.HasJoints(); });
   if (joints_given) RejectRowsWithoutJoints(rows);
@@ -234,8 +247,7 @@ int ImportFiles(const ImportCommandOptions& options) {
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
   std::cerr << config::FaultsText(faults);
-  // A missing unit rejects every row; its own message says so once.
-  if (understood && (faults.HasFaults() || options.preview)) PrintRejected(rows);
+  if (faults.HasFaults() || options.preview) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
   if (!options.preview) {
     PrintIgnored(*file);
@@ -321,7 +333,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
   command->add_option("--permissible-error-um", options->permissible_error,
                       "Permissible error of the instrument, um + um/m, such as 15+6; added to "
                       "sigma_mm");
-  command->add_option("--cell", options->cell, "Cell whose joints the result must fit");
+  command->add_option("--cell", options->cell,
+                      "Cell whose joints and joint limits the result must fit");
   command->footer(
       "Separator, decimal sign, column names and units are found in the file; --preview shows "
       "them.\n"

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/assumed_basis.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
@@ -114,7 +115,8 @@ std::string LinesText(const std::vector<int>& lines) {
 }
 
 /// Warning about radii that are not based on data; empty if none is assumed or unknown.
-std::string BasisWarning(const std::vector<Prediction>& predictions) {
+std::string BasisWarning(const std::vector<Prediction>& predictions, const model::CellModel& cell,
+                         const table::MeasuredTable& poses, const PredictOptions& options) {
   model::RadiusBasis weakest = model::RadiusBasis::kMeasured;
   for (const Prediction& one : predictions) weakest = model::Weakest(weakest, one.radius.basis);
   if (predictions.empty() || weakest > model::RadiusBasis::kAssumed) return "";
@@ -124,9 +126,8 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
            "this arm, for example a linear axis that carries weight. Do not rely on them; fit the "
            "model to measured points with `plumbline diagnose`";
   }
-  return "u_mm: some radii have the basis \"assumed\": typical values replace what the cell does "
-         "not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "
-         "model to measured points with `plumbline diagnose`";
+  return "u_mm: some radii have the basis \"assumed\": " +
+         AssumedBasisText(cell, poses, options.deflection_sd.has_value());
 }
 
 /// True for an effect whose time axis is the row number of the fitted file: an event or a curve
@@ -266,7 +267,8 @@ int Run(const PredictOptions& options) {
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
   WarnAboutLinearTheory(options, *poses, *predictions);
-  if (const std::string warning = BasisWarning(*predictions); !warning.empty()) {
+  if (const std::string warning = BasisWarning(*predictions, *cell, *poses, options);
+      !warning.empty()) {
     std::cerr << warning << '\n';
   }
   if (poses->unreadable_lines.empty()) return kExitOk;

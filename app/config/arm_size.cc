@@ -117,6 +117,27 @@ void WarnAboutCentres(const std::vector<TomlTable>& joints, const model::Robot& 
   }
 }
 
+/// Warns about a centre of mass that is farther from the frame of its link than the stretched arm
+/// is long; robots with sliding axes may have longer links than their table shows.
+void WarnAboutFarCentres(const std::vector<TomlTable>& joints, const model::Robot& robot) {
+  constexpr double kLongestLink_m = 10;
+  double stretched_m = 0;
+  for (const model::Joint& joint : robot.joints) {
+    stretched_m += std::hypot(joint.a_m, joint.d_m);
+  }
+  const double farthest_m = IsArm(robot) ? stretched_m : std::max(kLongestLink_m, stretched_m);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::optional<Vec3>& com_m = robot.joints[i].link_com_m;
+    if (!com_m || com_m->norm() <= farthest_m) continue;
+    joints[i].AddWarning(
+        "link_com_mm",
+        fmt::format("puts the centre of mass {:.3g} m from the frame of its link; the lengths of "
+                    "the whole arm add up to {:.3g} m. Probably the unit is wrong; write mm, in "
+                    "the frame of the link",
+                    com_m->norm(), stretched_m));
+  }
+}
+
 void WarnAboutMasses(const std::vector<TomlTable>& joints, const model::Robot& robot,
                      const ArmSize& size) {
   double total_kg = 0;
@@ -223,6 +244,7 @@ void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const model::R
   if (robot.size() > model::kMaxJoints) return;
   WarnAboutLengths(joints, robot);
   WarnAboutCentres(joints, robot);
+  WarnAboutFarCentres(joints, robot);
   if (!IsArm(robot)) return;
   const ArmSize size = ArmSizeOf(robot);
   WarnAboutMasses(joints, robot, size);

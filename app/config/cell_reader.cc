@@ -84,7 +84,8 @@ void WarnAboutUnknowns(const std::vector<TomlTable>& tables,
   bool masses_known = true;
   for (std::size_t i = joints.size(); i-- > 0;) {
     const model::Joint& joint = joints[i];
-    masses_known = masses_known && joint.link_mass_kg;
+    // A mass that is written but out of range is already a fault.
+    masses_known = masses_known && (joint.link_mass_kg || tables[i].Has("link_mass_kg"));
     if (!masses_known && joint.compliance_rad_per_Nm.value_or(0) > 0) {
       tables[i].AddWarning(
           "compliance_rad_per_Nm",

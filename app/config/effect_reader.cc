@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "firmware-like/effects/catalogue.h"
@@ -44,9 +45,20 @@ const effects::ParameterSpec* SpecFromName(const TomlTable& table,
   return nullptr;
 }
 
-/// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit.
+/// True if the unit was written for prismatic joints too before they had one of their own, with the
+/// same value.
+bool IsEarlierUnit(const effects::EffectTraits& traits, const effects::ParameterSpec& entry,
+                   std::string_view unit) {
+  constexpr std::array<std::string_view, 5> kEffects = {
+      "joint_offset", "backlash", "following_error", "arrival_friction", "joint_hardening"};
+  return unit == entry.unit &&
+         std::find(kEffects.begin(), kEffects.end(), traits.id) != kEffects.end();
+}
+
+/// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit. An
+/// earlier unit is a warning and becomes the present one.
 void CheckJointAndUnit(const TomlTable& table, const effects::EffectTraits& traits,
-                       const effects::ParameterSpec& entry, const model::EffectParameter& parameter,
+                       const effects::ParameterSpec& entry, model::EffectParameter& parameter,
                        int joint_count, std::uint32_t prismatic) {
   const int joint = effects::ParameterFromName(traits, parameter.name, joint_count)->joint;
   const bool slides = joint >= 0 && ((prismatic >> joint) & 1U) != 0;
@@ -56,7 +68,13 @@ void CheckJointAndUnit(const TomlTable& table, const effects::EffectTraits& trai
                                        slides ? "prismatic" : "revolute"));
   }
   const std::string_view unit = UnitOf(entry, prismatic, joint);
-  if (table.Has("unit") && !parameter.unit.empty() && parameter.unit != unit) {
+  if (!table.Has("unit") || parameter.unit.empty() || parameter.unit == unit) return;
+  if (IsEarlierUnit(traits, entry, parameter.unit)) {
+    table.AddWarning("unit", fmt::format("is that of a revolute joint; the value of {} is taken as "
+                                         "before; write \"{}\"",
+                                         parameter.name, unit));
+    parameter.unit = unit;
+  } else {
     table.AddFault("unit", fmt::format("is not the unit of {}; write \"{}\"", entry.name, unit));
   }
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "app/config/limits.h"
@@ -19,6 +20,7 @@ constexpr NumberRange kPoissonRatio{0, 0.5};
 constexpr NumberRange kDensity{0, 25000};
 constexpr NumberRange kYieldStrength{0.1, 10000, 1e6};
 constexpr NumberRange kMountMass{0, 5000};
+constexpr double kHeaviest_g_cm3 = 23;  // of all solids
 
 enum class SectionKind { kRectangle, kSquareTube, kTube, kRod, kIBeam };
 
@@ -36,10 +38,23 @@ constexpr std::pair<std::string_view, NumberRange> kOwnRanges[] = {
 /// Warns about a density that is probably in g/cm3: no solid is heavier than 23 g/cm3, and none is
 /// lighter than 23 kg/m3.
 void WarnAboutDensity(const TomlTable& table, double density_kg_m3) {
-  constexpr double kHeaviest_g_cm3 = 23;
   if (density_kg_m3 <= 0 || density_kg_m3 > kHeaviest_g_cm3) return;
   table.AddWarning("density_kg_m3",
                    fmt::format("looks like g/cm3; write {:g}", 1e3 * density_kg_m3));
+}
+
+/// Warns about a value that is so far from that of the named material that one of the two is wrong.
+/// Alloys and tempers of one material differ by less than a third.
+void WarnAboutContradiction(const TomlTable& table, std::string_view key, double stated,
+                            double of_material, double unit) {
+  constexpr double kLargestRatio = 1.5;
+  if (!table.Has(key) || stated <= 0) return;
+  const double ratio = std::max(stated / of_material, of_material / stated);
+  if (ratio <= kLargestRatio) return;
+  table.AddWarning(key,
+                   fmt::format("contradicts material = \"{}\", which has {:g}; remove this key, "
+                               "correct it or its unit, or remove the material",
+                               table.String("material").value_or(""), of_material / unit));
 }
 
 /// E, nu and density of a named material; each value can be overridden by its own key.
@@ -69,6 +84,13 @@ std::optional<model::Material> MaterialFromToml(const TomlTable& table) {
   const auto yield_strength_Pa = table.Number("yield_MPa", kYieldStrength);
   if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
   WarnAboutDensity(table, *density_kg_m3);
+  if (named) {
+    WarnAboutContradiction(table, "youngs_modulus_GPa", *youngs_modulus_Pa,
+                           named->youngs_modulus_Pa, kYoungsModulus.to_si);
+    if (*density_kg_m3 > kHeaviest_g_cm3) {  // else the unit is named above
+      WarnAboutContradiction(table, "density_kg_m3", *density_kg_m3, named->density_kg_m3, 1);
+    }
+  }
   return model::Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
                          .poisson_ratio = *poisson_ratio,
                          .density_kg_m3 = *density_kg_m3,

@@ -72,6 +72,19 @@ bool LooksLikeMetres(const Vec3& p, double smallest_m) {
   return p.norm() > 0 && p.norm() < smallest_m;
 }
 
+std::string FarCogText(double distance_m) {
+  return fmt::format("is {:.3g} m from the flange; write mm, measured from the flange", distance_m);
+}
+
+/// Warns about a payload item whose centre of gravity is metres away.
+void WarnAboutItems(const TomlTable& payload, const model::CellModel& cell) {
+  const std::vector<TomlTable> items = payload.Tables("item");
+  for (std::size_t k = 0; k < std::min(items.size(), cell.payload_items.size()); ++k) {
+    const double distance_m = cell.payload_items[k].cog_F.norm();
+    if (distance_m > kFarthestCog_m) items[k].AddWarning("cog_mm", FarCogText(distance_m));
+  }
+}
+
 /// Distance of a point from the robot's base, and the lengths that can bridge it.
 struct Distances {
   double point_m, arm_m, tool_m;
@@ -147,13 +160,12 @@ void WarnAboutUnlikelyLoad(const TomlTable& root, const model::CellModel& cell) 
     tools[static_cast<std::size_t>(k)].AddWarning(tool.rigid ? "tcp_mm" : "length_mm",
                                                   "looks like metres; write mm");
   }
+  if (payload) WarnAboutItems(*payload, cell);
   if (!payload || !cell.payload_cog_F) return;
   const Vec3& cog_F = *cell.payload_cog_F;
   const double tip_m = cell.tool.tcp_F.norm();
   if (cog_F.norm() > kFarthestCog_m) {
-    payload->AddWarning("cog_mm", fmt::format("is {:.3g} m from the flange; write mm, measured "
-                                              "from the flange",
-                                              cog_F.norm()));
+    payload->AddWarning("cog_mm", FarCogText(cog_F.norm()));
   } else if (LooksLikeMetres(cog_F, kSmallestOffset_m)) {
     payload->AddWarning("cog_mm", "looks like metres; write mm");
   } else if (tip_m > kLongTool_m && cog_F.norm() < kAtFlange * tip_m) {

@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/headline.h"
+#include "app/diagnosis/shown_parameter.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
@@ -26,11 +27,10 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
         effects::WrittenFromActive(finding.effect, finding.covariance);
     for (const model::EffectParameter& parameter : written.parameters) {
       if (++count > kMaxParameters) continue;
-      const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
-                                                     : ValueText{parameter.word, ""};
-      lines +=
-          fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id), parameter.name,
-                      shown.value, shown.sd.empty() ? "" : " +- " + shown.sd, parameter.unit);
+      const ValueText shown = ShownValueOf(parameter);
+      lines += fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id),
+                           parameter.name, shown.value, shown.sd.empty() ? "" : " +- " + shown.sd,
+                           ShownUnitOf(parameter).unit);
     }
     const std::string line = LinearTrendText(finding.effect);
     if (!line.empty()) lines += "    " + line + '\n';

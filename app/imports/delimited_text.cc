@@ -236,6 +236,8 @@ std::optional<double> NumberIn(std::string_view field, char decimal) {
     if (c == other) {
       const std::size_t leading = plain.size() - (plain.starts_with('-') ? 1 : 0);
       if (fraction || (grouped ? group != 3 : leading == 0 || leading > 3)) return std::nullopt;
+      // No group of thousands starts with a zero: "0,512" is not 512.
+      if (!grouped && plain[plain.size() - leading] == '0') return std::nullopt;
       grouped = true, group = 0;
       continue;
     }

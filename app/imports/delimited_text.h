@@ -41,7 +41,8 @@ struct DelimitedText {
 DelimitedText LayoutOf(std::string_view text, const LayoutHints& hints);
 
 /// A number with the given decimal sign. Accepted: a sign, an exponent, groups of three digits
-/// separated by the other sign, and a leading apostrophe.
+/// separated by the other sign, the first of which does not start with a zero, and a leading
+/// apostrophe.
 std::optional<double> NumberIn(std::string_view field, char decimal);
 
 }  // namespace plumbline::imports

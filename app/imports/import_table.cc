@@ -23,6 +23,10 @@ std::string ShownField(const std::string& field) {
   return "\"" + field.substr(0, 40) + "\"";
 }
 
+const char* SignWord(char sign) {
+  return sign == ',' ? "comma" : "point";
+}
+
 bool IsRunOf(const std::string& field, char c) {
   const auto first = field.find_first_not_of("+-");
   return first != std::string::npos &&
@@ -118,7 +122,11 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
       return;
     }
   }
-  const auto number = NumberIn(field, file_.layout.decimal);
+  auto number = NumberIn(field, file_.layout.decimal);
+  const char other = file_.layout.decimal == ',' ? '.' : ',';
+  const bool unclear = number && file_.unclear_decimals.contains(column) &&
+                       field.find(other) != std::string::npos && NumberIn(field, other);
+  if (unclear) number.reset();
   const auto scale = ScaleOf(*kind, meaning.unit);
   const bool impossible = number && *number <= 0 && IsUncertainty(meaning.target);
   if (number && scale && !impossible) {
@@ -129,9 +137,17 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
   } else if (IsRunOf(field, 'X') || IsRunOf(field, 'F')) {
     Reject(reason,
            fmt::format("{} is {}: the gauge had no value", meaning.target, ShownField(field)));
+  } else if (unclear) {
+    Reject(
+        reason,
+        fmt::format("{} is {}, whose {} may be a decimal sign or separate thousands, since other "
+                    "values of the column have a decimal {}",
+                    meaning.target, ShownField(field), SignWord(other), SignWord(other)));
+  } else if (number && !scale) {
+    Reject(reason, fmt::format("{} has no known unit", meaning.target));
   } else {
     Reject(reason, fmt::format("{} is {}, which is not a number with a decimal {}", meaning.target,
-                               ShownField(field), file_.layout.decimal == ',' ? "comma" : "point"));
+                               ShownField(field), SignWord(file_.layout.decimal)));
   }
 }
 

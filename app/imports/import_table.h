@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,11 @@ struct UnderstoodFile {
   std::string encoding;
   DelimitedText layout;
   std::vector<ColumnMeaning> meanings;
+  /// Columns of which a value that both decimal signs allow, such as "81,410", is rejected.
+  std::set<std::size_t> unclear_decimals{};
+  /// False if a column has no known unit or another decimal sign than the file: the reasons for
+  /// rejecting its rows are then misleading.
+  bool readable = true;
 };
 
 /// A line that gives no measurement, and why.
@@ -69,9 +75,10 @@ struct ImportedTable {
 /// is a run of X or F, the layout of a Keyence LK-G, unless the options state a unit. Three are x,
 /// y, z, and those of a file of joints are the joints in order, after the number of the row if the
 /// first column counts 1, 2, 3 ..
-/// @param faults  receives faults of the mapping, one for each column whose unit neither the file
-///                nor the options nor the mapping state, and one for each column that has the
-///                meaning of an earlier one and other values
+/// @param faults  receives faults of the mapping, one for the columns of each kind whose unit
+/// neither
+///                the file nor the options nor the mapping state, one for each column that has the
+///                meaning of an earlier one and other values, and those of decimal_signs.h
 UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
                           const Mapping& mapping, const std::string& mapping_file,
                           const ImportOptions& options, config::FaultList& faults);

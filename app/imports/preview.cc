@@ -51,8 +51,11 @@ std::string ColumnsText(const UnderstoodFile& file) {
 
 std::string PreviewText(const UnderstoodFile& file, const ImportedTable& table) {
   std::string text = LayoutText(file) + ColumnsText(file);
-  text += fmt::format("  {} rows, {} of them without a usable measurement\n", table.rows.size(),
-                      table.rejected.size());
+  if (!file.readable) {
+    return text + "  rows not read: a column lacks a known unit or has another decimal sign\n";
+  }
+  text += fmt::format("  {} row{}, {} of them without a usable measurement\n", table.rows.size(),
+                      table.rows.size() == 1 ? "" : "s", table.rejected.size());
   for (std::size_t i = 0; i < std::min(kShownRejected, table.rejected.size()); ++i) {
     text +=
         fmt::format("  line {}: rejected: {}\n", table.rejected[i].line, table.rejected[i].reason);

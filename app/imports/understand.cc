@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
+#include "app/imports/decimal_signs.h"
 #include "app/imports/import_table.h"
 #include "app/imports/text_encoding.h"
 #include "firmware-like/model/cell_model.h"
@@ -29,42 +31,65 @@ const char* UnitOption(ValueKind kind) {
                                            : "--length-unit";
 }
 
-/// "values from -0.42 to 0.93", for the person who must state the unit.
-std::string ValuesText(const DelimitedText& layout, std::size_t column) {
+/// "values from -0.42 to 0.93", for the person who must state the unit of the columns.
+std::string ValuesText(const DelimitedText& layout, const std::vector<std::size_t>& columns) {
   double low = 1e300, high = -1e300;
   for (const Record& record : layout.records) {
-    if (column >= record.fields.size()) continue;
-    const auto value = NumberIn(record.fields[column], layout.decimal);
-    if (value) low = std::min(low, *value), high = std::max(high, *value);
+    for (const std::size_t column : columns) {
+      if (column >= record.fields.size()) continue;
+      const auto value = NumberIn(record.fields[column], layout.decimal);
+      if (value) low = std::min(low, *value), high = std::max(high, *value);
+    }
   }
   return low > high ? "no values" : fmt::format("values from {:.6g} to {:.6g}", low, high);
 }
 
-/// The unit of a column from the options if the file states none.
-void CompleteUnit(const UnderstoodFile& understood, std::size_t column,
+std::string ColumnName(const DelimitedText& layout, std::size_t column) {
+  const std::string& name = layout.names[column];
+  return name.empty() ? std::to_string(column + 1) : fmt::format("\"{}\"", name);
+}
+
+/// Takes the unit of a column from the options if the file states none.
+/// @return  false if the column then still has no unit
+bool CompleteUnit(const UnderstoodFile& understood, std::size_t column,
                   const ImportOptions& options, ColumnMeaning& meaning, config::FaultList& faults) {
   const auto kind = KindOfTarget(meaning.target);
-  if (!kind) return;
+  if (!kind) return true;
   if (*kind == ValueKind::kText || *kind == ValueKind::kNumber) {
     meaning.unit.clear();
-    return;
+    return true;
   }
   if (meaning.unit.empty() && !DefaultUnit(*kind, options).empty()) {
     meaning.unit = DefaultUnit(*kind, options);
     meaning.because += fmt::format("; unit from {}", UnitOption(*kind));
   }
-  if (ScaleOf(*kind, meaning.unit)) return;
-  const std::string& name = understood.layout.names[column];
-  const std::string place =
-      name.empty() ? fmt::format("column {}", column + 1) : fmt::format("column \"{}\"", name);
-  const std::string values = ValuesText(understood.layout, column);
+  if (ScaleOf(*kind, meaning.unit)) return true;
+  if (meaning.unit.empty()) return false;
   faults.Add({config::Fault::Severity::kFault, understood.file, understood.layout.header_line,
-              place,
-              meaning.unit.empty()
-                  ? fmt::format("states no unit ({}); give {} or a mapping; units: {}", values,
-                                UnitOption(*kind), UnitsOf(*kind))
-                  : fmt::format("has the unit \"{}\", which is not known; map it; units: {}",
-                                meaning.unit.substr(0, 40), UnitsOf(*kind))});
+              "column " + ColumnName(understood.layout, column),
+              fmt::format("has the unit \"{}\", which is not known; map it; units: {}",
+                          meaning.unit.substr(0, 40), UnitsOf(*kind))});
+  return true;
+}
+
+/// Completes the units of all columns. One fault for all columns of a kind that have none.
+void CompleteUnits(const ImportOptions& options, UnderstoodFile& file, config::FaultList& faults) {
+  std::map<ValueKind, std::vector<std::size_t>> lacking;
+  for (std::size_t i = 0; i < file.meanings.size(); ++i) {
+    if (CompleteUnit(file, i, options, file.meanings[i], faults)) continue;
+    lacking[*KindOfTarget(file.meanings[i].target)].push_back(i);
+  }
+  for (const auto& [kind, columns] : lacking) {
+    std::string names;
+    for (const std::size_t column : columns) {
+      names += (names.empty() ? "" : ", ") + ColumnName(file.layout, column);
+    }
+    const bool one = columns.size() == 1;
+    faults.Add({config::Fault::Severity::kFault, file.file, file.layout.header_line,
+                fmt::format("column{} {}", one ? "" : "s", names),
+                fmt::format("state{} no unit ({}); give {} or a mapping; units: {}", one ? "s" : "",
+                            ValuesText(file.layout, columns), UnitOption(kind), UnitsOf(kind))});
+  }
 }
 
 /// True if the first column counts the rows from 1.
@@ -155,7 +180,7 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
   DecodedText decoded = DecodedFromBytes(bytes);
   LayoutHints hints = mapping.layout;
   if (!hints.decimal) hints.decimal = options.decimal;
-  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, hints), {}};
+  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, hints), {}, {}, true};
   if (understood.layout.decimal_assumed) {
     faults.Add({config::Fault::Severity::kFault, file, understood.layout.header_line, "",
                 "the decimal sign is not clear: every comma is followed by three digits, so that "
@@ -166,9 +191,11 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
   if (understood.layout.header_line == 0 && mapping.columns.empty()) {
     NameInOrder(understood.layout, role, options.length_unit, meanings);
   }
-  for (std::size_t i = 0; i < meanings.size(); ++i) {
-    CompleteUnit(understood, i, options, meanings[i], faults);
-  }
+  config::FaultList of_values;
+  CompleteUnits(options, understood, of_values);
+  understood.unclear_decimals = CheckDecimalSigns(understood, hints.decimal.has_value(), of_values);
+  understood.readable = !of_values.HasFaults();
+  faults.Append(of_values);
   RefuseDuplicates(understood, faults);
   return understood;
 }

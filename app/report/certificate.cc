@@ -10,6 +10,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/headline.h"
+#include "app/diagnosis/shown_parameter.h"
 #include "app/report/certificate_layout.h"
 #include "app/report/certificate_text.h"
 #include "app/report/certificate_verdict.h"
@@ -106,10 +107,10 @@ std::string ParticularsTable(const CertificateInput& input) {
 std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& parameter,
                                                  const EmpiricalCurve* curve) {
   if (curve != nullptr) return {Escape(curve->range), Escape(curve->unit)};
-  const std::string unit = Escape(parameter.unit == "1" ? "" : parameter.unit);
+  const std::string shown_unit = diagnosis::ShownUnitOf(parameter).unit;
+  const std::string unit = Escape(shown_unit == "1" ? "" : shown_unit);
   if (!parameter.word.empty()) return {Escape(parameter.word), unit};
-  const auto twice = parameter.sd ? std::optional(2 * *parameter.sd) : std::nullopt;
-  const diagnosis::ValueText shown = diagnosis::ValueTextOf(parameter.value, twice);
+  const diagnosis::ValueText shown = diagnosis::ShownValueOf(parameter, 2);
   return {NumberHtml(shown.value) + (shown.sd.empty() ? "" : " &plusmn; " + NumberHtml(shown.sd)),
           unit};
 }

@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/headline.h"
+#include "app/diagnosis/shown_parameter.h"
 #include "app/report/empirical_curve.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
@@ -73,8 +74,11 @@ std::string PercentHtml(double share) {
   return html;
 }
 
-std::string PlausibleText(const effects::ParameterSpec& spec, const model::Interval& plausible) {
-  const auto end = [](double value) {
+/// @param scale  from the unit of files to the shown one
+std::string PlausibleText(const effects::ParameterSpec& spec, const model::Interval& plausible,
+                          double scale) {
+  const auto end = [&](double in_file) {
+    const double value = scale * in_file;
     const bool small = value != 0 && std::abs(value) < 0.01;
     return NumberHtml(small ? fmt::format("{:.0e}", value) : fmt::format("{:.4g}", value));
   };
@@ -261,15 +265,15 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
       const effects::ParameterSpec* spec = SpecOf(finding, k);
       const effects::EffectTerm& term = finding.effect.term;
       const int joint = spec != nullptr ? term.parameters[k].joint : -1;
-      const diagnosis::ValueText shown = parameter.word.empty()
-                                             ? diagnosis::ValueTextOf(parameter.value, parameter.sd)
-                                             : diagnosis::ValueText{parameter.word, ""};
-      table.AddRow({Escape(diagnosis::EffectName(written.id)), Escape(parameter.name),
-                    parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
-                    NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
-                    spec != nullptr
-                        ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.prismatic, joint))
-                        : ""});
+      const diagnosis::ValueText shown = diagnosis::ShownValueOf(parameter);
+      const auto [scale, unit] = diagnosis::ShownUnitOf(parameter);
+      table.AddRow(
+          {Escape(diagnosis::EffectName(written.id)), Escape(parameter.name),
+           parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
+           NumberHtml(shown.sd), Escape(unit == "1" ? "" : unit),
+           spec != nullptr
+               ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.prismatic, joint), scale)
+               : ""});
     }
   }
   return html + table.Html() +

@@ -12,7 +12,11 @@ struct ArrivalFrictionFormula {
             .remedy =
                 "approach from one side; check lubrication and preload if it grows; otherwise let "
                 "the correction compensate for it",
-            .parameters = {{"q#", "rad/(N m)", 1, {-5e-5, 2e-4}}},
+            .parameters = {{.name = "q#",
+                            .unit = "rad/(N m)",
+                            .plausible = {-5e-5, 2e-4},
+                            .prismatic_unit = "m/N",
+                            .prismatic_plausible = {-5e-5, 2e-4}}},
             .needs = {Signal::kOrder, Signal::kTorques},
             .confused_with = {"following_error", "backlash", "approach_lag", "joint_compliance"},
             .per_joint = true,

@@ -13,7 +13,11 @@ struct FollowingErrorFormula {
             .remedy =
                 "wait longer after a move, or increase the gain of the position loop; measure at "
                 "production speed",
-            .parameters = {{"q#", "rad", 1, {-5e-3, 5e-3}}},
+            .parameters = {{.name = "q#",
+                            .unit = "rad",
+                            .plausible = {-5e-3, 5e-3},
+                            .prismatic_unit = "m",
+                            .prismatic_plausible = {-5e-3, 5e-3}}},
             .needs = {Signal::kOrder},
             .confused_with = {"approach_lag", "backlash", "arrival_friction", "latency"},
             .per_joint = true,

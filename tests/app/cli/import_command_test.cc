@@ -57,10 +57,50 @@ TEST_CASE("a missing unit is reported once, and a column without a name as such"
   const std::string bare = folder.Write("b.csv", "q1,X,Y,Z\n1,10,20,30\n2,20,30,41\n3,20,31,42\n");
   const Answer refused = ImportFolder::Import(bare + out);
   CHECK(refused.exit_code == 1);
-  CHECK_THAT(refused.err, Contains("states no unit") && !Contains("rejected"));
+  CHECK_THAT(refused.err,
+             Contains("columns \"X\", \"Y\", \"Z\": state no unit") && !Contains("rejected"));
   const std::string nameless = folder.Write("n.csv", "q1_deg,,range_mm\n1,a,2\n2,b,3\n");
   CHECK_THAT(ImportFolder::Import(nameless + out).err,
              Contains("ignored columns: column 2 (without a name); map"));
+}
+
+TEST_CASE("a preview without the unit gives that reason first and rejects no line for another") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "x_mm;y_mm;z_mm\n1,5;2,5;3,5\n4,5;5,5;6,5\n");
+  const std::string joints = folder.Write("j.csv", "q1;q2\n2,1033183;0,5\n1,5;0,25\n");
+  const Answer answer = ImportFolder::Import(table + " --joints " + joints + " --preview");
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err,
+             Contains("j.csv:1 columns \"q1\", \"q2\": state no unit") && !Contains("rejected"));
+  CHECK_THAT(answer.out, Contains("rows not read") && !Contains("not a number"));
+}
+
+TEST_CASE("import checks the joint limits of --cell and suggests the unit") {
+  const ImportFolder folder;
+  const std::string table =
+      folder.Write("t.csv", "q1,q2,range_mm\n100,-20,1\n" + std::string("-80.5,10,2\n"));
+  const std::string cell = folder.Write(
+      "cell.toml",
+      "schema = 1\n[robot]\nname = \"two axes\"\nconvention = \"dh\"\n"
+      "[[robot.joint]]\na_mm = 500\nalpha_deg = 0\nd_mm = 0\nmin_deg = -170\nmax_deg = 170\n"
+      "[[robot.joint]]\na_mm = 400\nalpha_deg = 0\nd_mm = 0\nmin_deg = -60\nmax_deg = 60\n"
+      "[tool]\nmodel = \"rigid\"\ntcp_mm = [0, 0, 100]\n"
+      "[measurement]\nkind = \"position\"\nsigma_mm = 0.05\n");
+  const std::string rest = " --cell " + cell + " --output " + folder.At("m.csv");
+  const Answer wrong = ImportFolder::Import(table + rest + " --angle-unit rad");
+  INFO(wrong.err);
+  CHECK(wrong.exit_code == 1);
+  CHECK_THAT(wrong.err, Contains("m.csv:2 q1_deg: 5729.58 is outside the joint limits -170 to 170 "
+                                 "of the cell, as in 2 of 2 rows; no file is written; all rows fit "
+                                 "if the angles are in degrees: give --angle-unit deg"));
+  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+  CHECK(ImportFolder::Import(table + rest + " --angle-unit deg").exit_code == 0);
+
+  const std::string beyond = folder.Write("b.csv", "q1_deg,q2_deg,range_mm\n171,5,1\n1,62,2\n");
+  const Answer one = ImportFolder::Import(beyond + rest);
+  CHECK(one.exit_code == 1);
+  CHECK_THAT(one.err, Contains("m.csv:3 q2_deg: 62 is outside the joint limits -60 to 60") &&
+                          Contains("1 of 2 rows") && Contains("the order of the joints"));
 }
 
 TEST_CASE("import says which columns it ignores and refuses two of one meaning") {
@@ -125,7 +165,7 @@ TEST_CASE("import names every row that is left out for its joints") {
   CHECK_THAT(answer.err, Contains("j.csv:3: rejected: q2_deg is \"broken\"") &&
                              Contains("t.csv:3: rejected: has no value of q2_deg") &&
                              Contains("t.csv:4: rejected: has no joints") &&
-                             Contains("1 rows, 1 with a measurement; 3 lines rejected"));
+                             Contains("1 row, 1 with a measurement; 3 lines rejected"));
   CHECK(folder.TextOf("m.csv") == "q1_deg,q2_deg,x_mm,y_mm,z_mm\n1,10,1,2,3\n");
 }
 

@@ -233,6 +233,29 @@ TEST_CASE("a missing payload column is reported and every row counts as extrapol
   CHECK_THAT(folder.told, !Catch::Contains("not recorded") && Catch::Contains("0 extrapolated"));
 }
 
+TEST_CASE("an assumed radius names what is not declared, or what it rests on instead") {
+  using Catch::Contains;
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told,
+             Contains("the cell declares its joints, links and payload; the radii rest "
+                      "on a typical compliance of the tool's coupling") &&
+                 Contains("--deflection-sd") && !Contains("Declare"));
+
+  std::string cell = folder.Content("cell.toml");
+  const auto remove = [&](const std::string& line) {
+    const auto at = cell.find(line);
+    REQUIRE(at != std::string::npos);
+    cell.erase(at, line.size());
+  };
+  remove("compliance_rad_per_Nm = 4.0e-7\n");
+  remove("compliance_rad_per_Nm = 2.5e-6\n");
+  std::ofstream(folder.File("cell.toml")) << cell;
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told, Contains("Declare compliance_rad_per_Nm of joints 2 and 5, or fit the"));
+}
+
 TEST_CASE("a cell with an unknown frame or tool is predicted only if these are given") {
   const char* measured_as[] = {"\n[measurement]\nkind = \"position\"\nframe = \"unaligned\"\n",
                                "\n[measurement]\nkind = \"position\"\ntool = \"unknown\"\n"};

@@ -111,6 +111,16 @@ TEST_CASE("A centre of mass in metres is detected by comparison with the link's 
                                               "looks like metres: write [380, 0, 158]"));
 }
 
+TEST_CASE("A centre of mass beyond the stretched arm is reported with its distance") {
+  const auto warnings = Warnings(Changed(Ur10(), "", "link_com_mm = [380.0, 0.0, 158.0]",
+                                         "link_com_mm = [-90000.0, 0.0, 158.0]"));
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("robot.joint[2].link_com_mm: warning: ") &&
+                              Catch::Contains("puts the centre of mass 90 m from the frame of its "
+                                              "link") &&
+                              Catch::Contains("Probably the unit is wrong; write mm"));
+}
+
 TEST_CASE("A compliance wrong by a factor of a thousand is detected by its wind-up") {
   for (const std::string key : {"9e-6", "1.2e-5", "3e-5", "6e-5"}) {
     const double value = std::stod(key);

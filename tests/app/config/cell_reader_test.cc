@@ -478,6 +478,36 @@ TEST_CASE("Every section is read and reports missing keys") {
   }
 }
 
+TEST_CASE("A modulus or density that contradicts the named material is a warning") {
+  const auto warnings = [](const std::string& keys) {
+    FaultList faults;
+    CHECK(CellFromText(
+        WithTool("[tool]\nmodel = \"euler_bernoulli\"\nlength_mm = 1200\nsection = \"rod\"\n"
+                 "diameter_mm = 100\nmaterial = \"steel\"\n" +
+                 keys),
+        "cell.toml", faults));
+    return Texts(faults, Fault::Severity::kWarning);
+  };
+  const auto soft = warnings("youngs_modulus_GPa = 2\n");
+  REQUIRE(soft.size() == 1);
+  CHECK_THAT(soft[0], Catch::Contains("tool.youngs_modulus_GPa: warning: 2 contradicts material = "
+                                      "\"steel\", which has 210; remove this key"));
+  CHECK(warnings("youngs_modulus_GPa = 190\ndensity_kg_m3 = 8000\n").empty());
+  CHECK(warnings("density_kg_m3 = 2700\n").size() == 1);
+  const auto unit = warnings("density_kg_m3 = 7.85\n");
+  REQUIRE(unit.size() == 1);
+  CHECK_THAT(unit[0], Catch::Contains("looks like g/cm3"));
+}
+
+TEST_CASE("A link mass out of range is not called missing") {
+  int line = 0;
+  FaultList faults;
+  CHECK_FALSE(CellFromText(WithLine(kGood, "link_mass_kg = 2.5", "link_mass_kg = -2.5", line),
+                           "cell.toml", faults));
+  CHECK(Texts(faults, Fault::Severity::kFault).size() == 1);
+  CHECK(Texts(faults, Fault::Severity::kWarning).empty());
+}
+
 TEST_CASE("Values of a named material can be overridden") {
   FaultList faults;
   const auto cell = CellFromText(

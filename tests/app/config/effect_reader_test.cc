@@ -52,6 +52,26 @@ TEST_CASE("An effect is read with its parameters, covariance and origin") {
   CHECK(effect.from_date == "2026-11-21");
 }
 
+TEST_CASE("The earlier unit of a prismatic joint is a warning and keeps the value") {
+  FaultList faults;
+  TomlDocument document(
+      "[[effect]]\nid = \"joint_offset\"\nscope = [\"q1\", \"q2\"]\n"
+      "parameters = [ { name = \"q1\", value = 8e-4, unit = \"rad\" }, { name = \"q2\", value = "
+      "6e-4, unit = \"rad\" } ]\n",
+      "cell.toml", faults);
+  constexpr std::uint32_t kFirstSlides = 1;
+  const model::WrittenEffect effect =
+      EffectFromToml(document.Root().Tables("effect").front(), 6, kFirstSlides);
+  REQUIRE(effect.parameters.size() == 2);
+  CHECK(effect.parameters[0].value == 8e-4);
+  CHECK(effect.parameters[0].unit == "m");
+  CHECK(effect.parameters[1].unit == "rad");
+  CHECK(Texts(faults, Fault::Severity::kFault).empty());
+  const auto warnings = Texts(faults, Fault::Severity::kWarning);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("the value of q1 is taken as before; write \"m\""));
+}
+
 TEST_CASE("Each faulty field of an effect gives exactly one message") {
   const char* parameters =
       "parameters = [ { name = \"q2\", value = 5.1e-7, sd = 2e-9, unit = \"rad/(N m)\" }, { name = "

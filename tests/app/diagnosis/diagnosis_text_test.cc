@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "app/diagnosis/headline.h"
+#include "app/diagnosis/shown_parameter.h"
 #include "app/diagnosis/signal_unit.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
@@ -43,6 +44,18 @@ TEST_CASE("a share is never rounded to 0 % or 100 %") {
   const std::pair<double, const char*> cases[] = {
       {0.93, "93 %"}, {0.001, "<1 %"}, {0.999, ">99 %"}, {1, "100 %"}, {0, "0 %"}};
   for (const auto& [share, text] : cases) CHECK(PercentText(share) == text);
+}
+
+TEST_CASE("a length that files have in metres is shown in mm, other units as they are") {
+  model::EffectParameter offset{"q1", 7.942e-4, 3.6e-6, "m", ""};
+  CHECK(ShownUnitOf(offset).unit == "mm");
+  CHECK(ShownValueOf(offset).value == "0.7942");
+  CHECK(ShownValueOf(offset).sd == "0.0036");
+  CHECK(ShownValueOf(offset, 2).sd == "0.0072");
+  offset.unit = "rad";
+  CHECK(ShownUnitOf(offset).unit == "rad");
+  CHECK(ShownValueOf(offset).value == "7.942e-04");
+  CHECK(ShownValueOf({"by", 0, std::nullopt, "", "load"}).value == "load");
 }
 
 TEST_CASE("a value is rounded to the second digit of its standard deviation") {

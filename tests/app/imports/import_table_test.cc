@@ -101,9 +101,10 @@ TEST_CASE("a permissible error is added to a sigma column and applies to ranges 
 
 TEST_CASE("units that nobody states are asked for, not guessed") {
   using Catch::Contains;
-  CHECK_THAT(UnderstandFaults("x,y,z\n0.1,0.2,0.93\n"),
-             Contains("f.csv:1 column \"x\": states no unit (values from 0.1 to 0.1)") &&
-                 Contains("--length-unit"));
+  CHECK_THAT(
+      UnderstandFaults("x,y,z\n0.1,0.2,0.93\n"),
+      Contains("f.csv:1 columns \"x\", \"y\", \"z\": state no unit (values from 0.1 to 0.93)") &&
+          Contains("--length-unit"));
   CHECK_THAT(UnderstandFaults("j1,j2\n0.1,0.2\n"), Contains("--angle-unit"));
   CHECK_THAT(UnderstandFaults("x [furlong],y\n1,2\n"), Contains("\"furlong\", which is not known"));
 }

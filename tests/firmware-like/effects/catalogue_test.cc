@@ -126,7 +126,7 @@ TEST_CASE("The signals required by backlash depend on its word") {
   CHECK(FindEffect("latency")->traits().Needs(Signal::kVelocity));
 }
 
-TEST_CASE("The unit of a compliance depends on the joint type") {
+TEST_CASE("The unit of a compliance or an offset depends on the joint type") {
   const ParameterSpec& spec = FindEffect("joint_compliance")->traits().parameters[0];
   const std::uint32_t first_slides = 1;
   CHECK(UnitOf(spec, first_slides, 0) == "m/N");
@@ -136,7 +136,8 @@ TEST_CASE("The unit of a compliance depends on the joint type") {
   CHECK_FALSE(PlausibleOf(spec, first_slides, 0).Contains(1e-4));
   CHECK(PlausibleOf(spec, first_slides, 1).Contains(1e-4));
   const ParameterSpec& offset = FindEffect("joint_offset")->traits().parameters[0];
-  CHECK(UnitOf(offset, first_slides, 0) == "rad");
+  CHECK(UnitOf(offset, first_slides, 0) == "m");
+  CHECK(UnitOf(offset, first_slides, 1) == "rad");
 }
 
 TEST_CASE("Parameter names are parsed, and formatted back to the same name") {
