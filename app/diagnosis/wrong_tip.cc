@@ -10,6 +10,7 @@
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/support_fit.h"
 #include "app/diagnosis/thresholds.h"
+#include "firmware-like/geometry/angle.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -20,13 +21,42 @@ constexpr int kTipAxes = 3;
 /// Standard deviation of the prior of each component. A judgement: larger errors of a tip are found
 /// as gross errors.
 constexpr double kTipDeviation_m = 0.01;
-constexpr double kAbsorbedTip = 1e-3;  // share of a column that the nuisances must leave
+constexpr double kTurnDeviation_rad = 0.1;  // likewise
+constexpr double kAbsorbedTip = 1e-3;       // share of a column that the nuisances must leave
 
-/// Whitened and projected columns of the tip of one tool, scaled to unit length.
+/// Whitened and projected columns of an error of a tool, scaled to unit length.
 struct TipColumns {
   Eigen::MatrixXd columns;
   Vec3 length;
+  double deviation = 0;  ///< of the prior of each component, [m] or [rad]
 };
+
+/// Projects and scales the columns.
+/// @return  nullopt if the nuisances absorb one
+std::optional<TipColumns> ScaledTip(const LinearProblem& problem, Eigen::MatrixXd columns,
+                                    double deviation) {
+  const Vec3 before = columns.colwise().norm();
+  problem.Project(columns);
+  const Vec3 length = columns.colwise().norm();
+  for (int axis = 0; axis < kTipAxes; ++axis) {
+    if (!(length[axis] > kAbsorbedTip * before[axis])) return std::nullopt;
+    columns.col(axis) /= length[axis];
+  }
+  return TipColumns{std::move(columns), length, deviation};
+}
+
+/// Columns of a rotation of all measured orientations.
+/// @return  nullopt if the rows hold none, or if the nuisances absorb it
+std::optional<TipColumns> TurnColumnsOf(const LinearProblem& problem) {
+  const FitLayout& layout = problem.layout();
+  const Whitener whitener(problem.fit());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(problem.response().size(), kTipAxes);
+  for (const FitRowIndex j : problem.rows().indices()) {
+    if (layout.count(j) != kMaxResiduals) continue;
+    whitener[j].Apply(problem.linear().rows[problem.rows()[j]].own, layout.PartOf(columns, j));
+  }
+  return ScaledTip(problem, std::move(columns), kTurnDeviation_rad);
+}
 
 /// @return  nullopt if the tool has none of the rows or all of them, or if the nuisances absorb its
 ///          tip
@@ -37,16 +67,8 @@ std::optional<TipColumns> TipColumnsOf(const LinearProblem& problem, int tool) {
     of_tool(at++, 0) = problem.data().payloads[row].tool == tool ? 1 : 0;
   }
   if (of_tool.maxCoeff() == 0 || of_tool.minCoeff() == 1) return std::nullopt;
-  TipColumns tip;
-  tip.columns = problem.Carried({I::kTip, I::kTip + 1, I::kTip + 2}, of_tool);
-  const Vec3 before = tip.columns.colwise().norm();
-  problem.Project(tip.columns);
-  tip.length = tip.columns.colwise().norm();
-  for (int axis = 0; axis < kTipAxes; ++axis) {
-    if (!(tip.length[axis] > kAbsorbedTip * before[axis])) return std::nullopt;
-    tip.columns.col(axis) /= tip.length[axis];
-  }
-  return tip;
+  return ScaledTip(problem, problem.Carried({I::kTip, I::kTip + 1, I::kTip + 2}, of_tool),
+                   kTipDeviation_m);
 }
 
 /// Precision of the prior of a column scaled to unit length.
@@ -104,7 +126,7 @@ TipFit FitTip(const CandidateSet& candidate_set, const std::vector<ColumnIndex>&
     precision[k] = PrecisionOf(candidate_set, column);
   }
   all.rightCols(kTipAxes) = tip.columns;
-  precision.tail(kTipAxes) = (kTipDeviation_m * tip.length).array().square().inverse();
+  precision.tail(kTipAxes) = (tip.deviation * tip.length).array().square().inverse();
   Eigen::MatrixXd gram = all.transpose() * all;
   gram.diagonal() += precision;
   std::vector<SupportFit::Unit> units = UnitsOf(candidate_set, columns, lenience);
@@ -134,14 +156,13 @@ ColumnScore ScoreOf(const CandidateSet& candidate_set, const std::vector<ColumnI
   return {fit.score, fit.score - fit.chi2 - fit.prior};
 }
 
-/// Cost of the tip: that of an effect with three parameters, and the choice among the tools.
-double CostOfTip(const CandidateSet& candidate_set) {
+/// Cost of the error: that of an effect with three parameters, and the choice among `choices`.
+double CostOfTip(const CandidateSet& candidate_set, int choices) {
   const LinearProblem& problem = candidate_set.problem();
   const double rho = problem.fit().row_correlation;
   const double inflation = (1 + rho) / (1 - rho);
   return inflation * (kTipAxes * std::log(static_cast<double>(problem.clusters())) +
-                      candidate_set.EffectCost() +
-                      2 * std::log(static_cast<double>(problem.data().cell.tools())));
+                      candidate_set.EffectCost() + 2 * std::log(static_cast<double>(choices)));
 }
 
 std::vector<BlockIndex> BlocksOf(const CandidateSet& candidate_set,
@@ -151,15 +172,19 @@ std::vector<BlockIndex> BlocksOf(const CandidateSet& candidate_set,
   return {blocks.begin(), blocks.end()};
 }
 
-/// @return  nullopt if the tip is neither certain nor a rival
-std::optional<WrongTip> WrongTipFrom(const Identified& found, int tool, const TipFit& fit) {
+/// @param tool  index; nullopt: the orientation is turned
+/// @return      nullopt if the error is neither certain nor a rival
+std::optional<WrongTip> WrongTipFrom(const Identified& found, std::optional<int> tool,
+                                     const TipFit& fit) {
   const CandidateSet& candidate_set = *found.candidate_set;
   const std::vector<ColumnIndex>& columns = found.best.columns;
-  const ColumnScore kept = ScoreOf(candidate_set, fit.kept);
-  const double score = fit.minimum + kept.cost + CostOfTip(candidate_set);
   const Dataset& data = found.fit.data;
+  const ColumnScore kept = ScoreOf(candidate_set, fit.kept);
+  const double cost = CostOfTip(candidate_set, tool ? data.cell.tools() : 1);
+  const double score = fit.minimum + kept.cost + cost;
   WrongTip tip;
-  tip.tool_number = data.cell.ToolAt(tool).number.value_or(0);
+  tip.turned = !tool;
+  if (tool) tip.tool_number = data.cell.ToolAt(*tool).number.value_or(0);
   tip.offset_F = fit.offset_F;
   tip.evidence_gap = score - ScoreOf(candidate_set, columns).score;
   tip.sigma_m = data.sigma_m;
@@ -188,11 +213,30 @@ std::vector<std::string> NamesOfBlocks(const Identified& found,
 }
 
 std::string TipText(const WrongTip& tip) {
+  if (tip.turned) {
+    const double angle = tip.offset_F.norm();
+    const Vec3 axis = tip.offset_F / angle;
+    return fmt::format(
+        "the measured orientation is turned on the tool by {:.2f} deg about ({:.2f}, {:.2f}, "
+        "{:.2f}) of the flange frame",
+        angle / kRadPerDeg, axis.x(), axis.y(), axis.z());
+  }
   const Vec3 mm = 1e3 * tip.offset_F;
   return fmt::format(
-      "the tip of tool {} is ({:.2f}, {:.2f}, {:.2f}) mm from the declared one, in "
-      "the flange frame",
+      "the tip of tool {} is ({:.2f}, {:.2f}, {:.2f}) mm from the declared one, in the flange "
+      "frame",
       tip.tool_number, mm.x(), mm.y(), mm.z());
+}
+
+/// What to check, and what to correct if it is wrong.
+std::string RemedyOf(const WrongTip& tip) {
+  if (tip.turned) {
+    return "check how the probe is mounted on the tool, and declare tool = \"unknown\" if it is "
+           "turned";
+  }
+  return fmt::format(
+      "measure the TCP of tool {} and correct its tcp_mm (or the tool's length) if it is wrong",
+      tip.tool_number);
 }
 
 }  // namespace
@@ -203,17 +247,21 @@ bool WrongTip::certain() const {
 
 std::optional<WrongTip> WrongTipOf(const Identified& found) {
   const Dataset& data = found.fit.data;
-  if (data.cell.tools() < 2 || data.tip_free()) return std::nullopt;
+  const LinearProblem& problem = found.candidate_set->problem();
   std::optional<WrongTip> best;
-  for (int tool = 0; tool < data.cell.tools(); ++tool) {
-    const auto columns = TipColumnsOf(found.candidate_set->problem(), tool);
-    if (!columns) continue;
+  if (data.tip_free()) return best;
+  const auto consider = [&](std::optional<int> tool, const std::optional<TipColumns>& columns) {
+    if (!columns) return;
     for (const double lenience : {0.0, kRivalGap}) {
       const TipFit fit = FitTip(*found.candidate_set, found.best.columns, *columns, lenience);
       const std::optional<WrongTip> tip = WrongTipFrom(found, tool, fit);
       if (tip && (!best || tip->evidence_gap < best->evidence_gap)) best = tip;
     }
+  };
+  for (int tool = 0; data.cell.tools() > 1 && tool < data.cell.tools(); ++tool) {
+    consider(tool, TipColumnsOf(problem, tool));
   }
+  consider(std::nullopt, TurnColumnsOf(problem));
   return best;
 }
 
@@ -223,16 +271,14 @@ std::string SentenceOf(const WrongTip& tip, const Identified& found) {
   const std::string subject = beside.empty()       ? "the declared cell leaves"
                               : beside.size() == 1 ? beside.front() + " leaves"
                                                    : Listed(beside) + " leave";
-  std::string text = fmt::format(
-      "{}: measure the TCP of this tool and correct its tcp_mm (or the tool's length). With this "
-      "corrected, {} no more than the noise of {:.3g} mm on one axis",
-      TipText(tip), subject, 1e3 * tip.sigma_m);
+  std::string text =
+      fmt::format("{}: {}. With this corrected, {} no more than the noise of {:.3g} mm on one axis",
+                  TipText(tip), RemedyOf(tip), subject, 1e3 * tip.sigma_m);
   if (instead_of.empty()) return text;
   return text + fmt::format("; as declared, the rows would need {}", Listed(instead_of));
 }
 
 void AddWrongTip(const WrongTip& tip, const Identified& found, Diagnosis& diagnosis) {
-  const std::string advice = fmt::format("measure the TCP of tool {}", tip.tool_number);
   for (const Finding& finding : diagnosis.findings) {
     const bool replaced =
         std::any_of(tip.instead_of.begin(), tip.instead_of.end(), [&](BlockIndex block) {
@@ -241,13 +287,11 @@ void AddWrongTip(const WrongTip& tip, const Identified& found, Diagnosis& diagno
     if (!replaced) continue;
     diagnosis.doubts.push_back(
         {KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
-         fmt::format("these rows are explained as well if {}; {}", TipText(tip), advice)});
+         fmt::format("these rows are explained as well if {}", TipText(tip))});
   }
   if (diagnosis.withheld.empty()) {
-    diagnosis.withheld = fmt::format(
-        "either {}, or the named effects act: {}, correct its tcp_mm "
-        "if it is wrong, and diagnose again",
-        TipText(tip), advice);
+    diagnosis.withheld = fmt::format("either {}, or the named effects act: {}, and diagnose again",
+                                     TipText(tip), RemedyOf(tip));
   }
 }
 

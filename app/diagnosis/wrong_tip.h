@@ -1,4 +1,5 @@
-// The declared tip of one of several tools is wrong: a rival of every explanation.
+// Errors of a declared tool as rivals of every explanation: the tip of one of several tools is
+// wrong, or the measured orientation is turned on the tool.
 #pragma once
 
 #include <optional>
@@ -9,11 +10,13 @@
 
 namespace plumbline::diagnosis {
 
-/// An explanation with a constant offset of the tip of one tool, which may replace effects of the
-/// answer.
+/// An explanation with a constant offset of the tip of one tool, or a constant rotation of the
+/// measured orientation, which may replace effects of the answer.
 struct WrongTip {
-  int tool_number = 0;
-  Vec3 offset_F = Vec3::Zero();        ///< true minus declared tip, in the flange frame [m]
+  bool turned = false;  ///< a rotation of all measured orientations; otherwise an offset of a tip
+  int tool_number = 0;  ///< of the offset
+  /// True minus declared tip [m], or the rotation vector [rad], in the flange frame.
+  Vec3 offset_F = Vec3::Zero();
   std::vector<BlockIndex> beside;      ///< effects of the answer that it needs
   std::vector<BlockIndex> instead_of;  ///< effects of the answer that it replaces, all or in part
   double evidence_gap = 0;             ///< its score minus the answer's
@@ -25,10 +28,12 @@ struct WrongTip {
   bool certain() const;
 };
 
-/// The offset of the tip of one tool that fits best beside the effects of the answer, or some of
-/// them. It costs as much as an effect with three parameters, plus the choice of the tool.
-/// @return  nullopt if the rows hold fewer than two tools, or if no offset is `certain` or explains
-///          effects of the answer so well that it is not ruled out (kRivalGap)
+/// The offset of the tip of one tool, or the rotation of the measured orientations, that fits best
+/// beside the effects of the answer, or some of them. It costs as much as an effect with three
+/// parameters, plus the choice of the tool.
+/// @return  nullopt if the cell leaves the tip free; if the rows hold fewer than two tools and no
+///          orientation; or if nothing is `certain` or explains effects of the answer so well that
+///          it is not ruled out (kRivalGap)
 std::optional<WrongTip> WrongTipOf(const Identified& found);
 
 /// The mistake and its remedy.

@@ -15,6 +15,8 @@
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/summary.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "tests/app/diagnosis/simulated.h"
 
 namespace plumbline::findings_test {
@@ -211,6 +213,44 @@ TEST_CASE("correct tips of two tools are not doubted, with or without an effect"
     CHECK(offset->verdict == Verdict::kExplained);
     CHECK(offset->withheld.empty());
   }
+}
+
+TEST_CASE("an orientation that is turned on the tool is not taken for an effect") {
+  constexpr double kSigma_m = 5e-5, kSigma_rad = 2e-4;
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 45 --repeats 0 --seed 3");
+  Remeasure(data, {}, kSigma_m, 5);
+  data.cell.measurement.kind = model::MeasurementKind::kPose;
+  data.cell.measurement.sigma_m = kSigma_m;
+  data.cell.measurement.sigma_rad = kSigma_rad;
+  data.table.recorded.orientation = true;
+  const deflection::LoadedArm arm(data.cell);
+  std::mt19937_64 generator(9);
+  std::normal_distribution<double> noise(0, kSigma_rad);
+  const auto orient = [&](const Vec3& turn_F) {
+    for (table::MeasuredRow& row : data.table.rows) {
+      const loads::Payload payload =
+          loads::LoadOf(data.cell, row.payload_kg, row.tool_number, row.payload_item);
+      deflection::LoadedStateOf<double> state;
+      REQUIRE(arm.AtCommanded(row.q, payload, nullptr, {}, state));
+      const Vec3 off(noise(generator), noise(generator), noise(generator));
+      row.orientation_W =
+          Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R * RotationFromVector(turn_F));
+    }
+  };
+  orient(Vec3::Zero());
+  const auto sound = Answer(data);
+  REQUIRE(sound);
+  CHECK(sound->verdict == Verdict::kNoEffect);
+  orient(Vec3(kRadPerDeg, 0, 0));
+  const auto turned = Answer(data);
+  REQUIRE_FALSE(turned);
+  CHECK(Contains(turned.error(), "the measured orientation is turned on the tool by 1.0"));
+  // About the last axis, on which the tip is, an offset of the last joint fits as well.
+  orient(Vec3(0, 0, 2 * kRadPerDeg));
+  const auto about_axis = Answer(data);
+  REQUIRE(about_axis);
+  CHECK(about_axis->verdict == Verdict::kAmbiguous);
+  CHECK(Contains(about_axis->withheld, "the measured orientation is turned on the tool by 2.0"));
 }
 
 TEST_CASE("declared noise that the rows contradict is reported as too small") {
