@@ -28,6 +28,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_change_search.h"
 #include "app/diagnosis/verdict.h"
+#include "app/diagnosis/wrong_tip.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -257,6 +258,8 @@ Result<void> StartedDiagnosis::Identify() {
   found_.emplace(std::move(found).value());
   if (const auto mistake = HiddenMistake(*found_, data_, options_, ProgressBetween(0.35, 0.4)))
     return Error{*mistake};
+  const std::optional<WrongTip> tip = WrongTipOf(*found_);
+  if (tip && tip->certain()) return Error{SentenceOf(*tip, *found_)};
   Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
   if (!fit) return fit.failure();
   fit_.emplace(std::move(fit).value());
@@ -273,6 +276,7 @@ Result<void> StartedDiagnosis::Identify() {
     return checked;
   }
   CheckContradictions(*tested, diagnosis_);
+  if (tip) AddWrongTip(*tip, *found_, diagnosis_);
   return {};
 }
 

@@ -206,6 +206,14 @@ std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Find
   return agree;
 }
 
+/// True if the value is implausible, and the correction is withheld because the points held out do
+/// not confirm it: only orientations support such a finding.
+bool IsUseless(const Finding& finding, const Diagnosis& diagnosis) {
+  return !finding.implausible.empty() && !diagnosis.withheld.empty() &&
+         !diagnosis.held_out_by.empty() &&
+         diagnosis.held_out.after_m >= diagnosis.held_out.before_m;
+}
+
 }  // namespace
 
 HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
@@ -263,7 +271,11 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
   if (diagnosis.findings.empty()) return;
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
-    const std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
+    std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
+    if (failed.empty() && IsUseless(finding, diagnosis)) {
+      failed.push_back(finding.implausible +
+                       ", and held-out points are predicted no better than by the declared model");
+    }
     if (failed.empty()) continue;
     diagnosis.doubts.push_back(
         {KeyOfFinding(finding).id, ScopeOf(finding.effect.term), Listed(failed)});

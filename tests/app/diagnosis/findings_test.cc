@@ -15,6 +15,8 @@
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/summary.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "tests/app/diagnosis/simulated.h"
 
 namespace plumbline::findings_test {
@@ -155,6 +157,100 @@ TEST_CASE("steps of base and tool are distinguished only if the poses rotate the
       CHECK(listed.emplace(other.instead_of, other.instead_of_word, other.id, other.word).second);
     }
   }
+}
+
+namespace {
+
+/// Rows of two tools, and a cell that declares the tip of the second at an error from the true one.
+MeasuredCell OfTwoTools(bool alternating, const Vec3& error_F,
+                        const std::vector<std::pair<std::string, double>>& offsets, unsigned seed) {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 21");
+  data.cell.tool = model::Tool();
+  data.cell.tool.tcp_F = Vec3(0.03, 0, 0.22);
+  data.cell.tool.number = 1;
+  model::Tool second = data.cell.tool;
+  second.tcp_F = Vec3(0, 0.08, 0.35);
+  second.number = 2;
+  data.cell.further_tools = {second};
+  data.table.recorded.tool = true;
+  const std::size_t count = data.table.rows.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool is_second = alternating ? k % 2 == 1 : 2 * k >= count;
+    data.table.rows[k].tool_number = is_second ? 2 : 1;
+  }
+  data.cell.measurement.sigma_m = 5e-5;
+  std::vector<effects::ActiveEffect> effects;
+  if (!offsets.empty()) effects = {EffectWith(data.cell, "joint_offset", offsets)};
+  Remeasure(data, effects, 5e-5, seed);
+  data.cell.further_tools.front().tcp_F -= error_F;
+  return data;
+}
+
+}  // namespace
+
+TEST_CASE("the wrong tip of one of several tools is named and not taken for an effect") {
+  const Vec3 error_F(8e-4, -4e-4, 5e-4);
+  const auto alternating = Answer(OfTwoTools(true, error_F, {}, 1));
+  REQUIRE_FALSE(alternating);
+  CHECK(Contains(alternating.error(), "the tip of tool 2 is (0."));
+  // Rows of one tool after the other: a step when the tools were changed fits as well.
+  const auto in_turn = Answer(OfTwoTools(false, error_F, {}, 2));
+  if (in_turn) {
+    CHECK(in_turn->verdict == Verdict::kAmbiguous);
+    CHECK(Contains(in_turn->withheld, "the tip of tool 2 is (0."));
+  } else {
+    CHECK(Contains(in_turn.error(), "the tip of tool 2 is (0."));
+  }
+}
+
+TEST_CASE("correct tips of two tools are not doubted, with or without an effect") {
+  for (const bool alternating : {true, false}) {
+    const auto sound = Answer(OfTwoTools(alternating, Vec3::Zero(), {}, 3));
+    REQUIRE(sound);
+    CHECK(sound->verdict == Verdict::kNoEffect);
+    const auto offset = Answer(OfTwoTools(alternating, Vec3::Zero(), {{"q2", 4e-4}}, 4));
+    REQUIRE(offset);
+    CHECK(offset->verdict == Verdict::kExplained);
+    CHECK(offset->withheld.empty());
+  }
+}
+
+TEST_CASE("an orientation that is turned on the tool is not taken for an effect") {
+  constexpr double kSigma_m = 5e-5, kSigma_rad = 2e-4;
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 45 --repeats 0 --seed 3");
+  Remeasure(data, {}, kSigma_m, 5);
+  data.cell.measurement.kind = model::MeasurementKind::kPose;
+  data.cell.measurement.sigma_m = kSigma_m;
+  data.cell.measurement.sigma_rad = kSigma_rad;
+  data.table.recorded.orientation = true;
+  const deflection::LoadedArm arm(data.cell);
+  std::mt19937_64 generator(9);
+  std::normal_distribution<double> noise(0, kSigma_rad);
+  const auto orient = [&](const Vec3& turn_F) {
+    for (table::MeasuredRow& row : data.table.rows) {
+      const loads::Payload payload =
+          loads::LoadOf(data.cell, row.payload_kg, row.tool_number, row.payload_item);
+      deflection::LoadedStateOf<double> state;
+      REQUIRE(arm.AtCommanded(row.q, payload, nullptr, {}, state));
+      const Vec3 off(noise(generator), noise(generator), noise(generator));
+      row.orientation_W =
+          Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R * RotationFromVector(turn_F));
+    }
+  };
+  orient(Vec3::Zero());
+  const auto sound = Answer(data);
+  REQUIRE(sound);
+  CHECK(sound->verdict == Verdict::kNoEffect);
+  orient(Vec3(kRadPerDeg, 0, 0));
+  const auto turned = Answer(data);
+  REQUIRE_FALSE(turned);
+  CHECK(Contains(turned.error(), "the measured orientation is turned on the tool by 1.0"));
+  // About the last axis, on which the tip is, an offset of the last joint fits as well.
+  orient(Vec3(0, 0, 2 * kRadPerDeg));
+  const auto about_axis = Answer(data);
+  REQUIRE(about_axis);
+  CHECK(about_axis->verdict == Verdict::kAmbiguous);
+  CHECK(Contains(about_axis->withheld, "the measured orientation is turned on the tool by 2.0"));
 }
 
 TEST_CASE("declared noise that the rows contradict is reported as too small") {
