@@ -156,10 +156,9 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "      --tolerance-mm 0.5 --instrument \"laser tracker\" --serial 1234\n"
       "  plumbline diagnose cell.toml measured.csv --siblings arm-2 arm-3 arm-4\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
-      "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or "
-      "cannot\n"
-      "be read; 2 wrong arguments, or a file cannot be written; 130 interrupted, no file was "
-      "changed.");
+      "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or\n"
+      "cannot be read, or the corrected model would not be a valid cell; 2 wrong arguments,\n"
+      "or a file cannot be written; 130 interrupted, no file was changed.");
   command->callback([arguments, &exit_code] {
     exit_code = RunDiagnose(*arguments, diagnosis::Diagnose, std::cout, std::cerr);
   });

@@ -1,6 +1,7 @@
 // Data set of a diagnosis: measured rows with loads, conditions, clusters, signals and noise.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,8 @@ struct Dataset {
   bool torques_known = false;                    ///< of every joint: computed or measured
   double sigma_m = 0;                            ///< one axis; 0: unknown
   std::string sigma_origin;
+  /// Median noise that the rows state, one axis, if any row has its own; replaces the declared one.
+  std::optional<double> row_sigma_m;
   double repeat_sigma_m = 0;  ///< from replicates; 0: too few of them
   int repeat_freedom = 0;
   double q_step_rad = 0;        ///< largest step of the joint readings; 0: negligible

@@ -39,10 +39,24 @@ std::optional<double> SquaredDifference(const Dataset& data, RowIndex a, RowInde
   }
 }
 
+/// Median; of an even number of values, the lower of the two in the middle, so that it is the noise
+/// of some row even if half of the rows are much noisier.
+double LowerMedian(const PerRow<double>& values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
+}
+
 /// Standard deviation of one axis from successive differences within clusters; by the median, so
 /// that outliers do not increase it. If kinds of 1 and of 3 residuals are mixed, only those with
-/// more degrees of freedom count.
-void NoiseFromRepeats(Dataset& data) {
+/// more degrees of freedom count. Rows that state different noise are scaled to its median.
+/// @param stated_m  stated noise of each row; empty if none is stated
+void NoiseFromRepeats(Dataset& data, const PerRow<double>& stated_m) {
+  const double median_m = stated_m.empty() ? 0 : LowerMedian(stated_m);
+  const auto variance = [&](RowIndex row) {
+    return stated_m.empty() ? 1 : std::pow(stated_m[row] / median_m, 2);
+  };
   // Two cameras differ by more than their noise.
   std::map<std::pair<ClusterIndex, std::string>, std::vector<RowIndex>> members;
   for (const RowIndex row : data.row_indices()) {
@@ -54,7 +68,8 @@ void NoiseFromRepeats(Dataset& data) {
       const auto square = SquaredDifference(data, rows[j - 1], rows[j]);
       if (!square) continue;
       const bool length = ResidualsOf(data.observations[rows[j]].kind) == 1;
-      (length ? of_lengths : of_points).push_back(*square / 2);
+      const double of_difference = variance(rows[j - 1]) + variance(rows[j]);
+      (length ? of_lengths : of_points).push_back(*square / of_difference);
     }
   }
   const bool lengths = of_lengths.size() > 3 * of_points.size();
@@ -151,28 +166,49 @@ void NoteUndeclaredStep(Dataset& data) {
                         step_deg));
 }
 
-/// Median of the rows' own standard deviations; 0 if no row has one.
-double MedianOwnSigma(const Dataset& data) {
-  std::vector<double> own;
+/// Standard deviation of the instrument's noise that each row states, one axis: its own, otherwise
+/// the declared one, otherwise the median of the rows' own; empty if neither is stated.
+PerRow<double> StatedSigmas(const Dataset& data) {
+  PerRow<double> own_m, stated_m;
   for (const table::MeasuredRow& row : data.table.rows) {
-    if (row.sigma_m) own.push_back(*row.sigma_m);
+    if (row.sigma_m) own_m.push_back(*row.sigma_m);
   }
-  return own.empty() ? 0 : statistics::MedianOf(own);
+  const std::optional<double> declared_m = data.cell.measurement.sigma_m;
+  if (own_m.empty() && !declared_m) return stated_m;
+  const double other_m = declared_m ? *declared_m : LowerMedian(own_m);
+  for (const table::MeasuredRow& row : data.table.rows) {
+    stated_m.push_back(row.sigma_m.value_or(other_m));
+  }
+  return stated_m;
+}
+
+/// Adds a note if the column sigma_mm replaces a clearly different declared noise.
+void NoteReplacedSigma(Dataset& data) {
+  constexpr double kClearly = 1.5;
+  const std::optional<double> declared_m = data.cell.measurement.sigma_m;
+  if (!declared_m) return;
+  const double ratio = *data.row_sigma_m / *declared_m;
+  if (std::max(ratio, 1 / ratio) < kClearly) return;
+  data.notes.push_back(
+      fmt::format("the column sigma_mm, median {:.3g} mm, replaces the declared sigma_mm = {:.3g}",
+                  1e3 * *data.row_sigma_m, 1e3 * *declared_m));
 }
 
 /// Sets the covariances of rows with their own standard deviation, and of orientations, relative to
 /// the noise of the data set. The part of that noise that the instrument does not cause, the joint
 /// resolution, is the same for every row.
-/// @param of_instrument_m  standard deviation of the instrument alone
-void SetCovariances(Dataset& data, double of_instrument_m) {
-  const double added_m2 = data.sigma_m * data.sigma_m - of_instrument_m * of_instrument_m;
+/// @param stated_m         noise of the instrument in each row; empty if none is stated
+/// @param of_instrument_m  the same for the data set
+void SetCovariances(Dataset& data, const PerRow<double>& stated_m, double of_instrument_m) {
+  constexpr double kSame = 1e-9;
+  const double variance_m2 = data.sigma_m * data.sigma_m;
+  const double added_m2 = variance_m2 - of_instrument_m * of_instrument_m;
   for (const RowIndex row : data.row_indices()) {
     RowNumbers& numbers = data.numbers[row];
-    const std::optional<double> own_m = data.measured(row).sigma_m;
-    if (!own_m && numbers.count <= kMaxLengths) continue;
-    const double variance_m2 = own_m ? *own_m * *own_m + added_m2 : data.sigma_m * data.sigma_m;
-    numbers.covariance = variance_m2 / (data.sigma_m * data.sigma_m) *
-                         Eigen::MatrixXd::Identity(numbers.count, numbers.count);
+    const double of_row_m = stated_m.empty() ? of_instrument_m : stated_m[row];
+    const double relative = (of_row_m * of_row_m + added_m2) / variance_m2;
+    if (std::abs(relative - 1) < kSame && numbers.count <= kMaxLengths) continue;
+    numbers.covariance = relative * Eigen::MatrixXd::Identity(numbers.count, numbers.count);
     if (numbers.count <= kMaxLengths) continue;
     const double turn = data.cell.measurement.sigma_rad.value() / data.sigma_m;
     numbers.covariance.bottomRightCorner<3, 3>() = turn * turn * Mat3::Identity();
@@ -182,14 +218,21 @@ void SetCovariances(Dataset& data, double of_instrument_m) {
 }  // namespace
 
 void SetNoise(Dataset& data) {
-  NoiseFromRepeats(data);
-  const double own_m = MedianOwnSigma(data);
-  if (data.cell.measurement.sigma_m) {
+  const PerRow<double> stated_m = StatedSigmas(data);
+  NoiseFromRepeats(data, stated_m);
+  const std::vector<table::MeasuredRow>& rows = data.table.rows;
+  const auto states = [](const table::MeasuredRow& row) { return row.sigma_m.has_value(); };
+  if (std::any_of(rows.begin(), rows.end(), states)) {
+    data.row_sigma_m = LowerMedian(stated_m);
+    data.sigma_m = *data.row_sigma_m;
+    data.sigma_origin = "median of the column sigma_mm";
+    if (data.cell.measurement.sigma_m && !std::all_of(rows.begin(), rows.end(), states)) {
+      data.sigma_origin += ", declared where it is empty";
+    }
+    NoteReplacedSigma(data);
+  } else if (data.cell.measurement.sigma_m) {
     data.sigma_m = *data.cell.measurement.sigma_m;
     data.sigma_origin = "declared";
-  } else if (own_m > 0) {
-    data.sigma_m = own_m;
-    data.sigma_origin = "median of the column sigma_mm";
   } else if (data.repeat_sigma_m > 0) {
     data.sigma_m = data.repeat_sigma_m;
     data.sigma_origin = "repeats";
@@ -202,7 +245,7 @@ void SetNoise(Dataset& data) {
   } else {
     NoteUndeclaredStep(data);
   }
-  if (data.sigma_m > 0) SetCovariances(data, of_instrument_m);
+  if (data.sigma_m > 0) SetCovariances(data, stated_m, of_instrument_m);
 }
 
 }  // namespace plumbline::diagnosis

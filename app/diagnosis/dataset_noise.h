@@ -6,8 +6,9 @@
 
 namespace plumbline::diagnosis {
 
-/// Sets sigma_m (one axis) and its origin: as declared, otherwise the median of the rows' own,
-/// otherwise from replicates, otherwise 0, so that the residual determines it. Sets the covariances
+/// Sets sigma_m (one axis) and its origin: the median over the rows if any row states its own (rows
+/// that do not have the declared one), otherwise as declared, otherwise from replicates, otherwise
+/// 0, so that the residual determines it. Sets the covariances
 /// of rows with their own sigma and of orientations, and adds the error of the joint resolution.
 /// Rows, conditions, loads and clusters must be set.
 void SetNoise(Dataset& data);

@@ -119,6 +119,7 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   diagnosis.noise_floor_origin = data.sigma_m > 0 ? data.sigma_origin : "residual";
   diagnosis.noise_in_use_m = std::sqrt(data.noise_per_row()) * found.fit.sigma_m;
   diagnosis.joint_reading_sigma_m = data.reading_sigma_m;
+  diagnosis.row_sigma_m = data.row_sigma_m;
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {

@@ -215,6 +215,9 @@ struct Diagnosis {
   std::vector<KindError> rms_by_kind;  ///< the kind with the most rows first
   double noise_floor_m = 0;            ///< 3-D: declared sigma times sqrt(lengths per row)
   double sigma_m = 0;                  ///< one axis, as used
+  /// Median noise that the rows state in the column sigma_mm, one axis; it replaces the declared
+  /// one. Absent if no row states its own.
+  std::optional<double> row_sigma_m;
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;

@@ -9,6 +9,7 @@
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
+#include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::diagnosis {
@@ -70,15 +71,56 @@ ExplanationCheck PlausibilityCheck(const Finding& finding) {
   return check;
 }
 
+/// True for a shape that is a positive magnitude, such as a time constant: unlike a phase, it can
+/// be compared with its standard deviation.
+bool IsMagnitude(const effects::ParameterSpec& spec) {
+  return spec.role == effects::ParameterRole::kShape && spec.plausible.low > 0;
+}
+
+/// Names of the values whose standard deviation exceeds them, if a time constant or another
+/// positive shape is among them, or all sizes are; otherwise empty, since one small component of a
+/// larger size (the z of a displacement along x) is determined.
+std::vector<std::string> UndeterminedValues(const Finding& finding) {
+  const effects::EffectTerm& term = finding.effect.term;
+  const effects::EffectTraits& traits = term.effect->traits();
+  std::vector<std::string> names;
+  bool magnitude = false, determined_size = false;
+  for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
+    const auto& spec = traits.parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+    const bool size = spec.role == effects::ParameterRole::kSize;
+    if (!size && !IsMagnitude(spec)) continue;
+    const auto place = static_cast<Eigen::Index>(k);
+    const double value = finding.effect.values[k];
+    const bool open = finding.covariance(place, place) > value * value;
+    determined_size = determined_size || (size && !open);
+    if (!open) continue;
+    magnitude = magnitude || !size;
+    names.push_back(effects::NameFromParameter(traits, term.parameters[k]));
+  }
+  return magnitude || !determined_size ? names : std::vector<std::string>();
+}
+
 ExplanationCheck DeterminedCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "determined";
-  check.passed = finding.covariance.size() > 0;
+  const bool known = finding.covariance.size() > 0;
+  const std::vector<std::string> open =
+      known ? UndeterminedValues(finding) : std::vector<std::string>();
+  check.passed = known && open.empty();
   check.figure = check.passed ? 1 : 0;
   check.limit = 1;
-  check.sentence = check.passed ? "the rows determine every value"
-                                : "the rows do not determine all of its values, so no standard "
-                                  "deviation can be stated";
+  check.sentence = "the rows determine every value";
+  if (!known) {
+    check.sentence =
+        "the rows do not determine all of its values, so no standard deviation can be stated";
+  } else if (open.size() == 1) {
+    check.sentence = fmt::format(
+        "the rows do not determine {}: its standard deviation exceeds its value", open.front());
+  } else if (!open.empty()) {
+    check.sentence = fmt::format(
+        "the rows do not determine {} separately: the standard deviation of each exceeds its value",
+        Listed(open));
+  }
   return check;
 }
 

@@ -48,14 +48,17 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   return names;
 }
 
-/// Clause about a declared noise that is too small for the residual; empty if it is not.
+/// Clause about a stated noise that is too small for the residual; empty if it is not.
 std::string NoiseClause(const Diagnosis& diagnosis) {
   if (!diagnosis.declared_noise_too_small) return "";
+  const std::string noise = MillimetreText(diagnosis.noise_floor_m) + " mm";
+  const bool of_rows = diagnosis.row_sigma_m.has_value();
   return fmt::format(
-      "; the declared noise of {} mm is too small for the residual of {} mm: repeat one pose ten "
-      "times; if those repeats scatter less than the residual, look for a cause that no recorded "
-      "signal captures",
-      MillimetreText(diagnosis.noise_floor_m), MillimetreText(diagnosis.rms_after_m));
+      "; the {} is too small for the residual of {} mm: repeat one pose ten times; if those "
+      "repeats scatter less than the residual, look for a cause that no recorded signal captures{}",
+      of_rows ? "noise of " + noise + " stated in the column sigma_mm"
+              : "declared noise of " + noise,
+      MillimetreText(diagnosis.rms_after_m), of_rows ? "; otherwise correct the column" : "");
 }
 
 std::string NoEffectHeadline(const Diagnosis& diagnosis) {
@@ -108,13 +111,15 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     for (const Doubt& doubt : diagnosis.doubts) {
       doubtful.push_back(EffectName(doubt.id, doubt.scope));
     }
-    const bool one = diagnosis.findings.size() == 1;
-    return names.front() + (one ? " fits" : " fit") + " these points, but " + Listed(doubtful) +
-           (doubtful.size() == 1 ? " is" : " are") + " in doubt";
+    const std::size_t all = diagnosis.findings.size();
+    const std::string fits = names.front() + (all == 1 ? " fits" : " fit") + " these points, but ";
+    if (doubtful.size() == all && all == 1) return fits + "is in doubt";
+    if (doubtful.size() == all) return fits + (all == 2 ? "both" : "all of them") + " are in doubt";
+    return fits + Listed(doubtful) + (doubtful.size() == 1 ? " is" : " are") + " in doubt";
   }
   std::string text = Listed(names, "or") + ": these points cannot distinguish them";
   const std::size_t poses = diagnosis.next_poses.size();
-  const char* can = diagnosis.next_poses_separate_all ? "would" : "may";
+  const char* can = diagnosis.next_poses_separate_all ? "would" : "may, but need not";
   if (poses == 0) text += ", and no pose nearby was found that would";
   if (poses == 1) text += fmt::format("; one further pose {}", can);
   if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);

@@ -168,9 +168,9 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
   }
   if (!design.unseparated.empty()) {
     diagnosis.notes.push_back(fmt::format(
-        "{} further poses near those measured may not separate {}: record a signal in which they "
-        "differ, or measure in a new part of the workspace",
-        options.next_poses, PairsText(task, design.unseparated)));
+        "further poses near those measured are not certain to separate {}: record a signal in "
+        "which they differ, or measure in a new part of the workspace",
+        PairsText(task, design.unseparated)));
   }
   diagnosis.next_poses_separate_all = design.unseparated.empty();
   diagnosis.next_poses = std::move(design.poses);

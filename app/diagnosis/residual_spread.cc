@@ -48,9 +48,23 @@ using Components = Eigen::Array3d;
 struct HeldOutSquare {
   double square_m2 = 0;
   Components share = Components::Zero();  ///< variance = share . components
+  double noise_m2 = 0;                    ///< noise that this row states in excess of sigma, known
   int fold = 0;
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
+
+double VarianceOf(const HeldOutSquare& row, const Components& components) {
+  return (row.share * components).sum() + row.noise_m2;
+}
+
+/// Variance on one axis by which the noise that a row states exceeds sigma. It is the instrument's,
+/// not the model's, and does not count in the radius of other rows.
+double ExcessNoise(const FitProblem& problem, RowIndex row) {
+  const RowNumbers& numbers = problem.data.numbers[row];
+  if (numbers.count == 0) return 0;
+  const double relative = numbers.LengthVariance() / numbers.lengths();
+  return std::max(0.0, relative - 1) * Squared(problem.sigma_m);
+}
 
 /// Held-out rows of one scheme.
 struct SchemeSquares {
@@ -60,7 +74,8 @@ struct SchemeSquares {
   bool other_sessions = false;
 };
 
-SchemeSquares SquaresOfScheme(const HeldOut& scheme, const PerRow<double>& weights, double axes,
+/// Rejected rows farther than kGross_m are mistakes in the data and left out.
+SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, double axes,
                               double added_error_m, Correction correction) {
   SchemeSquares squares;
   squares.other_sessions = scheme.other_sessions;
@@ -70,16 +85,17 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const PerRow<double>& weigh
     const double error_m = correction == Correction::kNone
                                ? scheme.before[row].norm()
                                : std::hypot(scheme.after[row].norm(), added_error_m);
+    const bool accepted = problem.weights[row] >= kOutlierWeight;
+    if (!accepted && error_m >= kGross_m) continue;
     const double reach = correction == Correction::kFading ? scheme.reach[row] : 0;
     const double beyond = std::max(0.0, Squared(scheme.distance[row]) - Squared(reach));
-    const HeldOutSquare one{error_m * error_m / axes,
-                            {1, scheme.other_sessions ? 1.0 : 0.0, beyond},
-                            scheme.fold_of[row],
-                            scheme.before[row],
-                            scheme.after[row]};
+    const HeldOutSquare one{
+        error_m * error_m / axes,  {1, scheme.other_sessions ? 1.0 : 0.0, beyond},
+        ExcessNoise(problem, row), scheme.fold_of[row],
+        scheme.before[row],        scheme.after[row]};
     squares.with_outliers.push_back(one);
     folds.insert(scheme.fold_of[row]);
-    if (weights[row] >= kOutlierWeight) squares.rows.push_back(one);
+    if (accepted) squares.rows.push_back(one);
   }
   squares.folds = static_cast<int>(folds.size());
   return squares;
@@ -104,7 +120,7 @@ Components MaximumLikelihood(const std::vector<HeldOutSquare>& rows, double min_
     const Components last = components;
     Components up = Components::Zero(), down = Components::Zero();
     for (const HeldOutSquare& row : rows) {
-      const double variance = (row.share * components).sum();
+      const double variance = VarianceOf(row, components);
       up += row.share * (row.square_m2 / (variance * variance));
       down += row.share / variance;
     }
@@ -118,7 +134,7 @@ Components MaximumLikelihood(const std::vector<HeldOutSquare>& rows, double min_
 /// Mean ratio of the squared errors to their variances; 1 if there are no rows.
 double MeanRatio(const std::vector<HeldOutSquare>& rows, const Components& components) {
   double sum = 0;
-  for (const HeldOutSquare& row : rows) sum += row.square_m2 / (row.share * components).sum();
+  for (const HeldOutSquare& row : rows) sum += row.square_m2 / VarianceOf(row, components);
   return rows.empty() ? 1 : sum / static_cast<double>(rows.size());
 }
 
@@ -164,7 +180,7 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
       parts[2] *= kept;
       square_m2 = (row.before + kept * (row.after - row.before)).squaredNorm() / axes;
     }
-    ratios.push_back(axes * square_m2 / parts.sum());
+    ratios.push_back(axes * square_m2 / (parts.sum() + row.noise_m2));
   }
   std::vector<double> sorted = ratios;
   std::sort(sorted.begin(), sorted.end());
@@ -185,10 +201,12 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
 double DeclaredVariance(const std::vector<SchemeSquares>& schemes, double axes) {
   double sum_m2 = 0, count = 0;
   for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
-    for (const HeldOutSquare& row : schemes[scheme].rows) sum_m2 += row.before.squaredNorm() / axes;
+    for (const HeldOutSquare& row : schemes[scheme].rows) {
+      sum_m2 += row.before.squaredNorm() / axes - row.noise_m2;
+    }
     count += static_cast<double>(schemes[scheme].rows.size());
   }
-  return count > 0 ? sum_m2 / count : 0;
+  return count > 0 ? std::max(0.0, sum_m2 / count) : 0;
 }
 
 /// The components widened for the small number of regions and sessions and for errors that the
@@ -222,7 +240,7 @@ std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitPr
   if (fades && validation.halves) held_out.push_back(&*validation.halves);
   for (const HeldOut* scheme : held_out) {
     schemes.push_back(
-        SquaresOfScheme(*scheme, problem.weights, axes, validation.added_error_m, correction));
+        SquaresOfScheme(*scheme, problem, axes, validation.added_error_m, correction));
     const std::vector<HeldOutSquare>& of_scheme = schemes.back().rows;
     rows.insert(rows.end(), of_scheme.begin(), of_scheme.end());
     away = away || (schemes.size() > 1 && !of_scheme.empty());

@@ -46,8 +46,9 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
 void AddRivals(const Diagnosis& diagnosis, std::string& text) {
   for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMaxRivals); ++k) {
     const Rival& rival = diagnosis.rivals[k];
-    text += fmt::format("Rival: {} instead of {}; it reproduces all but {} of the signal\n",
-                        RivalName(rival), ReplacedName(rival), PercentText(rival.signal_left));
+    text +=
+        fmt::format("Rival: {} instead of {}; it reproduces {} of the signal\n", RivalName(rival),
+                    ReplacedName(rival), PercentText(std::max(0.0, 1 - rival.signal_left)));
   }
   if (diagnosis.rivals.size() > kMaxRivals) {
     text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMaxRivals);

@@ -62,15 +62,22 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   }
 }
 
+/// True if the cell or the rows state the noise.
+bool NoiseStated(const Dataset& data) {
+  return data.cell.measurement.sigma_m || data.row_sigma_m;
+}
+
 /// Repeats that scatter more than the declared noise, unless the named effects explain that.
 void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
   constexpr double kMore = 2;
-  if (explained || !data.cell.measurement.sigma_m || data.repeat_sigma_m <= kMore * data.sigma_m)
-    return;
+  if (explained || !NoiseStated(data) || data.repeat_sigma_m <= kMore * data.sigma_m) return;
   diagnosis.notes.push_back(fmt::format(
-      "repeated points scatter by {:.3g} mm, more than the declared sigma_mm = {:.3g}: check the "
-      "instrument, or what moved between the repeats",
-      1e3 * data.repeat_sigma_m, 1e3 * data.sigma_m));
+      "repeated points scatter by {:.3g} mm, more than {}: check the instrument, or what moved "
+      "between the repeats",
+      1e3 * data.repeat_sigma_m,
+      data.row_sigma_m
+          ? fmt::format("the {:.3g} mm of the column sigma_mm (median)", 1e3 * data.sigma_m)
+          : fmt::format("the declared sigma_mm = {:.3g}", 1e3 * data.sigma_m)));
 }
 
 /// What rows under a condition that were rejected may have in common, and what to do.
@@ -129,8 +136,9 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   AddOutlierCondition(data, weights, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
-      fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm",
-                  1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
+      fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",
+                  1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m,
+                  data.row_sigma_m ? " (" + data.sigma_origin + ")" : std::string()));
   const double freedom =
       static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
   if (RepeatsContradict(data, residual_sigma_m, freedom)) {
@@ -140,8 +148,7 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
     diagnosis.verdict = Verdict::kUnknown;
   }
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
-  diagnosis.declared_noise_too_small =
-      diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
+  diagnosis.declared_noise_too_small = diagnosis.verdict != Verdict::kUnknown && NoiseStated(data);
 }
 
 }  // namespace plumbline::diagnosis

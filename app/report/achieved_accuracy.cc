@@ -92,7 +92,7 @@ AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
       diagnosis.withheld.empty() && !(diagnosis.findings.empty() && diagnosis.discrepancy.empty());
 
   accuracy::Contributions common;
-  common.instrument_m = cell.measurement.sigma_m;
+  common.instrument_m = diagnosis.row_sigma_m ? diagnosis.row_sigma_m : cell.measurement.sigma_m;
   common.joint_reading_m = diagnosis.joint_reading_sigma_m;
   common.lengths = 3.0 * achieved.rows;
   const double frames = FreeFrameParameters(cell, static_cast<int>(sessions.size()));

@@ -72,6 +72,8 @@ std::string ParticularsTable(const CertificateInput& input) {
   const ReportSource& source = input.source;
   const model::Domain& domain = input.diagnosis.domain;
   const model::Measurement& measurement = input.cell.measurement;
+  const std::optional<double>& of_rows_m = input.diagnosis.row_sigma_m;
+  const std::optional<double>& sigma_m = of_rows_m ? of_rows_m : measurement.sigma_m;
   std::string html = "<table class=\"particulars\"><tbody>\n";
   html += Particular("Measured", Escape(Shortened(source.data_file, kMaxWordLength)));
   if (input.achieved.before) {
@@ -82,11 +84,11 @@ std::string ParticularsTable(const CertificateInput& input) {
   html += Particular("Instrument",
                      OrBlank(source.certificate_details.instrument, kMaxInstrumentLength));
   html += Particular("Serial number", OrBlank(source.certificate_details.serial));
-  html += Particular("Its uncertainty",
-                     measurement.sigma_m
-                         ? Escape("\u03c3 = " + diagnosis::MillimetreText(*measurement.sigma_m) +
-                                  " mm per axis, declared")
-                         : std::string("not declared"));
+  html += Particular(
+      "Its uncertainty",
+      sigma_m ? Escape("\u03c3 = " + diagnosis::MillimetreText(*sigma_m) + " mm per axis, " +
+                       (of_rows_m ? "median of the rows" : "declared"))
+              : std::string("not declared"));
   std::string temperature =
       domain.temp_C ? RangeText(*domain.temp_C, "\u00b0C") : std::string("not recorded");
   if (measurement.reference_temperature_C) {

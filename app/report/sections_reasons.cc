@@ -66,9 +66,10 @@ std::string ConsideredTable(const diagnosis::Diagnosis& diagnosis) {
 
 std::string RivalText(const diagnosis::Rival& rival) {
   return fmt::format(
-      "<p>After refitting, {} reproduces all but {} of the displacement that {} causes at these "
+      "<p>After refitting, {} reproduces {} of the displacement that {} causes at these "
       "points; its score differs by {} from that of the selected explanation.</p>\n",
-      Escape(diagnosis::RivalName(rival)), Escape(diagnosis::PercentText(rival.signal_left)),
+      Escape(diagnosis::RivalName(rival)),
+      Escape(diagnosis::PercentText(std::max(0.0, 1 - rival.signal_left))),
       Escape(diagnosis::ReplacedName(rival)),
       NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
 }

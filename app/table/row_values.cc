@@ -161,6 +161,10 @@ std::string StoreValue(const Column& column, std::string_view field, double valu
       break;
     case Quantity::kSigma:
       if (!(value > 0)) return Shown(field) + " is not positive";
+      if (constexpr config::NumberRange kRange = config::kSigmaRange;
+          value < kRange.min * kRange.to_si || value > kRange.max * kRange.to_si) {
+        return fmt::format("{} is outside {:g}..{:g}", Shown(field), kRange.min, kRange.max);
+      }
       row.sigma_m = value;
       break;
     case Quantity::kArtefact:

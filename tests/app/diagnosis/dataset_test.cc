@@ -3,10 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <random>
 #include <set>
 
 #include "app/diagnosis/dataset_preparation.h"
+#include "app/diagnosis/robust.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 
@@ -160,6 +162,46 @@ TEST_CASE(
     for (double& q : row.q) q = 0.1 * kRadPerDeg * std::round(q / (0.1 * kRadPerDeg));
   }
   CHECK(noted("are written to 1 decimals, in steps of 0.1 deg"));
+}
+
+TEST_CASE("the noise that the rows state replaces the declared one, and residuals are in real mm") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 10 --seed 6");
+  data.cell.measurement.sigma_m = 2e-4;
+  data.table.recorded.sigma = true;
+  const auto dataset_with = [&](const std::function<std::optional<double>(std::size_t)>& sigma_of) {
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].sigma_m = sigma_of(k);
+    }
+    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+    REQUIRE(dataset);
+    return *dataset;
+  };
+  const auto sigma_of_residual_of = [](const Dataset& dataset, double residual_m) {
+    const PerRow<RowResidual> residuals(dataset.table.rows.size(),
+                                        RowResidual(Vec3::Constant(residual_m)));
+    return RobustSigma(dataset, residuals) * MedianOfChi(3) / std::sqrt(3.0);
+  };
+
+  const Dataset of_all = dataset_with([](std::size_t) { return 2e-5; });
+  CHECK(of_all.sigma_m == Approx(2e-5));
+  CHECK(of_all.sigma_origin == "median of the column sigma_mm");
+  CHECK(of_all.noise_per_row() == Approx(3));
+  CHECK(sigma_of_residual_of(of_all, 5e-5) == Approx(5e-5));
+  CHECK(of_all.repeat_sigma_m == Approx(5e-5).epsilon(0.5));  // measured, whatever was stated
+  CHECK_THAT(of_all.notes.back(), Catch::Contains("median 0.02 mm, replaces"));
+
+  // Half of the rows much noisier: the scale is that of the others.
+  const Dataset mixed = dataset_with([](std::size_t k) { return k % 2 == 0 ? 2e-5 : 3e-4; });
+  CHECK(mixed.sigma_m == Approx(2e-5));
+  CHECK(mixed.numbers[RowIndex(1)].covariance(0, 0) == Approx(225));
+  const double mean_square = (2e-5 * 2e-5 + 3e-4 * 3e-4) / 2;
+  CHECK(mixed.sigma_m * std::sqrt(mixed.noise_per_row()) == Approx(std::sqrt(3 * mean_square)));
+
+  const Dataset partial = dataset_with(
+      [](std::size_t k) { return k % 3 == 0 ? std::optional<double>() : std::optional(2e-5); });
+  CHECK(partial.sigma_m == Approx(2e-5));
+  CHECK(partial.numbers[RowIndex(0)].covariance(0, 0) == Approx(100));  // as declared
+  CHECK_THAT(partial.sigma_origin, Catch::Contains("declared where it is empty"));
 }
 
 }  // namespace plumbline::dataset_test

@@ -7,6 +7,7 @@
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/shown_parameter.h"
 #include "app/diagnosis/signal_unit.h"
+#include "app/diagnosis/summary.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
@@ -128,14 +129,47 @@ TEST_CASE("the error sentence does not claim held-out points where there are non
   CHECK(ErrorSentence(diagnosis).empty());
 }
 
+TEST_CASE("a headline names the doubtful effects unless all of them are") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.verdict = Verdict::kAmbiguous;
+  diagnosis.rivals.clear();
+  const std::string names = "joint compliance on axes 2 and 3 and thermal growth";
+  diagnosis.doubts = {{"thermal_growth", {}, "selected in 3 of 5 folds"}};
+  CHECK(Headline(diagnosis) == names + " fit these points, but thermal growth is in doubt");
+  diagnosis.doubts.push_back({"joint_compliance", {"q2", "q3"}, "selected in 2 of 5 folds"});
+  CHECK(Headline(diagnosis) == names + " fit these points, but both are in doubt");
+  diagnosis.findings.resize(1);
+  diagnosis.doubts.erase(diagnosis.doubts.begin());
+  CHECK(Headline(diagnosis) ==
+        "joint compliance on axes 2 and 3 fits these points, but is in doubt");
+}
+
+TEST_CASE("the noise that contradicts the residual is named by its origin") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.declared_noise_too_small = true;
+  CHECK_THAT(Headline(diagnosis), Catch::Contains("; the declared noise of 0.087 mm is too small"));
+  diagnosis.row_sigma_m = diagnosis.sigma_m;
+  CHECK_THAT(
+      Headline(diagnosis),
+      Catch::Contains("; the noise of 0.087 mm stated in the column sigma_mm is too small") &&
+          Catch::Contains("correct the column"));
+}
+
+TEST_CASE("the summary states the share of the signal that a rival reproduces") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
+  diagnosis.rivals.front().signal_left = 0.98;
+  CHECK_THAT(SummaryText(diagnosis, test::ExampleCell()),
+             Catch::Contains("it reproduces 2 % of the signal"));
+}
+
 TEST_CASE("an ambiguous headline states whether further poses would separate the rivals") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
   const std::string cannot = "tool stiffness or payload mass: these points cannot distinguish them";
   CHECK(Headline(diagnosis) == cannot + "; 6 further poses would");
   diagnosis.next_poses_separate_all = false;
-  CHECK(Headline(diagnosis) == cannot + "; 6 further poses may");
+  CHECK(Headline(diagnosis) == cannot + "; 6 further poses may, but need not");
   diagnosis.next_poses.resize(1);
-  CHECK(Headline(diagnosis) == cannot + "; one further pose may");
+  CHECK(Headline(diagnosis) == cannot + "; one further pose may, but need not");
   diagnosis.next_poses.clear();
   CHECK(Headline(diagnosis) == cannot + ", and no pose nearby was found that would");
 }

@@ -148,6 +148,25 @@ TEST_CASE("the robust sigma is recovered for all kinds of rows, with hardly any 
   CHECK(fallen <= 8);  // one in 2000 expected; 3200 rows have a measurement
 }
 
+TEST_CASE("up to a quarter of the rows may be copied readings without changing the scale") {
+  MixedRows rows;
+  Dataset data;
+  PerRow<RowResidual> residuals;
+  for (int k = 0; k < 400; ++k) {
+    data.numbers.push_back({3, {}});
+    residuals.emplace_back(kSigma_m * rows.Random(3, 1));
+  }
+  const auto with_far_rows = [&](int every) {
+    PerRow<RowResidual> some = residuals;
+    for (const RowIndex row : some.indices()) {
+      if (row.value() % every == 0) some[row] = RowResidual(Vec3(0.5, 0.1, -0.3));
+    }
+    return OutlierScale(data, some, kSigma_m);
+  };
+  CHECK(with_far_rows(7) == kSigma_m);
+  CHECK(with_far_rows(3) > 0.1);
+}
+
 TEST_CASE("the error of a row is that of its position, or along the ray of a range") {
   CHECK(LengthsOf(RowResidual()) == Vec3::Zero());
   CHECK(LengthsOf(RowResidual::Constant(1, 2e-3)) == Vec3(2e-3, 0, 0));

@@ -183,6 +183,33 @@ TEST_CASE(
   CHECK(set_errors(23) == Approx(8e-4).epsilon(0.05));  // 14 of 300: P(X <= 14) is 0.46
 }
 
+TEST_CASE("noise that some rows state in excess is not the model's and does not widen the radius") {
+  Validation validation = Drawn(1e-4, 0);
+  Dataset data = Points();
+  constexpr double kNoisier = 10;
+  for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
+    if (row.value() % 2 == 0) continue;
+    data.numbers[row].covariance = kNoisier * kNoisier * Eigen::Matrix3d::Identity();
+    const double grown = std::sqrt(1 + (kNoisier * kNoisier - 1) * std::pow(kSigma_m / 1e-4, 2));
+    for (HeldOut& scheme : validation.schemes) scheme.after[row] *= grown;
+  }
+  const FitProblem problem{data, {}, PerRow<double>(kRows, 1.0), kSigma_m, 1};
+  const ResidualSpread spread = SpreadOf(validation, problem, Correction::kWritten).value();
+  CHECK(spread.near_m == Approx(1e-4).epsilon(0.25));
+}
+
+TEST_CASE("rejected rows farther than any effect moves the tip do not widen the radius") {
+  Validation validation = Drawn(1e-4, 0);
+  FitProblem problem = Problem();
+  for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
+    if (row.value() % 15 != 0) continue;  // 6.7 %, more than a 95 % radius excludes
+    problem.weights[row] = 0;
+    for (HeldOut& scheme : validation.schemes) scheme.after[row] = Vec3(0.4, -0.3, 0.2);
+  }
+  const ResidualSpread spread = SpreadOf(validation, problem, Correction::kWritten).value();
+  CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
+}
+
 TEST_CASE("farthest-point selection spreads the columns and selects none twice") {
   Eigen::MatrixXd points(1, 6);
   points << 0, 1, 1, 2, 10, 5;

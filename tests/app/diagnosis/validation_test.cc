@@ -176,6 +176,30 @@ TEST_CASE(
   CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
 }
 
+TEST_CASE("values smaller than their standard deviations are not determined") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const FitProblem problem = UnitWeightFit(data, 1);
+  const HeldOut held_out = HeldOutOf(data, problem.sigma_m);
+  const auto check_of = [&](const std::vector<double>& values, const Eigen::Vector4d& deviations) {
+    Diagnosis diagnosis = Explained("thermal_drift");
+    effects::ActiveEffect& effect = diagnosis.findings[0].effect;
+    effect = EffectWith(
+        data.cell, "thermal_drift",
+        {{"x", values[0]}, {"y", values[1]}, {"z", values[2]}, {"time_constant", values[3]}});
+    diagnosis.findings[0].covariance = deviations.cwiseAbs2().asDiagonal();
+    CheckExplanation({problem, held_out, 2, 0}, diagnosis);
+    return CheckNamed(diagnosis, "determined");
+  };
+  const ExplanationCheck linear =
+      check_of({3.6e-3, -1.8e-3, 6e-5, 17575}, {7.1e-3, 3.5e-3, 1.5e-4, 36685});
+  CHECK_FALSE(linear.passed);
+  CHECK_THAT(linear.sentence, Catch::Contains("x, y, z and time_constant separately"));
+  // A small component of a displacement that the rows determine.
+  CHECK(check_of({3.6e-3, -1.8e-3, 6e-5, 900}, {1e-4, 1e-4, 1.5e-4, 60}).passed);
+  const ExplanationCheck one = check_of({3.6e-3, -1.8e-3, 2e-4, 900}, {1e-4, 1e-4, 1e-4, 1000});
+  CHECK_THAT(one.sentence, Catch::Contains("do not determine time_constant: its standard"));
+}
+
 TEST_CASE("a residual far beyond the declared noise is not explained") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);

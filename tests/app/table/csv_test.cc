@@ -37,11 +37,13 @@ TEST_CASE("Rows on artefacts may be mixed with measured points") {
       "1,4,,,,dial,-0.25,,0.002\n"
       "1,5,,,,anchor,,812.5,\n"
       "1,6,,,,,,,\n"
-      "1,7,,,,socket,,,0\n",
+      "1,7,,,,socket,,,0\n"
+      "1,8,,,,socket,,,1e6\n",
       faults);
   REQUIRE(table);
   CHECK(FaultsText(faults) ==
-        "measured.csv:7 sigma_mm: warning: \"0\" is not positive; row not used\n");
+        "measured.csv:7 sigma_mm: warning: \"0\" is not positive; row not used\n"
+        "measured.csv:8 sigma_mm: warning: \"1e6\" is outside 1e-06..100; row not used\n");
   REQUIRE(table->rows.size() == 4);
   CHECK(table->rows[0].sigma_m.value() == Approx(5e-5));
   CHECK(table->rows[0].artefact.empty());
@@ -50,7 +52,7 @@ TEST_CASE("Rows on artefacts may be mixed with measured points") {
   CHECK(table->rows[2].gauge_m.value() == Approx(-2.5e-4));
   CHECK_FALSE(table->rows[3].gauge_m);
   CHECK(table->rows[3].range_m.value() == Approx(0.8125));
-  REQUIRE(table->unmeasured.size() == 2);  // they keep their place in the order of moves
+  REQUIRE(table->unmeasured.size() == 3);  // they keep their place in the order of moves
   CHECK(table->unmeasured[0].line == 6);
   CHECK(table->unmeasured[1].artefact.empty());
 }
