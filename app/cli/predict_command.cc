@@ -273,9 +273,10 @@ int Run(const PredictOptions& options) {
   }
   if (poses->unreadable_lines.empty()) return kExitOk;
   std::cerr << fmt::format(
-      "{}: {} could not be read and are missing in the output, whose rows therefore no longer "
+      "{}: {} could not be read and {} missing in the output, whose rows therefore no longer "
       "match those of the input; fix the poses and predict again\n",
-      options.poses, LinesText(poses->unreadable_lines));
+      options.poses, LinesText(poses->unreadable_lines),
+      poses->unreadable_lines.size() == 1 ? "is" : "are");
   return kExitFault;
 }
 

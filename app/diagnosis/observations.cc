@@ -34,7 +34,7 @@ Result<ArtefactIndex> ArtefactNamed(const model::CellModel& cell, const table::M
   return Error{fmt::format(
       "line {}: artefact \"{}\" is not declared in the cell{}; add an [[artefact]] with that name, "
       "or correct the row",
-      row.line, row.artefact, nearest.empty() ? "" : "; did you mean " + nearest + "?")};
+      row.line, row.artefact, nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)")};
 }
 
 /// The observation of a row that names an artefact.

@@ -129,7 +129,7 @@ TEST_CASE("a row with an artefact that the cell lacks is refused, with a remedy"
   MeasuredCell data = WithEveryKind();
   data.table.rows[1].artefact = "bal";
   CHECK(ErrorOf(data) ==
-        "line 3: artefact \"bal\" is not declared in the cell; did you mean ball?; add an "
+        "line 3: artefact \"bal\" is not declared in the cell (did you mean \"ball\"?); add an "
         "[[artefact]] with that name, or correct the row");
   data = WithEveryKind();
   data.table.rows[7].gauge_m.reset();

@@ -109,8 +109,16 @@ TEST_CASE("Every column is converted to SI, in any order") {
   CAPTURE(FaultsText(faults));
   REQUIRE(table);
   CHECK(faults.All().empty());
-  CHECK(table->recorded ==
-        RecordedColumns{true, true, true, true, true, true, true, true, true, true});
+  CHECK(table->recorded == RecordedColumns{.session = true,
+                                           .time = true,
+                                           .qd = true,
+                                           .qdd = true,
+                                           .tau = true,
+                                           .payload = true,
+                                           .temperature = true,
+                                           .position = true,
+                                           .range = true,
+                                           .orientation = true});
   REQUIRE(table->rows.size() == 1);
   const MeasuredRow& row = table->rows[0];
   CHECK(row.line == 2);
