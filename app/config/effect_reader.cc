@@ -4,7 +4,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "firmware-like/effects/catalogue.h"
@@ -45,18 +44,9 @@ const effects::ParameterSpec* SpecFromName(const TomlTable& table,
   return nullptr;
 }
 
-/// True if the unit was written for prismatic joints too before they had one of their own, with the
-/// same value.
-bool IsEarlierUnit(const effects::EffectTraits& traits, const effects::ParameterSpec& entry,
-                   std::string_view unit) {
-  constexpr std::array<std::string_view, 5> kEffects = {
-      "joint_offset", "backlash", "following_error", "arrival_friction", "joint_hardening"};
-  return unit == entry.unit &&
-         std::find(kEffects.begin(), kEffects.end(), traits.id) != kEffects.end();
-}
-
-/// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit. An
-/// earlier unit is a warning and becomes the present one.
+/// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit. The
+/// unit of a revolute joint at a prismatic one, as models of earlier versions have it, is a
+/// warning; both have the same factor to SI.
 void CheckJointAndUnit(const TomlTable& table, const effects::EffectTraits& traits,
                        const effects::ParameterSpec& entry, model::EffectParameter& parameter,
                        int joint_count, std::uint32_t prismatic) {
@@ -69,10 +59,10 @@ void CheckJointAndUnit(const TomlTable& table, const effects::EffectTraits& trai
   }
   const std::string_view unit = UnitOf(entry, prismatic, joint);
   if (!table.Has("unit") || parameter.unit.empty() || parameter.unit == unit) return;
-  if (IsEarlierUnit(traits, entry, parameter.unit)) {
-    table.AddWarning("unit", fmt::format("is that of a revolute joint; the value of {} is taken as "
-                                         "before; write \"{}\"",
-                                         parameter.name, unit));
+  if (slides && parameter.unit == entry.unit) {
+    table.AddWarning("unit", fmt::format("is that of a revolute joint; the value of {} is taken in "
+                                         "{}; write \"{}\"",
+                                         parameter.name, unit, unit));
     parameter.unit = unit;
   } else {
     table.AddFault("unit", fmt::format("is not the unit of {}; write \"{}\"", entry.name, unit));

@@ -69,7 +69,7 @@ TEST_CASE("The earlier unit of a prismatic joint is a warning and keeps the valu
   CHECK(Texts(faults, Fault::Severity::kFault).empty());
   const auto warnings = Texts(faults, Fault::Severity::kWarning);
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings[0], Catch::Contains("the value of q1 is taken as before; write \"m\""));
+  CHECK_THAT(warnings[0], Catch::Contains("the value of q1 is taken in m; write \"m\""));
 }
 
 TEST_CASE("Each faulty field of an effect gives exactly one message") {
