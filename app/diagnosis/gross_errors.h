@@ -4,10 +4,11 @@
 #include <optional>
 
 #include "app/diagnosis/linearisation.h"
-#include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
 
+/// No effect moves the median row farther than this.
+inline constexpr double kGross_m = 0.025;
 /// A mistake explains the data if correcting it reduces the median residual below this share.
 inline constexpr double kExplainedRatio = 0.2;
 

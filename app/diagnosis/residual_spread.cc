@@ -74,7 +74,6 @@ struct SchemeSquares {
   bool other_sessions = false;
 };
 
-/// Rejected rows farther than kGross_m are mistakes in the data and left out.
 SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, double axes,
                               double added_error_m, Correction correction) {
   SchemeSquares squares;
@@ -85,8 +84,6 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, 
     const double error_m = correction == Correction::kNone
                                ? scheme.before[row].norm()
                                : std::hypot(scheme.after[row].norm(), added_error_m);
-    const bool accepted = problem.weights[row] >= kOutlierWeight;
-    if (!accepted && error_m >= kGross_m) continue;
     const double reach = correction == Correction::kFading ? scheme.reach[row] : 0;
     const double beyond = std::max(0.0, Squared(scheme.distance[row]) - Squared(reach));
     const HeldOutSquare one{
@@ -95,7 +92,7 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, 
         scheme.before[row],        scheme.after[row]};
     squares.with_outliers.push_back(one);
     folds.insert(scheme.fold_of[row]);
-    if (accepted) squares.rows.push_back(one);
+    if (problem.weights[row] >= kOutlierWeight) squares.rows.push_back(one);
   }
   squares.folds = static_cast<int>(folds.size());
   return squares;

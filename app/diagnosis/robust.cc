@@ -53,16 +53,11 @@ double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
 
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
   constexpr double kMin_m = 1e-7;
-  std::vector<double> sizes, gross;
+  std::vector<double> sizes;
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
     if (numbers.count == 0) continue;
-    const bool far = LengthsOf(residuals[row]).norm() >= kGross_m;
-    (far ? gross : sizes).push_back(SizeOf(numbers, residuals[row]) / ChiOf(numbers.count).extreme);
-  }
-  const auto rows = static_cast<double>(sizes.size() + gross.size());
-  if (static_cast<double>(gross.size()) > kMaxGross * rows) {
-    sizes.insert(sizes.end(), gross.begin(), gross.end());
+    sizes.push_back(SizeOf(numbers, residuals[row]) / ChiOf(numbers.count).extreme);
   }
   if (sizes.empty()) return std::max(sigma_m, kMin_m);
   const auto place =

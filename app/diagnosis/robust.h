@@ -28,8 +28,7 @@ PerRow<double> HampelWeights(const Dataset& data, const PerRow<RowResidual>& res
 double HampelLoss(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m);
 
 /// Scale for HampelWeights: at least `sigma_m`, and large enough that at most one row in ten is an
-/// outlier; a larger share is an effect instead. Up to a quarter of the rows may be farther than
-/// kGross_m in addition: no effect moves them so far.
+/// outlier; a larger share is an effect instead.
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m);
 
 }  // namespace plumbline::diagnosis

@@ -74,33 +74,13 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   AddDeclaredFrames(task.data, declared, diagnosis);
 }
 
-/// Adds a note on rejected rows that are mistakes in the data and do not count in the radius;
-/// returns their number.
-std::size_t AddGrossNote(const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  std::size_t gross = 0;
-  for (const RowIndex row : fit.errors.indices()) {
-    if (fit.problem.weights[row] < kOutlierWeight && fit.errors[row].norm() >= kGross_m) ++gross;
-  }
-  if (gross == 0) return 0;
-  diagnosis.notes.push_back(fmt::format(
-      "{} of the {} outliers {} {:.0f} mm or more from the model, farther than an effect moves the "
-      "tip: probably {} in the file (a copied reading, exchanged columns), not counted in the "
-      "radius. "
-      "Correct or delete {}",
-      gross, diagnosis.outlier_rows.size(), gross == 1 ? "is" : "are", 1e3 * kGross_m,
-      gross == 1 ? "a mistake" : "mistakes", gross == 1 ? "it" : "them"));
-  return gross;
-}
-
 }  // namespace
 
 void AddDomain(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
   AddSpread(task, found, declared, fit, corrected, diagnosis);
-  const std::size_t gross = AddGrossNote(fit, diagnosis);
-  const std::size_t rejected = diagnosis.outlier_rows.size() - gross,
-                    rows = fit.problem.weights.size();
+  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
     diagnosis.notes.push_back(

@@ -67,12 +67,6 @@ inline constexpr double kOutlierWeight = 0.4;
 /// Largest share of outliers; a larger share is treated as an effect. A judgement; its cost is
 /// measured by "noise: 15 % outliers" in the evaluation.
 inline constexpr double kMaxOutliers = 0.1;
-/// No effect moves the median row farther than this. A rejected row farther away is a mistake in
-/// the data (a copied or exchanged reading), not an effect or noise.
-inline constexpr double kGross_m = 0.025;
-/// Largest share of rows beyond kGross_m that are taken for outliers; a larger share shows another
-/// mistake or an effect. A judgement.
-inline constexpr double kMaxGross = 0.25;
 /// A residual above this many declared sigmas is more than noise. A judgement: data sheets state
 /// repeatability at one distance and temperature, so an excess of one half needs no other cause.
 /// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.

@@ -198,7 +198,7 @@ TEST_CASE("noise that some rows state in excess is not the model's and does not 
   CHECK(spread.near_m == Approx(1e-4).epsilon(0.25));
 }
 
-TEST_CASE("rejected rows farther than any effect moves the tip do not widen the radius") {
+TEST_CASE("rejected rows widen the radius, however far they are from the model") {
   Validation validation = Drawn(1e-4, 0);
   FitProblem problem = Problem();
   for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
@@ -207,7 +207,7 @@ TEST_CASE("rejected rows farther than any effect moves the tip do not widen the 
     for (HeldOut& scheme : validation.schemes) scheme.after[row] = Vec3(0.4, -0.3, 0.2);
   }
   const ResidualSpread spread = SpreadOf(validation, problem, Correction::kWritten).value();
-  CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
+  CHECK(spread.near_m > 0.05);
 }
 
 TEST_CASE("farthest-point selection spreads the columns and selects none twice") {
