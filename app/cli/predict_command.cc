@@ -91,6 +91,7 @@ void WarnAboutMissingColumns(const PredictOptions& options, const model::CellMod
                              const table::MeasuredTable& poses) {
   std::map<std::string, std::string> effect_of;  // by column
   const auto needed = effects::NeededColumns(effects::ActiveEffectsOf(cell), cell);
+  if (needed.empty()) return;
   for (const effects::Conditions& moment : table::ConditionsOf(cell, poses)) {
     for (const effects::NeededColumn& one : needed) {
       if (one.MissingFrom(moment)) effect_of.emplace(one.column, one.effect);

@@ -38,8 +38,9 @@ class AssumedError;
 /// (Domain::as_validated): its covariance and residual belong to another model, and an edit must
 /// not shrink the radius.
 ///
-/// Owns its scratch memory, so it is not thread-safe; At() does not allocate and takes some tens of
-/// microseconds.
+/// Owns its scratch memory, so it is not thread-safe; At() takes some tens of microseconds. It does
+/// not allocate, unless the conditions lack a column other than t_s and temp_C, which the daemon's
+/// models never need.
 class LandingUncertainty {
  public:
   LandingUncertainty(const model::CellModel& cell, const LoadedArm& arm,
