@@ -164,8 +164,9 @@ ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOut
   check.limit = noise_mm * std::sqrt(found.limit);
   check.passed = found.ratio <= found.limit;
   check.sentence = fmt::format(
-      "held-out error {:.3g} mm{} in the folds that selected these effects; noise of {:.3g} mm "
-      "accounts for at most {:.3g} mm (chi-square limit, {} clusters, 0.1 %)",
+      "held-out error {:.3g} mm{} in the folds that selected these effects; the noise in use, "
+      "{:.3g} "
+      "mm, accounts for at most {:.3g} mm (chi-square limit, {} clusters, 0.1 %)",
       check.figure,
       evidence.problem.data.table.recorded.sigma ? ", scaled by each row's own noise," : "",
       noise_mm, check.limit, found.clusters);
@@ -204,6 +205,21 @@ std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) 
       "the residual is {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm is not "
       "explained",
       check.figure, 1e3 * noise_m, check.limit);
+  return check;
+}
+
+ExplanationCheck LackOfFitCheck(const LackOfFit& found) {
+  ExplanationCheck check;
+  check.name = "lack_of_fit";
+  check.figure = 1e3 * found.between_poses_m;
+  check.limit = 1e3 * found.limit_m;
+  check.passed = !found.significant();
+  check.sentence = fmt::format(
+      "residuals differ between poses by {:.3g} mm per axis, scaled to one row; repeated points "
+      "scatter by {:.3g} mm, and a noise of {:.3g} mm accounts for at most {:.3g} mm (F test with "
+      "{:.0f} and {:.0f} degrees of freedom, 0.1 %)",
+      check.figure, 1e3 * found.replicates_m, 1e3 * found.noise_m, check.limit,
+      found.between_poses_freedom, found.replicates_freedom);
   return check;
 }
 
@@ -309,6 +325,15 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
     sound = noise->passed;
     diagnosis.checks.push_back(*std::move(noise));
     if (!sound) diagnosis.verdict = Verdict::kUnknown;
+  }
+  if (evidence.lack_of_fit) {
+    diagnosis.checks.push_back(LackOfFitCheck(*evidence.lack_of_fit));
+    if (!diagnosis.checks.back().passed) {
+      sound = false;
+      diagnosis.verdict = Verdict::kUnknown;
+      diagnosis.declared_noise_too_small = false;
+      diagnosis.notes.push_back(diagnosis.checks.back().sentence);
+    }
   }
   if (diagnosis.findings.empty()) return;
   for (const Finding& finding : diagnosis.findings) {

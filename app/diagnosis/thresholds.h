@@ -47,8 +47,9 @@ inline constexpr int kSignFlips = 199;
 inline constexpr double kSignalSignificance = 0.01;
 /// Of rejected rows that share a condition by chance, over all limits tried.
 inline constexpr double kConditionSignificance = 1e-3;
-/// Of a residual larger than the scatter of the repeats (Fisher's F).
-inline constexpr double kRepeatsSignificance = 0.01;
+/// Of rejecting a correct explanation because poses differ by more than replicates scatter
+/// (Fisher's F): once in a thousand answers.
+inline constexpr double kLackOfFitSignificance = 1e-3;
 /// Correlation of successive rows, in standard deviations, that independent noise exceeds once in a
 /// thousand data sets.
 inline constexpr double kCorrelatedSigmas = 3.09;
@@ -76,6 +77,10 @@ inline constexpr double kExcessNoiseRatio = 1.5;
 inline constexpr double kUnexplainedNoiseRatio = 4;
 
 // --- Explanations.
+
+/// Smallest lack of fit, in standard deviations of the noise of one row, that leaves a part of the
+/// residual unexplained. A judgement: it increases the residual by an eighth.
+inline constexpr double kNotableLackOfFit = 0.5;
 
 /// Minimum share of the folds that select a named effect: four of five. Stability selection uses
 /// 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat. Soc. B 72 (2010) 417].

@@ -8,27 +8,12 @@
 #include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/signal_tests.h"
-#include "app/diagnosis/statistics.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kSignalRows = 1000;  // rows used to test the signals
-
-/// True if repeats scatter significantly less than the residual, and less by a factor of
-/// `kExcessNoiseRatio`: the residual is then not noise, whatever was declared.
-bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
-  if (data.repeat_sigma_m <= 0) return false;
-  const double noise_m =
-      std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
-  if (residual_sigma_m < kExcessNoiseRatio * noise_m) return false;
-  // A variance estimated from a median has about 0.37 of the efficiency of the mean square.
-  constexpr double kOfMedian = 0.37;
-  const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
-  return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) <
-         kRepeatsSignificance;
-}
 
 Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
   if (found.unknown) {
@@ -139,14 +124,6 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",
                   1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m,
                   data.row_sigma_m ? " (" + data.sigma_origin + ")" : std::string()));
-  const double freedom =
-      static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
-  if (RepeatsContradict(data, residual_sigma_m, freedom)) {
-    diagnosis.notes.push_back(fmt::format(
-        "repeated measurements scatter by only {:.3g} mm per axis: the residual is not noise",
-        1e3 * data.repeat_sigma_m));
-    diagnosis.verdict = Verdict::kUnknown;
-  }
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
   diagnosis.declared_noise_too_small = diagnosis.verdict != Verdict::kUnknown && NoiseStated(data);
 }

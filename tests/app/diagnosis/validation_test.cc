@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <map>
+#include <random>
 #include <set>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/farthest_poses.h"
+#include "app/diagnosis/lack_of_fit.h"
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
@@ -348,6 +350,61 @@ TEST_CASE("an empirical curve remains within its values at the rows") {
   BoundToRows(UnitWeightFit(data, 1), *linear, effect);
   CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
   CHECK(effect.term.nodes.col(1).minCoeff() == Approx(0.1));
+}
+
+/// Residuals with noise of each row and one deviation [m] of each pose.
+/// @param tail  degrees of freedom of Student's t, scaled to sigma_m; 0: normal
+PerRow<RowResidual> ResidualsWith(const Dataset& data, double sigma_m, double of_pose_m, int tail,
+                                  std::mt19937_64& random) {
+  std::normal_distribution<double> normal(0, 1);
+  std::student_t_distribution<double> student(tail > 0 ? tail : 1);
+  const double scale = tail > 0 ? std::sqrt((tail - 2.0) / tail) : 1;
+  const auto draw = [&] { return tail > 0 ? scale * student(random) : normal(random); };
+  Indexed<ClusterIndex, Vec3> of_pose(static_cast<std::size_t>(data.clusters), Vec3::Zero());
+  for (Vec3& one : of_pose) {
+    for (double& x : one) x = of_pose_m * normal(random);
+  }
+  PerRow<RowResidual> residuals;
+  for (const RowIndex row : data.row_indices()) {
+    RowResidual residual = of_pose[data.cluster_of[row]];
+    for (double& x : residual) x += sigma_m * draw();
+    residuals.push_back(residual);
+  }
+  return residuals;
+}
+
+/// Share of data sets whose lack of fit is significant.
+double SignificantShare(const Dataset& data, double of_pose_m, int tail) {
+  constexpr int kSets = 2000;
+  std::mt19937_64 random(11);
+  const PerRow<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  int significant = 0;
+  for (int k = 0; k < kSets; ++k) {
+    const auto residuals = ResidualsWith(data, 5e-5, of_pose_m, tail, random);
+    const auto found = LackOfFitOf(data, residuals, weights, 0, 0);
+    REQUIRE(found);
+    significant += found->significant() ? 1 : 0;
+  }
+  return static_cast<double>(significant) / kSets;
+}
+
+TEST_CASE("a lack of fit is significant once in a thousand sets without one, and seen with one") {
+  Dataset data = DatasetOf("--family none --robot ur10 --rows 40 --repeats 20 --seed 6");
+  data.sigma_m = 0;
+  CHECK(SignificantShare(data, 0, 0) <= 0.003);
+  CHECK(SignificantShare(data, 0, 5) <= 0.003);  // heavy tails
+  CHECK(SignificantShare(data, 7e-5, 0) >= 0.9);
+  // What the owner states as noise is not a lack of fit, and less than half the noise is not
+  // notable.
+  data.sigma_m = 1e-4;
+  CHECK(SignificantShare(data, 7e-5, 0) <= 0.003);
+}
+
+TEST_CASE("without replicates no lack of fit is stated") {
+  const Dataset data = DatasetOf("--family none --robot ur10 --rows 40 --repeats 0 --seed 6");
+  std::mt19937_64 random(1);
+  const PerRow<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  CHECK_FALSE(LackOfFitOf(data, ResidualsWith(data, 5e-5, 0, 0, random), weights, 0, 0));
 }
 
 }  // namespace plumbline::validation_test
