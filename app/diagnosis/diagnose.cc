@@ -21,7 +21,6 @@
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/kind_errors.h"
 #include "app/diagnosis/next_poses.h"
-#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/reference_checks.h"
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
@@ -173,8 +172,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   if (task.Interrupted()) return;
   task.Report(0.45, "testing signals");
   AddSignals(task.data, found, diagnosis);
-  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), fit.problem.weights,
-             diagnosis);
+  SetVerdict(found, fit, diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
   if (rivals.empty()) return;
@@ -286,17 +284,11 @@ Result<Diagnosis> StartedDiagnosis::Finish() {
   Result<CorrectedModel> validated = Validated(task(), *found_, *fit_, diagnosis_);
   if (!validated) return validated.failure();
   CorrectedModel& corrected = validated.value();
-  const PerRow<RowResidual> residuals = ResidualsOf(fit_->linear);
-  const Nuisances nuisances(data_);
-  const auto fitted =
-      static_cast<double>(found_->best.columns.size()) + nuisances.size() - nuisances.equations();
-  CheckExplanation(
-      {found_->fit, corrected.validation.schemes.front(),
-       static_cast<double>(found_->best.columns.size()),
-       RmsBetween(fit_->errors, corrected.errors, fit_->problem.weights),
-       RobustSigma(data_, residuals),
-       LackOfFitOf(data_, residuals, fit_->problem.weights, found_->fit.row_correlation, fitted)},
-      diagnosis_);
+  CheckExplanation({found_->fit, corrected.validation.schemes.front(),
+                    static_cast<double>(found_->best.columns.size()),
+                    RmsBetween(fit_->errors, corrected.errors, fit_->problem.weights),
+                    RobustSigma(data_, ResidualsOf(fit_->linear))},
+                   diagnosis_);
   Withhold(*declared_, corrected, diagnosis_);
   AddRows(data_, *searched_, declared_->errors, *fit_, corrected, diagnosis_);
   AddKindErrors(data_, diagnosis_);

@@ -208,21 +208,6 @@ std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) 
   return check;
 }
 
-ExplanationCheck LackOfFitCheck(const LackOfFit& found) {
-  ExplanationCheck check;
-  check.name = "lack_of_fit";
-  check.figure = 1e3 * found.between_poses_m;
-  check.limit = 1e3 * found.limit_m;
-  check.passed = !found.significant();
-  check.sentence = fmt::format(
-      "residuals differ between poses by {:.3g} mm per axis, scaled to one row; repeated points "
-      "scatter by {:.3g} mm, and a noise of {:.3g} mm accounts for at most {:.3g} mm (F test with "
-      "{:.0f} and {:.0f} degrees of freedom, 0.1 %)",
-      check.figure, 1e3 * found.replicates_m, 1e3 * found.noise_m, check.limit,
-      found.between_poses_freedom, found.replicates_freedom);
-  return check;
-}
-
 /// Adds the checks of a finding and returns the sentences of the failed ones.
 std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
                                       std::vector<ExplanationCheck>& checks) {
@@ -325,15 +310,6 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
     sound = noise->passed;
     diagnosis.checks.push_back(*std::move(noise));
     if (!sound) diagnosis.verdict = Verdict::kUnknown;
-  }
-  if (evidence.lack_of_fit) {
-    diagnosis.checks.push_back(LackOfFitCheck(*evidence.lack_of_fit));
-    if (!diagnosis.checks.back().passed) {
-      sound = false;
-      diagnosis.verdict = Verdict::kUnknown;
-      diagnosis.declared_noise_too_small = false;
-      diagnosis.notes.push_back(diagnosis.checks.back().sentence);
-    }
   }
   if (diagnosis.findings.empty()) return;
   for (const Finding& finding : diagnosis.findings) {

@@ -3,7 +3,6 @@
 
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/held_out.h"
-#include "app/diagnosis/lack_of_fit.h"
 
 namespace plumbline::diagnosis {
 
@@ -14,7 +13,6 @@ struct ExplanationEvidence {
   double parameters = 0;         ///< fitted parameters of the named effects
   double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
   double residual_sigma_m = 0;   ///< robust standard deviation of the residual, one axis [m]
-  std::optional<LackOfFit> lack_of_fit{};  ///< of the named effects; nullopt: too few replicates
 };
 
 /// Mean of the squared held-out residuals over the variance of each row, weighted by the row's

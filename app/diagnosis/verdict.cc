@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/lack_of_fit.h"
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/robust.h"
 #include "app/diagnosis/signal_tests.h"
 #include "app/diagnosis/thresholds.h"
 
@@ -92,6 +95,40 @@ void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Dia
   diagnosis.verdict = Verdict::kUnknown;
 }
 
+/// Fitted to the rows, free frames and places included.
+double ParametersOf(const Identified& found, const Dataset& data) {
+  const Nuisances nuisances(data);
+  return static_cast<double>(found.best.columns.size()) + nuisances.size() - nuisances.equations();
+}
+
+ExplanationCheck LackOfFitCheck(const LackOfFit& found) {
+  ExplanationCheck check;
+  check.name = "lack_of_fit";
+  check.figure = 1e3 * found.between_poses_m;
+  check.limit = 1e3 * found.limit_m;
+  check.passed = !found.significant();
+  check.sentence = fmt::format(
+      "residuals differ between poses by {:.3g} mm per axis, scaled to one row; repeated points "
+      "scatter by {:.3g} mm, and a noise of {:.3g} mm accounts for at most {:.3g} mm (F test with "
+      "{:.0f} and {:.0f} degrees of freedom, 0.1 %)",
+      check.figure, 1e3 * found.replicates_m, 1e3 * found.noise_m, check.limit,
+      found.between_poses_freedom, found.replicates_freedom);
+  return check;
+}
+
+/// Adds the check `lack_of_fit` if there are enough replicates. If it fails, the residual is not
+/// noise, whatever was declared.
+void CheckLackOfFit(const Identified& found, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  const Dataset& data = fit.problem.data;
+  const auto lack = LackOfFitOf(data, ResidualsOf(fit.linear), fit.problem.weights,
+                                found.fit.row_correlation, ParametersOf(found, data));
+  if (!lack) return;
+  diagnosis.checks.push_back(LackOfFitCheck(*lack));
+  if (!lack->significant()) return;
+  diagnosis.notes.push_back(diagnosis.checks.back().sentence);
+  diagnosis.verdict = Verdict::kUnknown;
+}
+
 }  // namespace
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
@@ -112,13 +149,15 @@ void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosi
   }
 }
 
-void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
-                const PerRow<double>& weights, Diagnosis& diagnosis) {
+void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  const Dataset& data = fit.problem.data;
+  const double residual_sigma_m = RobustSigma(data, ResidualsOf(fit.linear));
   const bool rough = data.sigma_m > 0 && residual_sigma_m >= kExcessNoiseRatio * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddOutlierCondition(data, weights, diagnosis);
+  AddOutlierCondition(data, fit.problem.weights, diagnosis);
+  CheckLackOfFit(found, fit, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/diagnosis_stages.h"
 #include "app/diagnosis/identify.h"
 
 namespace plumbline::diagnosis {
@@ -11,11 +12,9 @@ namespace plumbline::diagnosis {
 /// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
-/// Sets the verdict before the checks (explanation_checks.h), the driver signals of an unknown
-/// cause, and whether the declared noise is too small. Requires `rivals` and `signals`.
-/// @param residual_sigma_m  robust standard deviation of the residual, one axis [m]
-/// @param weights           robust weights of all rows
-void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
-                const PerRow<double>& weights, Diagnosis& diagnosis);
+/// Sets the verdict before the checks of the explanation (explanation_checks.h), the driver signals
+/// of an unknown cause, and whether the declared noise is too small; adds the check `lack_of_fit`.
+/// Requires `rivals` and `signals`.
+void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis
