@@ -27,7 +27,11 @@ std::string CarrierName(int entry, double& from_SI) {
     return fmt::format("tip_{}", "xyz"[entry - I::kTip]);
   }
   if (entry == I::kBendRatio) return "tool_bending";
-  return fmt::format("q{}", entry % model::kMaxJoints + 1);
+  const int joint = entry % model::kMaxJoints + 1;
+  const int kind = entry / model::kMaxJoints;
+  if (kind == I::kTurn) return fmt::format("q{}", joint);
+  from_SI = 1e3;
+  return fmt::format("{}{}", kind == I::kLengthA ? "a" : "d", joint);
 }
 
 /// Values of the drivers at the nodes of a curve or grid, evenly spaced over their ranges.

@@ -16,7 +16,7 @@ using I = effects::Influence<double>;
 model::Interval PlausibleCarried(int entry) {
   if (entry == I::kBendRatio) return {-3, 3};
   if (entry < model::kMaxJoints) return {-0.02, 0.02};  // rotation of a joint [rad]
-  return {-0.05, 0.05};                                 // translation of base or tip [m]
+  return {-0.05, 0.05};  // length of a link, translation of base or tip [m]
 }
 
 /// True if the twist of link i is between two axes that are parallel to about a degree.

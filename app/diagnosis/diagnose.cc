@@ -276,7 +276,7 @@ Result<void> StartedDiagnosis::Identify() {
     return checked;
   }
   CheckContradictions(*tested, diagnosis_);
-  if (tip) AddWrongTip(*tip, *found_, diagnosis_);
+  CheckTips(tip, *found_, diagnosis_);
   return {};
 }
 

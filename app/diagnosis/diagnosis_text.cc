@@ -134,6 +134,8 @@ std::string LinearTrendText(const effects::ActiveEffect& effect) {
     } else if (name == "tool_bending") {
       texts.push_back(
           fmt::format("the tool's bending changes by {:+.3g} % {}", kPercent * slope, per));
+    } else if (name.starts_with("a") || name.starts_with("d")) {
+      texts.push_back(fmt::format("{} of the DH table changes by {:+.3g} mm {}", name, slope, per));
     } else if ((term.prismatic >> static_cast<unsigned>(term.parameters[k].joint) & 1U) != 0) {
       texts.push_back(fmt::format("{} moves {:.3g} mm {}", name, 1e3 * slope, per));
     } else {

@@ -9,6 +9,11 @@ namespace {
 
 using I = effects::Influence<double>;
 constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a joint's signal
+constexpr double kLeastLink_m = 0.05;
+
+int EntryOf(I::JointEntry entry, int joint) {
+  return entry * model::kMaxJoints + joint;
+}
 
 }  // namespace
 
@@ -17,7 +22,19 @@ std::vector<std::vector<int>> Carriers(const Dataset& data) {
                                             {I::kTip, I::kTip + 1, I::kTip + 2}};
   if (data.cell.any_tool_bends()) carriers.push_back({I::kBendRatio});
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    const model::Joint& link = data.cell.robot.joints[static_cast<std::size_t>(joint)];
+    const bool slides = link.type == model::JointType::kPrismatic;  // then d is the joint itself
+    if (std::abs(link.a_m) >= kLeastLink_m) carriers.push_back({EntryOf(I::kLengthA, joint)});
+    if (!slides && std::abs(link.d_m) >= kLeastLink_m)
+      carriers.push_back({EntryOf(I::kOffsetD, joint)});
+  }
   return carriers;
+}
+
+bool MayFollow(const std::vector<int>& carrier, const RecordedSignal& signal) {
+  const bool of_link = carrier.front() >= EntryOf(I::kLengthA, 0) && carrier.front() < I::kFirst;
+  return !of_link || !signal.of_joint;
 }
 
 std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {

@@ -11,8 +11,13 @@ namespace plumbline::diagnosis {
 
 using SignalPair = std::pair<SignalIndex, SignalIndex>;
 
-/// The influences that an unknown cause may act on.
+/// The influences that an unknown cause may act on: base, tip, bending of the tool, joints, and the
+/// lengths of links of at least 50 mm, which change slowly (a link that warms up).
 std::vector<std::vector<int>> Carriers(const Dataset& data);
+
+/// False for the length of a link with a signal of a joint, which moves much faster than it
+/// changes.
+bool MayFollow(const std::vector<int>& carrier, const RecordedSignal& signal);
 
 /// Polynomial degrees to try; limited by the number of distinct values of the signal.
 std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers);

@@ -23,6 +23,7 @@ std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::
     if (degrees.empty()) continue;
     const int degree = degrees[std::min<std::size_t>(degrees.size() - 1, 2)];
     for (const std::vector<int>& carrier : carriers) {
+      if (!MayFollow(carrier, data.signals[s])) continue;
       Eigen::MatrixXd columns =
           problem.Carried(carrier, Polynomials(problem, all, s, degree).rightCols(degree));
       problem.Project(columns);

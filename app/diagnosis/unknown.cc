@@ -196,7 +196,8 @@ std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::V
   for (const std::vector<int>& carrier : carriers) {
     const CarriedResidual along(problem, carrier, residual);
     for (const SignalIndex signal : data.signals.indices()) {
-      AddCurves(problem, along, signal, trials.of_curve, found);
+      if (MayFollow(carrier, data.signals[signal]))
+        AddCurves(problem, along, signal, trials.of_curve, found);
     }
     for (const SignalPair& pair : pairs) {
       AddSurfaces(problem, along, pair, trials.of_surface, found);

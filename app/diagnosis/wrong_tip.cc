@@ -239,17 +239,41 @@ std::string RemedyOf(const WrongTip& tip) {
       tip.tool_number);
 }
 
+/// Doubts the findings that the offset would replace, and withholds the correction.
+void AddDoubts(const WrongTip& tip, const std::string& sentence, const Identified& found,
+               Diagnosis& diagnosis) {
+  for (const Finding& finding : diagnosis.findings) {
+    const bool replaced =
+        std::any_of(tip.instead_of.begin(), tip.instead_of.end(), [&](BlockIndex block) {
+          return KeyOf(found.candidate_set->blocks()[block]) == KeyOfFinding(finding);
+        });
+    if (!replaced) continue;
+    diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term), sentence});
+  }
+  if (diagnosis.withheld.empty()) {
+    diagnosis.withheld = fmt::format("either {}, or the named effects act: {}, and diagnose again",
+                                     TipText(tip), RemedyOf(tip));
+  }
+}
+
 }  // namespace
 
 bool WrongTip::certain() const {
   return within_noise && evidence_gap < -kMistakeMargin;
 }
 
+bool TestsTips(const Dataset& data) {
+  std::set<int> tools;
+  for (const table::MeasuredRow& row : data.table.rows) tools.insert(row.tool_number.value_or(0));
+  const auto turned = std::find(data.turned_sessions.begin(), data.turned_sessions.end(), true);
+  return !data.tip_free() && (tools.size() > 1 || turned != data.turned_sessions.end());
+}
+
 std::optional<WrongTip> WrongTipOf(const Identified& found) {
   const Dataset& data = found.fit.data;
   const LinearProblem& problem = found.candidate_set->problem();
   std::optional<WrongTip> best;
-  if (data.tip_free()) return best;
+  if (!TestsTips(data)) return best;
   const auto consider = [&](std::optional<int> tool, const std::optional<TipColumns>& columns) {
     if (!columns) return;
     for (const double lenience : {0.0, kRivalGap}) {
@@ -278,21 +302,16 @@ std::string SentenceOf(const WrongTip& tip, const Identified& found) {
   return text + fmt::format("; as declared, the rows would need {}", Listed(instead_of));
 }
 
-void AddWrongTip(const WrongTip& tip, const Identified& found, Diagnosis& diagnosis) {
-  for (const Finding& finding : diagnosis.findings) {
-    const bool replaced =
-        std::any_of(tip.instead_of.begin(), tip.instead_of.end(), [&](BlockIndex block) {
-          return KeyOf(found.candidate_set->blocks()[block]) == KeyOfFinding(finding);
-        });
-    if (!replaced) continue;
-    diagnosis.doubts.push_back(
-        {KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
-         fmt::format("these rows are explained as well if {}", TipText(tip))});
-  }
-  if (diagnosis.withheld.empty()) {
-    diagnosis.withheld = fmt::format("either {}, or the named effects act: {}, and diagnose again",
-                                     TipText(tip), RemedyOf(tip));
-  }
+void CheckTips(const std::optional<WrongTip>& tip, const Identified& found, Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty() || !TestsTips(found.fit.data)) return;
+  ExplanationCheck check;
+  check.name = "tool_tips";
+  check.passed = !tip;
+  check.figure = tip ? 1 : 0;
+  check.sentence = tip ? fmt::format("these rows are explained as well if {}", TipText(*tip))
+                       : "no wrong tip of a tool and no turned orientation fits the rows as well";
+  diagnosis.checks.push_back(check);
+  if (tip) AddDoubts(*tip, check.sentence, found, diagnosis);
 }
 
 }  // namespace plumbline::diagnosis

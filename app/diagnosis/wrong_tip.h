@@ -39,7 +39,12 @@ std::optional<WrongTip> WrongTipOf(const Identified& found);
 /// The mistake and its remedy.
 std::string SentenceOf(const WrongTip& tip, const Identified& found);
 
-/// Doubts the findings that the offset would replace, and withholds the correction.
-void AddWrongTip(const WrongTip& tip, const Identified& found, Diagnosis& diagnosis);
+/// True if the rows can show a wrong tip beside effects: the tip is declared as known, and they
+/// hold several tools or orientations.
+bool TestsTips(const Dataset& data);
+
+/// Adds the check `tool_tips` of findings whose rows can show a wrong tip. If there is one, doubts
+/// the findings that it would replace, and withholds the correction.
+void CheckTips(const std::optional<WrongTip>& tip, const Identified& found, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

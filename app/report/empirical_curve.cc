@@ -49,6 +49,9 @@ std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effec
       curve.meaning = "the tool\u2019s bending";
       curve.unit = "%";
       factor *= kPercent;
+    } else if (name.starts_with("a") || name.starts_with("d")) {
+      curve.meaning = "link " + name.substr(1) + "\u2019s " + name.substr(0, 1);
+      curve.unit = "mm";
     } else {
       curve.meaning = "axis" + (name.empty() ? name : " " + name.substr(1));
       const bool slides = (term.prismatic >> static_cast<unsigned>(parameter.joint) & 1U) != 0;

@@ -73,7 +73,14 @@ std::optional<Around> NodesAround(const EffectTerm& term, const Conditions& cond
 }
 
 struct EmpiricalFormula {
-  enum Parameter { kBaseX, kTipX = kBaseX + 3, kTurn = kTipX + 3, kToolBending };
+  enum Parameter {
+    kBaseX,
+    kTipX = kBaseX + 3,
+    kTurn = kTipX + 3,
+    kToolBending,
+    kLengthA,
+    kOffsetD
+  };
 
   static EffectTraits Traits() {
     constexpr model::Interval kFactor{0, 2};
@@ -90,7 +97,9 @@ struct EmpiricalFormula {
                        {"tip_y", "1", 1, kFactor},
                        {"tip_z", "1", 1, kFactor},
                        {"q#", "1", 1, kFactor},
-                       {"tool_bending", "1", 1, kFactor}},
+                       {"tool_bending", "1", 1, kFactor},
+                       {"a#", "1", 1, kFactor},
+                       {"d#", "1", 1, kFactor}},
         .needs = {},
         .confused_with = {},
         .name = "an empirical term",
@@ -101,6 +110,8 @@ struct EmpiricalFormula {
   static T& Carrier(const TermParameter& parameter, Influence<T>& influence) {
     if (parameter.spec == kTurn) return influence.Joint(Influence<T>::kTurn, parameter.joint);
     if (parameter.spec == kToolBending) return influence[Influence<T>::kBendRatio];
+    if (parameter.spec == kLengthA) return influence.Joint(Influence<T>::kLengthA, parameter.joint);
+    if (parameter.spec == kOffsetD) return influence.Joint(Influence<T>::kOffsetD, parameter.joint);
     if (parameter.spec < kTipX) return influence[Influence<T>::kBase + parameter.spec];
     return influence[Influence<T>::kTip + parameter.spec - kTipX];
   }
@@ -131,7 +142,9 @@ const Effect& Empirical() {
 }
 
 double EmpiricalNodeToSI(const TermParameter& parameter) {
-  return parameter.spec < EmpiricalFormula::kTurn ? 1e-3 : 1.0;
+  const bool length =
+      parameter.spec < EmpiricalFormula::kTurn || parameter.spec >= EmpiricalFormula::kLengthA;
+  return length ? 1e-3 : 1.0;
 }
 
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,

@@ -12,6 +12,7 @@ namespace plumbline::effects {
 ///   tip_x, tip_y, tip_z       the tip in F             nodes in mm
 ///   q1, q2, ..                deflection of the joint  nodes in rad
 ///   tool_bending              factor 1 + value on the bending of the tool, nodes in 1
+///   a1, d1, a2, ..            length and offset of a link in the DH table  nodes in mm
 /// The value is a factor on the whole curve, usually 1 (or the shrinkage), and carries the standard
 /// deviation. EffectTerm::nodes has one row per node: the driver's value, ascending, in the unit of
 /// its column, followed by one value per parameter in their order. With two drivers the nodes form

@@ -9,7 +9,7 @@ import numpy as np
 import damage
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-OUTSIDE = ["creep", "slow_sine", "payload_squared", "temperature_squared", "two_bumps",
+OUTSIDE = ["creep", "link_warmup", "slow_sine", "payload_squared", "temperature_squared", "two_bumps",
            "velocity_squared", "air_pressure"]
 # Outside the catalogue too, each in a group of its own.
 PLURAL = ["two_drivers", "temperature_payload", "temperature_payload_joint"]

@@ -184,8 +184,12 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
     const Joint& joint = cell_.joints[i];
     const double count = joint.sign * (row.q_rad[i] + s_rad[i]);
     const double theta = (joint.prismatic ? 0.0 : count) + joint.offset_rad;
-    const double a = (joint.a_m + changes_.a_m[i]) * growth;
-    const double d = (joint.d_m + changes_.d_m[i]) * growth + (joint.prismatic ? count : 0.0);
+    double warm = growth;
+    for (const Changes::Warmup& of : changes_.warmups) {
+      if (of.joint == i) warm += of.growth * -std::expm1(-row.t_s / of.tau_s);
+    }
+    const double a = (joint.a_m + changes_.a_m[i]) * warm;
+    const double d = (joint.d_m + changes_.d_m[i]) * warm + (joint.prismatic ? count : 0.0);
     const double alpha = joint.alpha_rad + changes_.alpha_rad[i];
     if (cell_.proximal) {
       walker.TurnAboutX(alpha);

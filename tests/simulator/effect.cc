@@ -220,6 +220,8 @@ void Changes::Add(const Effect& effect) {
   } else if (id == "creep") {
     creep += Value(effect, "A");
     creep_tau_s = Value(effect, "tau");
+  } else if (id == "link_warmup") {
+    warmups.push_back({JointOf(effect.scope.at(0)), Value(effect, "growth"), Value(effect, "tau")});
   } else if (id == "slow_sine") {
     sine_m += Xyz(effect) * 1e-3;
     sine_period_s = Value(effect, "period");

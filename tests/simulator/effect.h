@@ -101,6 +101,12 @@ struct Changes {
 
   // Outside the catalogue of the exchange format.
   double creep = 0.0, creep_tau_s = 1.0;
+  /// The link of a joint (0-based) grows by growth (1 - exp(-t / tau_s)), relative.
+  struct Warmup {
+    int joint;
+    double growth, tau_s;
+  };
+  std::vector<Warmup> warmups;
   Eigen::Vector3d sine_m = Eigen::Vector3d::Zero();
   double sine_period_s = 1.0, sine_phase_rad = 0.0;
   double bending_per_kg = 0.0;

@@ -161,6 +161,20 @@ Effect BearingTilt(const Cell& cell, int count, Generator& random) {
   return PerJoint("bearing_tilt", joints, "rad/(N m)", 1e-7, false, random);
 }
 
+/// One of the links longer than 0.2 m warms up.
+Effect LinkWarmup(const Cell& cell, Generator& random) {
+  std::vector<int> links;
+  for (std::size_t i = 0; i < cell.joints.size(); ++i) {
+    const Joint& link = cell.joints[i];
+    if (std::max(std::abs(link.a_m), std::abs(link.d_m)) >= 0.2) links.push_back(int(i) + 1);
+  }
+  const int link = links[std::size_t(Integer(random, 0, int(links.size()) - 1))];
+  Effect effect = Plain("link_warmup", {{"growth", 3e-4 * Uniform(random, 0.6, 1.4), "1"},
+                                        {"tau", Uniform(random, 600, 3000), "s"}});
+  effect.scope = {Name(link)};
+  return effect;
+}
+
 /// Links of nonzero length; the others have no effect.
 Effect LinkBending(const Cell& cell, int count, Generator& random) {
   std::vector<std::string> names;
@@ -357,6 +371,7 @@ const std::vector<std::string> kCatalogued = {
     "base_tilt",       "range_zero",        "range_anchor"};
 
 const std::vector<std::string> kOutside = {"creep",
+                                           "link_warmup",
                                            "slow_sine",
                                            "payload_squared",
                                            "temperature_squared",
@@ -385,6 +400,9 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
   const int joint = Joints(int(cell.joints.size()), 1, random)[0];
   if (family == "creep") {
     hidden.effects = {Plain(family, {{"A", 0.2, "1"}, {"tau", Uniform(random, 300, 900), "s"}})};
+    hidden.drivers = {"t_s"};
+  } else if (family == "link_warmup") {
+    hidden.effects = {LinkWarmup(cell, random)};
     hidden.drivers = {"t_s"};
   } else if (family == "slow_sine") {
     Effect sine = Plain(family, Direction(random));
