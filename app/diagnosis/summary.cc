@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/empirical_curve.h"
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/shown_parameter.h"
 #include "firmware-like/geometry/angle.h"
@@ -23,6 +24,16 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   std::size_t count = 0;
   std::string lines;
   for (const Finding& finding : diagnosis.findings) {
+    for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
+      if (++count > kMaxParameters) continue;
+      lines += fmt::format("  {:<22}{}: {} {} along {}\n", "empirical", curve.meaning, curve.range,
+                           curve.unit, Listed(finding.effect.term.drivers));
+    }
+    if (finding.effect.term.effect->traits().empirical) {
+      const std::string line = LinearTrendText(finding.effect);
+      if (!line.empty()) lines += "    " + line + '\n';
+      continue;
+    }
     const model::WrittenEffect written =
         effects::WrittenFromActive(finding.effect, finding.covariance);
     for (const model::EffectParameter& parameter : written.parameters) {
@@ -32,8 +43,6 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
                            parameter.name, shown.value, shown.sd.empty() ? "" : " +- " + shown.sd,
                            ShownUnitOf(parameter).unit);
     }
-    const std::string line = LinearTrendText(finding.effect);
-    if (!line.empty()) lines += "    " + line + '\n';
     if (!finding.implausible.empty() && count <= kMaxParameters) {
       lines += "    implausible: " + finding.implausible + '\n';
     }

@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/empirical_curve.h"
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/shown_parameter.h"
 #include "app/report/certificate_layout.h"
 #include "app/report/certificate_text.h"
 #include "app/report/certificate_verdict.h"
-#include "app/report/empirical_curve.h"
 #include "app/report/html.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -107,7 +107,7 @@ std::string ParticularsTable(const CertificateInput& input) {
 
 /// Value with its expanded uncertainty, a word, or the range of an empirical curve, and its unit.
 std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& parameter,
-                                                 const EmpiricalCurve* curve) {
+                                                 const diagnosis::EmpiricalCurve* curve) {
   if (curve != nullptr) return {Escape(curve->range), Escape(curve->unit)};
   const std::string shown_unit = diagnosis::ShownUnitOf(parameter).unit;
   const std::string unit = Escape(shown_unit == "1" ? "" : shown_unit);
@@ -122,7 +122,8 @@ std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& p
 void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::size_t& count) {
   const model::WrittenEffect written =
       effects::WrittenFromActive(finding.effect, finding.covariance);
-  const std::vector<EmpiricalCurve> curves = EmpiricalCurvesOf(finding.effect);
+  const std::vector<diagnosis::EmpiricalCurve> curves =
+      diagnosis::EmpiricalCurvesOf(finding.effect);
   for (std::size_t k = 0; k < written.parameters.size(); ++k) {
     const model::EffectParameter& parameter = written.parameters[k];
     if (++count > kMaxCoefficients) continue;

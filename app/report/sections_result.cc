@@ -6,9 +6,9 @@
 #include <tuple>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/empirical_curve.h"
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/shown_parameter.h"
-#include "app/report/empirical_curve.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 
@@ -247,7 +247,7 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
-    for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
+    for (const diagnosis::EmpiricalCurve& curve : diagnosis::EmpiricalCurvesOf(finding.effect)) {
       html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
               Escape(curve.range + " " + curve.unit) + ".</p>\n";
     }

@@ -11,6 +11,7 @@
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/summary.h"
 #include "tests/app/diagnosis/simulated.h"
 
 namespace plumbline::diagnose_test {
@@ -298,6 +299,18 @@ TEST_CASE("a cause outside the catalogue is unknown, and its driver signal is re
   CHECK(diagnosis->verdict == Verdict::kUnknown);
   CHECK(diagnosis->drivers == std::vector<std::string>{"air_pressure_bar"});
   CHECK(diagnosis->held_out.after_m < 0.5 * diagnosis->held_out.before_m);
+}
+
+TEST_CASE("a link that warms up is unknown, follows the time and changes the length of a link") {
+  const MeasuredCell data = Simulated("--family link_warmup --seed 3 --signal 8 --robot ur10");
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kUnknown);
+  CHECK(diagnosis->drivers == std::vector<std::string>{"t_s"});
+  REQUIRE(diagnosis->findings.size() == 1);
+  const std::string summary = SummaryText(*diagnosis, data.cell);
+  CHECK_THAT(summary, Catch::Contains(" of link "));
+  CHECK_THAT(summary, Catch::Contains(" mm along t_s"));
 }
 
 TEST_CASE("an unknown cause of two signals and their product is reported with both signals") {

@@ -5,7 +5,7 @@
 
 #include "app/report/achieved_accuracy.h"
 #include "app/report/certificate.h"
-#include "app/report/empirical_curve.h"
+#include "app/diagnosis/empirical_curve.h"
 #include "app/report/figures_certificate.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
@@ -88,14 +88,14 @@ TEST_CASE("an empirical term says what it changes and by how much") {
   effect.term.parameters = {{0}, {2}};  // base_x, base_z; their nodes are in mm
   effect.term.nodes = (Eigen::MatrixXd(3, 3) << 4, 0, 0, 5, 3, -4, 6, 6.04, -8).finished();
   effect.values = {0.5, 0.5};
-  const std::vector<EmpiricalCurve> curves = EmpiricalCurvesOf(effect);
+  const std::vector<diagnosis::EmpiricalCurve> curves = diagnosis::EmpiricalCurvesOf(effect);
   REQUIRE(curves.size() == 2);
   CHECK(curves[0].meaning == "the base in x");
   CHECK(curves[0].range == "0 to 3.02");
   CHECK(curves[0].unit == "mm");
   CHECK(curves[1].range == "-4.00 to 0");
   effect.term.effect = effects::FindEffect("joint_compliance");
-  CHECK(EmpiricalCurvesOf(effect).empty());
+  CHECK(diagnosis::EmpiricalCurvesOf(effect).empty());
 }
 
 TEST_CASE("shares that add up to more than 100 % are explained") {

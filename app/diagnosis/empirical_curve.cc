@@ -1,4 +1,4 @@
-#include "app/report/empirical_curve.h"
+#include "app/diagnosis/empirical_curve.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline::report {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kPercent = 100, kMilli = 1e3;  // nodes of joints are in rad or m
@@ -50,7 +50,8 @@ std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effec
       curve.unit = "%";
       factor *= kPercent;
     } else if (name.starts_with("a") || name.starts_with("d")) {
-      curve.meaning = "link " + name.substr(1) + "\u2019s " + name.substr(0, 1);
+      curve.meaning =
+          (name.front() == 'a' ? "length a of link " : "offset d of link ") + name.substr(1);
       curve.unit = "mm";
     } else {
       curve.meaning = "axis" + (name.empty() ? name : " " + name.substr(1));
@@ -65,4 +66,4 @@ std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effec
   return curves;
 }
 
-}  // namespace plumbline::report
+}  // namespace plumbline::diagnosis
