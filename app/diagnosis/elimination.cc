@@ -61,10 +61,6 @@ double Wald(const Refit& refit, const std::vector<int>& places) {
   return values.dot(correlation.ldlt().solve(values));
 }
 
-double CostOf(const Explanation& explanation) {
-  return explanation.score - explanation.chi2;
-}
-
 /// An explanation with one unit less.
 struct Smaller {
   Explanation explanation;
@@ -99,7 +95,7 @@ std::vector<Smaller> SmallerExplanations(const CandidateSet& candidate_set,
   for (const auto& [unit, places] : SizesOfUnits(candidate_set, of)) {
     Smaller& one = smaller.emplace_back();
     one.explanation = candidate_set.FitColumns(ColumnsWithout(candidate_set, of.explanation, unit));
-    one.saved = CostOf(of.explanation) - CostOf(one.explanation);
+    one.saved = of.explanation.prior_and_cost() - one.explanation.prior_and_cost();
     const double wald = Wald(of.refit, places);
     one.excess = wald - one.saved;
     if (wald > kMaxWaldRatio * one.saved) smaller.pop_back();

@@ -19,6 +19,8 @@ struct Explanation {
   double prior = 0;                  ///< sum of (value / plausible)^2
   double score = 0;                  ///< chi2 + (value / plausible)^2 of each column + cost;
                                      ///< -2 ln(evidence) up to a constant
+
+  double prior_and_cost() const { return score - chi2; }
 };
 
 /// Identifies an effect in an explanation: its id and its variant, if it has one ("base", "move").

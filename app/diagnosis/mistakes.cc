@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/diagnosis/artefact_mistakes.h"
 #include "app/diagnosis/column_units.h"
 #include "app/diagnosis/unit_changes.h"
 #include "firmware-like/geometry/angle.h"
@@ -65,20 +66,45 @@ Undo OnPayload(double factor) {
   };
 }
 
+/// A length that rows measure: its columns, and the change of a row by a factor.
+struct MeasuredLength {
+  const char* columns;
+  void (*scale)(table::MeasuredRow& row, double factor);
+  bool (*recorded)(const table::MeasuredRow& row);
+};
+
+constexpr MeasuredLength kMeasuredLengths[] = {
+    {"x_mm, y_mm, z_mm",
+     [](table::MeasuredRow& row, double factor) {
+       if (row.measured_W) *row.measured_W *= factor;
+     },
+     [](const table::MeasuredRow& row) { return row.measured_W.has_value(); }},
+    {"range_mm",
+     [](table::MeasuredRow& row, double factor) {
+       if (row.range_m) *row.range_m *= factor;
+     },
+     [](const table::MeasuredRow& row) { return row.range_m.has_value(); }},
+    {"gauge_mm",
+     [](table::MeasuredRow& row, double factor) {
+       if (row.gauge_m) *row.gauge_m *= factor;
+     },
+     [](const table::MeasuredRow& row) { return row.gauge_m.has_value(); }},
+};
+
 void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
-  const bool range = data.ranges();
-  const std::string columns = range ? "range_mm" : "x_mm, y_mm, z_mm";
   const std::pair<double, const char*> units[] = {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
-  for (const auto& [factor, unit] : units) {
-    const Undo undo = [factor = factor, range](Dataset& changed) {
-      for (table::MeasuredRow& row : changed.table.rows) {
-        if (range && row.range_m) *row.range_m *= factor;
-        if (!range && row.measured_W) *row.measured_W *= factor;
-      }
-    };
-    mistakes.push_back({fmt::format("{} hold {}", columns, unit),
-                        fmt::format("write millimetres (times {:g})", factor), undo});
+  const std::vector<table::MeasuredRow>& rows = data.table.rows;
+  for (const MeasuredLength& length : kMeasuredLengths) {
+    if (std::none_of(rows.begin(), rows.end(), length.recorded)) continue;
+    for (const auto& [factor, unit] : units) {
+      const Undo undo = [factor = factor, scale = length.scale](Dataset& changed) {
+        for (table::MeasuredRow& row : changed.table.rows) scale(row, factor);
+      };
+      mistakes.push_back({fmt::format("{} {} {}", length.columns,
+                                      length.columns[0] == 'x' ? "hold" : "holds", unit),
+                          fmt::format("write millimetres (times {:g})", factor), undo});
+    }
   }
   const auto radians = [cell = data.cell](model::JointVector& q) {
     for (int i = 0; i < cell.robot.size(); ++i) {
@@ -320,6 +346,7 @@ std::vector<Mistake> MistakesOf(const Dataset& data) {
   AddCell(data, mistakes);
   AddPayload(data, mistakes);
   AddShiftedPayloads(data, mistakes);
+  AddArtefactMistakes(data, mistakes);
   AddFrames(data, mistakes);
   return mistakes;
 }

@@ -52,10 +52,6 @@ std::optional<Exchange> ExchangeOf(const std::vector<EffectKey>& answer,
   return exchange;
 }
 
-double CostOf(const Explanation& explanation) {
-  return explanation.score - explanation.chi2;
-}
-
 /// The scope of the last effect of a key.
 std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
   std::vector<std::string> scope;
@@ -185,7 +181,8 @@ class RivalSearch {
   }
 
   double GapOf(const Explanation& other, const Refit& refit) const {
-    return refit.chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
+    return refit.chi2 + other.prior_and_cost() -
+           (context_.searched_chi2 + context_.best.prior_and_cost());
   }
 
   void Keep(const Explanation& other, double gap) {

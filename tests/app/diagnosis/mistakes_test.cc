@@ -94,6 +94,41 @@ TEST_CASE("other units are named") {
             "payload_kg holds pounds", "--sigma-mm 0.01");
 }
 
+TEST_CASE("mistakes in rows on artefacts are named") {
+  using Kind = model::ArtefactKind;
+  const auto on_artefacts = [](MeasuredCell& data) {
+    data.cell.artefacts = {{"dial", Kind::kGauge, Vec3(0.9, 0, 0.8), Vec3(0, 0, 1), {}, 0, false},
+                           {"west", Kind::kPoint, Vec3(-1.5, 0.4, 0.2), {}, {}, 0, false},
+                           {"east", Kind::kPoint, Vec3(1.5, -0.4, 0.9), {}, {}, 0, false}};
+    data.table.recorded.artefact = data.table.recorded.gauge = data.table.recorded.range = true;
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      table::MeasuredRow& row = data.table.rows[k];
+      const model::Artefact& of = data.cell.artefacts[k % 3];
+      row.artefact = of.name;
+      const Vec3 from_place = *row.measured_W - *of.place;
+      if (of.kind == Kind::kGauge) row.gauge_m = of.direction->dot(from_place);
+      if (of.kind == Kind::kPoint) row.range_m = from_place.norm();
+      row.measured_W.reset();
+    }
+  };
+  MeasuredCell data = Clean(1);
+  on_artefacts(data);
+  CHECK(Refusal(data).empty());
+  MeasuredCell spoilt = data;
+  for (table::MeasuredRow& row : spoilt.table.rows) {
+    if (row.gauge_m) *row.gauge_m *= -1;
+  }
+  CHECK_THAT(Refusal(spoilt), Catch::Contains("the gauge dial reads with the opposite sign"));
+  spoilt = data;
+  for (table::MeasuredRow& row : spoilt.table.rows) {
+    if (row.range_m) *row.range_m /= 1000;
+  }
+  CHECK_THAT(Refusal(spoilt), Catch::Contains("range_mm holds metres"));
+  spoilt = data;
+  std::swap(spoilt.cell.artefacts[1].place, spoilt.cell.artefacts[2].place);
+  CHECK_THAT(Refusal(spoilt), Catch::Contains("west and east are swapped"));
+}
+
 TEST_CASE("a column whose unit changes is named with the line of the change") {
   // 48 rows; the first is line 2, so that rows[20] is line 22.
   const auto on_side = [](const std::function<void(table::MeasuredRow&)>& spoil, bool from) {
