@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/explained_effects.h"
@@ -79,6 +81,51 @@ Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
           inflation};
 }
 
+/// Columns of one effect without what the other effects of the explanation explain of them,
+/// orthonormal, shape (residuals, columns).
+Eigen::MatrixXd OwnDirections(const FindingsContext& context, const EffectKey& key) {
+  const CandidateSet& candidate_set = context.candidate_set;
+  const Eigen::MatrixXd& all = candidate_set.columns();
+  std::vector<int> own, others;
+  for (const ColumnIndex column : context.best.columns) {
+    const bool of_effect =
+        KeyOf(candidate_set.blocks()[candidate_set.BlockOfColumn(column)]) == key;
+    (of_effect ? own : others).push_back(column.value());
+  }
+  Eigen::MatrixXd directions = all(Eigen::all, own);
+  if (!others.empty()) {
+    const Eigen::MatrixXd beside = all(Eigen::all, others);
+    directions -= beside * beside.colPivHouseholderQr().solve(directions);
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(directions);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(directions.rows(), qr.rank());
+}
+
+/// Variance of the residual in the directions of an effect, as a multiple of the noise's and at
+/// least 1: with c the clusters and q_c the part of an orthonormal column,
+///   n / (n - p) mean over the columns of sum_c (q_c . r_c)^2
+/// [cluster-robust variance; H. White, Econometrica 48 (1980) 817]. A cause that is not among the
+/// candidates and acts along one joint makes the noise there larger, and imitates effects of that
+/// joint.
+double VarianceAlong(const FindingsContext& context, const EffectKey& key) {
+  const LinearProblem& problem = context.candidate_set.problem();
+  const Eigen::MatrixXd directions = OwnDirections(context, key);
+  if (directions.cols() == 0) return 1;
+  const Eigen::VectorXd residual = context.candidate_set.Residual(context.best);
+  std::map<ClusterIndex, Eigen::VectorXd> sums;
+  for (const FitRowIndex row : problem.rows().indices()) {
+    const auto [sum, added] = sums.try_emplace(problem.data().cluster_of[problem.rows()[row]],
+                                               Eigen::VectorXd::Zero(directions.cols()));
+    sum->second += problem.layout().PartOf(directions, row).transpose() *
+                   problem.layout().PartOf(residual, row);
+  }
+  double square = 0;
+  for (const auto& [cluster, sum] : sums) square += sum.squaredNorm();
+  const double freedom = problem.freedom();
+  const double left = std::max(1.0, freedom - static_cast<double>(context.best.columns.size()));
+  return std::max(1.0, freedom / left * square / static_cast<double>(directions.cols()));
+}
+
 /// Time span of the rows that were not rejected [s].
 model::Interval TimesSeen(const FitProblem& problem) {
   model::Interval seen{1e300, -1e300};
@@ -124,12 +171,13 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   finding.effect = context.refit.model.effects[effect];
   const effects::EffectTerm& term = finding.effect.term;
   const std::vector<int> places = PlacesOf(context.refit, effect);
-  const Removal removal =
-      RemovalOf(context, {std::string(term.effect->traits().id), std::string(term.word)});
+  const EffectKey key{std::string(term.effect->traits().id), std::string(term.word)};
+  const Removal removal = RemovalOf(context, key);
   inflation *= removal.inflation;
   finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
+  const double variance = std::max(inflation, VarianceAlong(context, key));
   finding.p_value = std::min(
-      1.0, removal.trials * statistics::ChiSquareTail(removal.chi2 / inflation, removal.columns));
+      1.0, removal.trials * statistics::ChiSquareTail(removal.chi2 / variance, removal.columns));
   finding.share_of_residual = removal.chi2 / std::max(1e-12, context.candidate_set.chi2_null());
   const Implausible implausible = ImplausibilityOf(data, finding.effect);
   finding.implausible = implausible.sentence;
