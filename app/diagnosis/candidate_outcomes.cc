@@ -69,6 +69,27 @@ std::string OutcomeText(const CandidateOutcome& considered, const std::vector<Ri
                      PercentText(considered.signal_share));
 }
 
+/// Adds a note on effects that are easily confused with the findings, but that these rows cannot
+/// test.
+void NoteUntested(const Candidates& candidates, Diagnosis& diagnosis) {
+  std::vector<std::string> untested;
+  for (const ExcludedCandidate& excluded : candidates.excluded) {
+    const auto confused = [&](const Finding& finding) {
+      const auto& ids = finding.effect.term.effect->traits().confused_with;
+      return std::find(ids.begin(), ids.end(), excluded.id) != ids.end();
+    };
+    if (!excluded.real ||
+        std::none_of(diagnosis.findings.begin(), diagnosis.findings.end(), confused)) {
+      continue;
+    }
+    untested.push_back(fmt::format("{} ({})", EffectName(excluded.id), excluded.reason));
+  }
+  if (untested.empty()) return;
+  diagnosis.notes.push_back(
+      fmt::format("easily confused with the named effects, but not testable with these rows: {}",
+                  Listed(untested)));
+}
+
 }  // namespace
 
 void AddCandidateOutcomes(const FindingsContext& context, const Candidates& candidates,
@@ -91,6 +112,7 @@ void AddCandidateOutcomes(const FindingsContext& context, const Candidates& cand
     considered.reason = OutcomeText(considered, diagnosis.rivals);
     diagnosis.considered.push_back(considered);
   }
+  NoteUntested(candidates, diagnosis);
   for (const ExcludedCandidate& missing : candidates.excluded) {
     CandidateOutcome& considered = diagnosis.considered.emplace_back();
     considered.id = missing.id;

@@ -123,6 +123,21 @@ const char* MissingSignalReason(const Dataset& data, effects::Signal signal) {
   return "";
 }
 
+/// True if an effect may act although the rows lack this signal.
+bool MayActWithout(effects::Signal signal) {
+  switch (signal) {
+    case effects::Signal::kTime:
+    case effects::Signal::kTemperature:
+    case effects::Signal::kVelocity:
+    case effects::Signal::kAcceleration:
+    case effects::Signal::kOrder:
+    case effects::Signal::kBeam:  // a tool that is declared as rigid
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 Candidates CandidatesFor(const Dataset& data) {
@@ -143,7 +158,8 @@ Candidates CandidatesFor(const Dataset& data) {
     const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
                                       [&](effects::Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
-      candidates.excluded.push_back({id, MissingSignalReason(data, *lacking)});
+      candidates.excluded.push_back(
+          {id, MissingSignalReason(data, *lacking), MayActWithout(*lacking)});
       continue;
     }
     if (const ShapeSearch* search = ShapeSearchOf(*effect)) {

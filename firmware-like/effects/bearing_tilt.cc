@@ -20,7 +20,7 @@ struct BearingTiltFormula {
                         .not_of_first = true}},
         .needs = {Signal::kWeight},
         .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
-                          "link_geometry", "payload_cog"},
+                          "link_geometry", "payload_cog", "tool_root_compliance", "tool_stiffness"},
         .per_joint = true,
         .of_arm = true};
   }

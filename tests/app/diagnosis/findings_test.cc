@@ -535,6 +535,25 @@ TEST_CASE("named effects that leave more than replicates scatter do not explain 
   CHECK(Contains(Headline(*diagnosis), "an effect outside the catalogue"));
 }
 
+TEST_CASE("a note names effects that are easily confused with the answer but cannot be tested") {
+  MeasuredCell data =
+      Simulated("--family none --robot ur10 --rows 60 --seed 5 --sigma-mm 0.05 --repeats 0");
+  const auto effect = EffectWith(data.cell, "measurement_scale", {{"scale", 3e-4}});
+  const auto noted = [&] {
+    Remeasure(data, {effect}, 5e-5, 7);
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    REQUIRE(diagnosis->verdict == Verdict::kExplained);
+    return std::any_of(diagnosis->notes.begin(), diagnosis->notes.end(), [](const auto& note) {
+      return Contains(note,
+                      "not testable with these rows: thermal growth (temp_C was not recorded");
+    });
+  };
+  CHECK_FALSE(noted());
+  data.table.recorded.temperature = false;
+  CHECK(noted());
+}
+
 TEST_CASE("the p-value is corrected for the choice of joints") {
   const MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 5");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
