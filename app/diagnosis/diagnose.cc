@@ -9,6 +9,7 @@
 #include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/corrected_model.h"
 #include "app/diagnosis/dataset_preparation.h"
+#include "app/diagnosis/declared_errors.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/diagnosis_stages.h"
@@ -28,7 +29,6 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_change_search.h"
 #include "app/diagnosis/verdict.h"
-#include "app/diagnosis/wrong_tip.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -258,8 +258,13 @@ Result<void> StartedDiagnosis::Identify() {
   found_.emplace(std::move(found).value());
   if (const auto mistake = HiddenMistake(*found_, data_, options_, ProgressBetween(0.35, 0.4)))
     return Error{*mistake};
-  const std::optional<WrongTip> tip = WrongTipOf(*found_);
-  if (tip && tip->certain()) return Error{SentenceOf(*tip, *found_)};
+  const Result<TestedReferences> tested = TestReferences(*found_);
+  if (!tested) return tested.failure();
+  std::optional<DeclaredError> error = DeclaredErrorOf(*found_);
+  // A wrong distance imitates a move of one of its artefacts; it is set aside first.
+  const bool contradicted = !tested->references.contradicting.empty();
+  if (error && error->kind.what == DeclaredErrorKind::What::kMove && contradicted) error.reset();
+  if (error && error->certain()) return Error{SentenceOf(*error, *found_)};
   Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
   if (!fit) return fit.failure();
   fit_.emplace(std::move(fit).value());
@@ -269,14 +274,12 @@ Result<void> StartedDiagnosis::Identify() {
   AddNoise(task(), *found_, declared_->errors, *fit_, diagnosis_);
   Explain(task(), *found_, *fit_, diagnosis_);
   if (task().Interrupted()) return Task::InterruptedError();
-  const Result<TestedReferences> tested = TestReferences(*found_);
-  if (!tested) return tested.failure();
   const bool useful = tested->CorrectionIsUseful(diagnosis_.rms_before_m);
   if (auto checked = CheckReferences(*found_, options_.threads, useful, diagnosis_); !checked) {
     return checked;
   }
   CheckContradictions(*tested, diagnosis_);
-  CheckTips(tip, *found_, diagnosis_);
+  CheckDeclarations(error, *found_, diagnosis_);
   return {};
 }
 

@@ -275,6 +275,37 @@ TEST_CASE("an effect that a single known distance makes is not called explained"
         std::string::npos);
 }
 
+/// Moves the joints of the rows on an artefact, from its `first`-th row on, so that their tips are
+/// shifted in the base frame; returns the line of that row.
+int MoveArtefact(MeasuredCell& data, const std::string& name, int first, const Vec3& shift) {
+  const Dataset dataset = DatasetOf(data);
+  const Result<Linearisation> linear = Linearise(dataset, Model::Declared(dataset), true, 1);
+  REQUIRE(linear);
+  int touches = 0, line = 0;
+  for (const RowIndex row : dataset.row_indices()) {
+    table::MeasuredRow& measured = data.table.rows[row.offset()];
+    if (measured.artefact != name || touches++ < first) continue;
+    if (line == 0) line = measured.line;
+    const Eigen::Matrix3Xd J = linear->gradients[row].leftCols(data.cell.robot.size()).topRows(3);
+    measured.q += J.transpose() * (J * J.transpose()).inverse() * (data.cell.robot.X_WB.R * shift);
+  }
+  REQUIRE(line > 0);
+  return line;
+}
+
+TEST_CASE("an artefact that moved while it was measured is named, with the moment and the shift") {
+  for (const char* family : {"none", "gear_ratio@q3"}) {
+    CAPTURE(family);
+    MeasuredCell data = SocketsWith(family);
+    data.cell.measurement.sigma_m = 5e-5;
+    const int line = MoveArtefact(data, "tool1_0", 5, Vec3(0, 5e-4, 0));
+    const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+    REQUIRE_FALSE(diagnosis);
+    CHECK_THAT(diagnosis.error(), Catch::Contains("the artefact tool1_0 moved by"));
+    CHECK_THAT(diagnosis.error(), Catch::Contains("before line " + std::to_string(line) + ":"));
+  }
+}
+
 TEST_CASE("outliers that are all on one artefact are unknown, not the absence of an effect") {
   MeasuredCell data = SocketsWith("none");
   int relabelled = 0;

@@ -1,0 +1,46 @@
+// Errors of declarations as rivals of every explanation: the tip of one of several tools is wrong,
+// the measured orientation is turned on the tool, or an artefact moved while it was measured.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/diagnosis/declared_error_columns.h"
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/identify.h"
+
+namespace plumbline::diagnosis {
+
+/// An explanation with one such error, which may replace effects of the answer.
+struct DeclaredError {
+  DeclaredErrorKind kind;
+  /// True minus declared tip [m] or the rotation vector [rad], in the flange frame; or the shift of
+  /// the artefact [m], in the frame in which it is declared.
+  Vec3 offset = Vec3::Zero();
+  std::vector<EffectKey> beside;      ///< effects of the answer that it needs
+  std::vector<EffectKey> instead_of;  ///< effects of the answer that it replaces, all or in part
+  double evidence_gap = 0;            ///< its score minus the answer's
+  bool within_noise = false;          ///< it leaves no more than the declared noise
+  double sigma_m = 0;                 ///< noise on one axis
+
+  /// True if the declaration is wrong: better than the answer by kMistakeMargin, and it leaves no
+  /// more than the noise.
+  bool certain() const;
+};
+
+/// The error that fits best beside the effects of the answer, or some of them. It costs as much as
+/// an effect with three parameters, plus the choice of the tool, or of the artefact and the moment.
+/// @return  nullopt if the rows can show no such error, or if nothing is `certain` or explains
+///          effects of the answer so well that it is not ruled out (kRivalGap)
+std::optional<DeclaredError> DeclaredErrorOf(const Identified& found);
+
+/// The mistake and its remedy.
+std::string SentenceOf(const DeclaredError& error, const Identified& found);
+
+/// Adds the checks `tool_tips` and `artefact_moves` of findings whose rows can show such an error.
+/// If there is one, doubts the findings that it would replace, and withholds the correction.
+void CheckDeclarations(const std::optional<DeclaredError>& error, const Identified& found,
+                       Diagnosis& diagnosis);
+
+}  // namespace plumbline::diagnosis
