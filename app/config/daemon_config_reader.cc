@@ -9,10 +9,10 @@
 
 #include "app/config/arm_size.h"
 #include "app/config/cell_reader.h"
+#include "app/config/daemon_config_checks.h"
 #include "app/config/daemon_settings.h"
 #include "app/config/file_kind.h"
 #include "app/config/gauge_reader.h"
-#include "app/config/limits.h"
 #include "app/config/point_reader.h"
 #include "app/config/posture_check.h"
 #include "app/config/required_file.h"
@@ -20,7 +20,6 @@
 #include "app/config/text_file.h"
 #include "drivers/files/package_paths.h"
 #include "firmware-like/deflection/loaded_arm.h"
-#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {
 namespace {
@@ -141,95 +140,6 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
   }
 }
 
-/// Adds a fault if the cell has several tools or payload items, and the controller does not report
-/// which of them is in use.
-void RequireNumbers(const model::CellModel& cell, const robot::RobotProfile& profile,
-                    const TomlTable& root) {
-  const auto robot = root.Table("robot");
-  if (!robot) return;
-  if (cell.tools() > 1 && !profile.tool_number) {
-    robot->AddFault("profile",
-                    fmt::format("reads no tool number, but the cell declares {} [[tool]]; add "
-                                "[tool_number] to it, or leave one tool in the cell",
-                                cell.tools()));
-  }
-  if (!cell.payload_items.empty() && !profile.payload_item) {
-    robot->AddFault("profile", fmt::format("reads no payload item, but the cell declares {} "
-                                           "[[payload.item]]; add [payload_item] to it, or remove "
-                                           "the items from the cell",
-                                           cell.payload_items.size()));
-  }
-}
-
-/// Adds a fault for each payload by tool number whose tool the cell does not declare.
-void CheckPayloadTable(const model::CellModel& cell, const PayloadPolicy& policy,
-                       const TomlTable& root) {
-  const auto payload = root.Table("payload");
-  if (!payload || policy.source != PayloadPolicy::Source::kTable || !cell.tool.number) return;
-  const std::vector<TomlTable> tools = payload->Tables("tool");
-  for (std::size_t k = 0; k < std::min(tools.size(), policy.table.size()); ++k) {
-    const int number = policy.table[k].number;
-    if (number < 0 || loads::ToolIndexOf(cell, number)) continue;
-    tools[k].AddFault("number",
-                      fmt::format("{} is not the number of a [[tool]] of the cell: no point is "
-                                  "corrected with it; declare that tool, or remove this entry",
-                                  number));
-  }
-}
-
-/// Checks that the profile provides everything that the configuration needs from it.
-void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
-  using Source = PayloadPolicy::Source;
-  const robot::RobotProfile& profile = config.robot.connection.profile;
-  const int cell_joints = config.machine.cell.robot.size();
-  const bool push_enabled = config.robot.connection.push.enabled;
-  const auto robot = root.Table("robot");
-  const auto payload = root.Table("payload");
-  const auto push = root.Table("push");
-  const auto joints = static_cast<int>(profile.joints.size());
-  if (cell_known && robot && joints != cell_joints) {
-    robot->AddFault("profile", fmt::format("has {} joints; the cell has {}", joints, cell_joints));
-  }
-  if (config.robot.transport == "replay") {
-    if (push_enabled && push)
-      push->AddFault("enabled", "is not possible with transport \"replay\"");
-    return;
-  }
-  if (config.machine.payload.source == Source::kRobot && !profile.payload_mass) {
-    const std::string what = fmt::format(
-        "the profile {} reads no payload mass; use \"table\" or \"fixed\"", profile.name);
-    if (payload) payload->AddFault("source", "cannot be used: " + what);
-    if (!payload) root.AddWarning("payload", "missing, and " + what);
-  }
-  if (config.machine.payload.source == Source::kTable && !profile.tool_number && payload) {
-    payload->AddFault(
-        "source",
-        fmt::format("requires a tool number, which the profile {} does not read", profile.name));
-  }
-  RequireNumbers(config.machine.cell, profile, root);
-  CheckPayloadTable(config.machine.cell, config.machine.payload, root);
-  if (!push || !push_enabled) return;
-  const int slots = profile.push ? profile.push->slots : 0;
-  if (slots == 0) {
-    push->AddFault("enabled",
-                   fmt::format("requires a [push] table in the profile {}", profile.name));
-  } else if (static_cast<int>(config.push_ids.size()) > slots) {
-    push->AddFault("point_ids", fmt::format("has {} ids; the profile {} has {} slots",
-                                            config.push_ids.size(), profile.name, slots));
-  }
-}
-
-/// PLC server and page cannot share a port.
-void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
-  const std::string &plc = config.plc.tcp.address, &own = config.page.listen;
-  if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
-  if (plc != own && !IsWildcardAddress(plc) && !IsWildcardAddress(own)) return;
-  page.AddFault("port",
-                fmt::format("is the same as [plc] port, and the addresses {} and {} overlap; give "
-                            "the page another port",
-                            plc, own));
-}
-
 /// [monitoring], or [loop], its previous name, which is read for one version.
 std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
   if (!root.Has("loop")) return root.Table("monitoring");
@@ -245,23 +155,51 @@ std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
   return root.Table("loop");
 }
 
-/// A gauge whose readings cannot be recorded, or whose line belongs to another device.
-void CheckGauges(const TomlTable& root, const DaemonConfig& config) {
-  if (config.gauges.empty()) return;
-  if (!config.monitoring.enabled) {
-    root.AddWarning("gauge",
-                    "readings of gauges are not recorded: set enabled = true in [monitoring]");
+/// Reads the cell that the configuration names. @return  the cell file's text, or nothing if it has
+/// faults or is missing
+std::optional<std::string> ReadCell(const TomlTable& root, const NamedFiles& named,
+                                    FaultList& faults, DaemonConfig& config) {
+  const auto file = named.Read(root, "cell", "cells");
+  if (!file) return std::nullopt;
+  config.cell_file = file->first;
+  const auto cell = CellFromText(file->second, file->first, faults);
+  if (!cell) return std::nullopt;
+  config.machine.cell = deflection::CellOfSession(*cell, "");
+  return file->second;
+}
+
+/// Reads every table of the configuration. @param of_others  the faults of the files that it names
+void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
+                FaultList& of_others, DaemonConfig& config) {
+  const model::CellModel* cell = cell_known ? &config.machine.cell : nullptr;
+  if (const auto table = root.RequiredTable("robot")) {
+    config.robot = RobotLinkFromToml(*table, named, of_others);
+    ReadKeys(*table, config.machine.plausibility);
   }
-  for (const GaugeConfig& gauge : config.gauges) {
-    if (gauge.connection.kind != gauge::GaugeKind::kSerial) continue;
-    const std::string& device = gauge.connection.device;
-    const bool of_robot =
-        config.robot.transport == "rtu" && device == config.robot.connection.serial.device;
-    const bool of_plc = config.plc.rtu && device == config.plc.rtu->device;
-    if (of_robot || of_plc) {
-      root.AddFault("gauge", fmt::format("uses {}, which is the line of {}", device,
-                                         of_robot ? "[robot]" : "[plc.rtu]"));
-    }
+  if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
+  if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
+  if (const auto table = root.Table("correction")) ReadKeys(*table, config.machine.limits);
+  if (const auto table = root.Table("cycle")) {
+    Settings keys(*table);
+    ListCycleKeys(keys, config.cycle_period_s);
+  }
+  ReadKeys(root, config, &named);
+  config.machine.points = PointsFromToml(root, cell);
+  if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
+  config.gauges = GaugesFromToml(root, cell);
+  if (const auto table = root.Table("push")) PushFromToml(*table, config);
+  if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
+  config.vision = VisionFromToml(root, named, of_others);
+  const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
+  for (std::size_t k = 0; k < cameras; ++k) {
+    config.machine.required_lenses[k] = config.vision.cameras[k].RequiredForPoints();
+  }
+  if (const auto table = root.Table("overlay")) {
+    config.overlay = OverlayFromToml(*table, named, config.vision);
+  }
+  if (const auto table = root.Table("page")) config.page = PageFromToml(*table);
+  if (const auto table = root.Table("mqtt")) {
+    config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
   }
 }
 
@@ -288,63 +226,13 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   } else if (document.parsed()) {
     const TomlTable root = document.Root();
     const NamedFiles named(file, files, data_directory);
-    bool cell_known = false;
-    std::string cell_text;
-    if (const auto cell_file = named.Read(root, "cell", "cells")) {
-      config.cell_file = cell_file->first;
-      if (auto cell = CellFromText(cell_file->second, cell_file->first, of_others)) {
-        config.machine.cell = deflection::CellOfSession(*cell, "");
-        cell_known = true;
-        cell_text = cell_file->second;
-      }
-    }
-    const auto robot = root.RequiredTable("robot");
-    const double& stale_after_s = config.machine.plausibility.stale_after_s;
-    if (robot) {
-      config.robot = RobotLinkFromToml(*robot, named, of_others);
-      ReadKeys(*robot, config.machine.plausibility);
-    }
-    if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
-    if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
-    if (const auto table = root.Table("correction")) ReadKeys(*table, config.machine.limits);
-    if (const auto table = root.Table("cycle")) {
-      Settings keys(*table);
-      ListCycleKeys(keys, config.cycle_period_s);
-    }
-    ReadKeys(root, config, &named);
-    config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
-    if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
-    config.gauges = GaugesFromToml(root, cell_known ? &config.machine.cell : nullptr);
-    if (const auto table = root.Table("push")) PushFromToml(*table, config);
-    if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
-    CheckGauges(root, config);
-    config.vision = VisionFromToml(root, named, of_others);
-    const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
-    for (std::size_t k = 0; k < cameras; ++k) {
-      config.machine.required_lenses[k] = config.vision.cameras[k].RequiredForPoints();
-    }
-    if (const auto table = root.Table("overlay")) {
-      config.overlay = OverlayFromToml(*table, named, config.vision);
-    }
-    if (const auto table = root.Table("page")) {
-      config.page = PageFromToml(*table);
-      CheckPorts(*table, config);
-    }
-    if (const auto table = root.Table("mqtt")) {
-      config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
-    }
-    if (robot && stale_after_s < config.cycle_period_s) {
-      robot->AddFault("stale_after_ms",
-                      fmt::format("is less than the cycle time of {:g} ms: robot data would always "
-                                  "be stale",
-                                  config.cycle_period_s / kSecondPerMs));
-    }
-    if (!config.robot.connection.profile.joints.empty())
-      CheckAgainstProfile(root, config, cell_known);
+    const std::optional<std::string> cell_text = ReadCell(root, named, of_others, config);
+    ReadTables(root, named, cell_text.has_value(), of_others, config);
+    CheckAcrossTables(root, config, cell_text.has_value());
     document.ReportUnknownKeys();
-    if (cell_known && !own.HasFaults() && !of_others.HasFaults()) {
+    if (cell_text && !own.HasFaults() && !of_others.HasFaults()) {
       // The cell is parsed again so that warnings about its base have a file and line.
-      TomlDocument cell(cell_text, config.cell_file, of_others);
+      TomlDocument cell(*cell_text, config.cell_file, of_others);
       const bool own_base = config.machine.cell.sessions.empty();
       WarnAboutUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
                                 config.machine, postures);

@@ -129,4 +129,27 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
   return solutions;
 }
 
+std::string FailureAdvice(const correction::Correction& correction,
+                          const correction::CorrectionLimits& limits) {
+  switch (correction.code) {
+    case correction::CorrectionCode::kUnreachable:
+      return "no posture reaches it. Check the pose, its frame and the robot's base";
+    case correction::CorrectionCode::kJointLimit:
+      return "every posture that reaches it violates a joint limit. Check min_deg and max_deg, or "
+             "move the station";
+    case correction::CorrectionCode::kSingular:
+      return fmt::format(
+          "the smallest singular value {:.3g} is below correction.min_singular_value {:.3g}. Tilt "
+          "the tool or move the station",
+          correction.singular_value, limits.min_singular_value);
+    case correction::CorrectionCode::kTooLarge:
+      return fmt::format(
+          "{:.1f} mm and {:.2f} deg exceed the limits of [correction]. Check payload, masses and "
+          "compliances",
+          correction.translation_B.norm() / kMetrePerMm, correction.rotation_B.norm() / kRadPerDeg);
+    default:
+      return "check payload, masses and compliances";
+  }
+}
+
 }  // namespace plumbline::config

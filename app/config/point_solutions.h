@@ -43,4 +43,8 @@ struct PointSolution {
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress = {});
 
+/// Why a point has no corrected point, and what to do.
+std::string FailureAdvice(const correction::Correction& correction,
+                          const correction::CorrectionLimits& limits);
+
 }  // namespace plumbline::config

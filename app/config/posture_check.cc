@@ -4,20 +4,18 @@
 
 #include <algorithm>
 #include <bit>
-#include <numbers>
 #include <set>
 
 #include "app/config/limits.h"
 #include "app/config/point_solutions.h"
 #include "app/config/unlikely_values.h"
+#include "app/config/written_rotation.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::config {
 namespace {
 
-constexpr double kMaxAngle_rad = 2 * std::numbers::pi + 1e-3;
-constexpr NumberRange kAsWritten{-100000, 100000};
 /// Bounds the run time: searching for an unreachable point takes milliseconds, and more failures
 /// than these have a common cause.
 constexpr std::size_t kMaxProblems = 50;
@@ -36,42 +34,9 @@ enum Interpretation {
   kInterpretations = 16
 };
 
-bool CouldBeRadians(const std::vector<double>& angles) {
-  const auto small = [](double angle) { return std::abs(angle) <= kMaxAngle_rad; };
-  const auto zero = [](double angle) { return angle == 0; };
-  return std::all_of(angles.begin(), angles.end(), small) &&
-         !std::all_of(angles.begin(), angles.end(), zero);
-}
-
-std::string ListText(const std::vector<double>& values) {
-  std::string text;
-  for (const double value : values) {
-    text += fmt::format("{}{:.5g}", text.empty() ? "" : ", ", value);
-  }
-  return "[" + text + "]";
-}
-
 Vec3 PlaceOf(const TomlTable& table) {
   return table.Vector3("xyz_mm", kPlaceRange).value_or(Vec3::Zero());
 }
-
-/// An orientation as written in the file, in a unit still to be determined.
-struct WrittenRotation {
-  std::vector<double> angles = {0, 0, 0};
-
-  static WrittenRotation Of(const TomlTable& table, std::string_view key) {
-    return {table.Numbers(key, kAsWritten, 3).value_or(std::vector<double>{0, 0, 0})};
-  }
-  Mat3 Rotation(bool radians) const {
-    const Vec3 rpy(angles[0], angles[1], angles[2]);
-    return RotationFromRollPitchYaw(radians ? rpy : Vec3(kRadPerDeg * rpy));
-  }
-  std::string InDegrees() const {
-    std::vector<double> degrees;
-    for (const double angle : angles) degrees.push_back(angle / kRadPerDeg);
-    return ListText(degrees);
-  }
-};
 
 class PostureCheck {
  public:
@@ -340,35 +305,12 @@ class PostureCheck {
 
   void WarnAboutFailure(const TomlTable& table, const correction::AssemblyPoint& point,
                         const std::string& load, const correction::Correction& correction) {
-    std::string why;
-    switch (correction.code) {
-      case correction::CorrectionCode::kUnreachable:
-        if (IsFarAway(config_.cell, point)) return;  // see WarnAboutUnlikelyPoint
-        why = "no posture reaches it. Check the pose, its frame and the robot's base";
-        break;
-      case correction::CorrectionCode::kJointLimit:
-        why =
-            "every posture that reaches it violates a joint limit. Check min_deg and max_deg, or "
-            "move the station";
-        break;
-      case correction::CorrectionCode::kSingular:
-        why = fmt::format(
-            "the smallest singular value {:.3g} is below correction.min_singular_value "
-            "{:.3g}. Tilt the tool or move the station",
-            correction.singular_value, config_.limits.min_singular_value);
-        break;
-      case correction::CorrectionCode::kTooLarge:
-        why = fmt::format(
-            "{:.1f} mm and {:.2f} deg exceed the limits of [correction]. Check payload, "
-            "masses and compliances",
-            correction.translation_B.norm() / kMetrePerMm,
-            correction.rotation_B.norm() / kRadPerDeg);
-        break;
-      default:
-        why = "check payload, masses and compliances";
-    }
+    using enum correction::CorrectionCode;
+    if (correction.code == kUnreachable && IsFarAway(config_.cell, point))
+      return;  // see WarnAboutUnlikelyPoint
     table.AddWarning("xyz_mm", fmt::format("has no corrected point with {} ({}): {}", load,
-                                           Describe(correction.code), why));
+                                           Describe(correction.code),
+                                           FailureAdvice(correction, config_.limits)));
   }
 
   const TomlTable& root_;

@@ -1,4 +1,4 @@
-// Persistent boot counter, stored crash-safe.
+// Counter of the daemon's starts in a file that survives a power cut.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 
 namespace plumbline::scene {
 
-/// Distance or interference of two objects a and b, in W [m].
+/// How far apart two objects a and b are, or how deep they interfere. Lengths in m, vectors in W.
 struct Separation {
   bool touching = false;  ///< the surfaces cross, or one object is entirely inside the other
   bool inside = false;    ///< one object is entirely inside the other

@@ -30,8 +30,8 @@ struct MeshFile {
   std::uint64_t outside_count = 0;
 };
 
-/// Reads one file at a time through `program`. Poll() may exceed its time limit by the time that
-/// checking the mesh takes: about two seconds for two million triangles. The kernel kills the child
+/// Reads one file at a time through `program`. In addition to its wait, Poll() checks a mesh that
+/// has arrived, which takes about two seconds for two million triangles. The kernel kills the child
 /// process when the thread that started it ends. Used by one thread.
 class MeshReader {
  public:

@@ -58,8 +58,8 @@ struct MeasuredTable {
   /// Rows without a usable measurement, in file order: rows with joint values only, and unreadable
   /// ones whose joint values can be read. They count in the order of moves.
   std::vector<MeasuredRow> unmeasured;
-  /// Lines before which the robot made moves that are not in the table, ascending: the last move of
-  /// the first row at or after such a line is unknown.
+  /// Line numbers where moves are missing from the table, ascending. Just before such a line the
+  /// robot made moves that were not recorded, so the last move to the next row is unknown.
   std::vector<int> breaks;
   std::vector<std::string> notes;  ///< repairs of empty cells and lost lines
   /// Largest number of decimals of a joint angle; nullopt if the table was not read from a file, or

@@ -19,8 +19,8 @@ struct SeenTag {
   double contrast = 0;           ///< bright minus dark [grey levels]
 };
 
-/// The same tag if its print is rotated clockwise by `quarters` quarter turns: the corners in the
-/// order of that print.
+/// Renumbers the corners of a tag whose print is rotated clockwise by `quarters` quarter turns, so
+/// that the first corner is again the top left one of the print.
 SeenTag Turned(const SeenTag& tag, int quarters);
 
 struct DetectorSettings {

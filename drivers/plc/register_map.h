@@ -31,7 +31,7 @@ struct PlcMasters {
   std::uint16_t other = 0;  ///< second client that writes commands; 0 without warning::kTwoMasters
 };
 
-/// Values in the registers that are not part of the snapshot.
+/// Register values that describe the daemon itself; the others come from the snapshot.
 struct PlcEnvironment {
   std::uint16_t heartbeat = 0;
   double uptime_s = 0;

@@ -60,7 +60,9 @@ class ModbusClient {
   bool connected() const { return connected_; }
   std::uint64_t connections() const { return connections_; }  ///< established so far
 
-  /// Reads all registers of a block in one request. Requires a connection, as do the two below.
+  /// Read(), Write() and WriteOne() require a connection: call Connect() first.
+  ///
+  /// Reads all registers of a block in one request.
   LinkResult Read(const RegisterBlock& block, std::span<std::uint16_t> words);
   LinkResult Write(int first, std::span<const std::uint16_t> words);  ///< FC16, holding
   LinkResult WriteOne(int address, std::uint16_t word);               ///< FC06, holding

@@ -1,4 +1,4 @@
-// Payload mass: a load that weighs more or less than stated.
+// Payload mass: the payload weighs more or less than its recorded mass.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

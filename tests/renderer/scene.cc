@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 namespace plumbline::renderer {
@@ -12,8 +13,13 @@ constexpr int kSamples = 8;        // per side, in a pixel that an edge may cros
 constexpr int kMotionSteps = 8;    // exposures to average
 constexpr double kUndefined = -1;  // outside all sheets
 
+/// Direction (x, y, 1) in the camera frame.
+struct Ray {
+  double x, y;
+};
+
 /// The camera's ray through a pixel; the distortion is inverted by fixed-point iteration.
-Eigen::Vector2d RayOf(const Camera& c, double u, double v) {
+Ray RayOf(const Camera& c, double u, double v) {
   const double* k = c.distortion;
   const double xd = (u - c.cx) / c.fx, yd = (v - c.cy) / c.fy;
   double x = xd, y = yd;
@@ -35,52 +41,72 @@ Eigen::Vector2d RayOf(const Camera& c, double u, double v) {
 /// 1e-6 px for the lenses used here.
 class Rays {
  public:
-  explicit Rays(const Camera& c) : width_(c.width + 1) {
-    rays_.resize(static_cast<std::size_t>(width_) * (c.height + 1));
+  explicit Rays(const Camera& c) : camera_(c), width_(c.width + 1) {
+    rays_.reserve(static_cast<std::size_t>(width_) * (c.height + 1));
     for (int v = 0; v <= c.height; ++v) {
-      for (int u = 0; u <= c.width; ++u) rays_[Index(u, v)] = RayOf(c, u - 0.5, v - 0.5);
+      for (int u = 0; u <= c.width; ++u) rays_.push_back(RayOf(c, u - 0.5, v - 0.5));
     }
   }
-  Eigen::Vector2d At(int u, int v, double a, double b) const {
-    return (1 - b) * ((1 - a) * rays_[Index(u, v)] + a * rays_[Index(u + 1, v)]) +
-           b * ((1 - a) * rays_[Index(u, v + 1)] + a * rays_[Index(u + 1, v + 1)]);
+  const Camera& camera() const { return camera_; }
+  Ray At(int u, int v, double a, double b) const {
+    const Ray* top = &rays_[static_cast<std::size_t>(v) * width_ + u];
+    const Ray* low = top + width_;
+    const double c = (1 - b) * (1 - a), d = (1 - b) * a, e = b * (1 - a), f = b * a;
+    return {c * top[0].x + d * top[1].x + e * low[0].x + f * low[1].x,
+            c * top[0].y + d * top[1].y + e * low[0].y + f * low[1].y};
   }
 
  private:
-  std::size_t Index(int u, int v) const { return static_cast<std::size_t>(v) * width_ + u; }
+  Camera camera_;
   int width_;
-  std::vector<Eigen::Vector2d> rays_;
+  std::vector<Ray> rays_;
 };
 
-/// Intersection of a ray with the bent sheet, in the sheet's plane coordinates.
-struct Meeting {
-  const Sheet& sheet;
-  Eigen::Vector3d origin_K;
-  Eigen::Matrix3d R_KC;
-
-  Meeting(const Sheet& s, const Eigen::Isometry3d& X_CK)
-      : sheet(s), origin_K(X_CK.inverse().translation()), R_KC(X_CK.linear().transpose()) {}
-
-  Eigen::Vector2d At(const Eigen::Vector2d& ray) const {
-    const Eigen::Vector3d d = R_KC * Eigen::Vector3d(ray.x(), ray.y(), 1);
-    double z = 0;
-    Eigen::Vector2d at;
-    const bool flat = sheet.bow_x == 0 && sheet.bow_y == 0 && sheet.bow_xy == 0;
-    for (int i = 0; i < (flat ? 1 : 6); ++i) {
-      const double t = (z - origin_K.z()) / d.z();
-      at = (origin_K + t * d).head<2>();
-      z = SheetPoint(sheet, at.x(), at.y()).z();
-    }
-    return at;
-  }
-};
-
-double PrintAt(const Sheet& sheet, const Eigen::Vector2d& at) {
-  if (std::abs(at.x() - sheet.centre_x_m) > sheet.half_width_m ||
-      std::abs(at.y() - sheet.centre_y_m) > sheet.half_height_m)
-    return kUndefined;
-  return sheet.print(at.x(), at.y());
+/// The rays of the camera that this thread used last are kept: they take as long as a whole image
+/// with a few tags.
+const Rays& RaysOf(const Camera& camera) {
+  thread_local std::optional<Rays> last;
+  if (!last || last->camera() != camera) last.emplace(camera);
+  return *last;
 }
+
+/// The print where a ray meets the bent sheet. Scalars, since it is called up to 70 times a pixel.
+class Meeting {
+ public:
+  Meeting(const Sheet& sheet, const Eigen::Isometry3d& X_CK)
+      : sheet_(sheet),
+        o_(X_CK.inverse().translation()),
+        R_(X_CK.linear().transpose()),
+        flat_(sheet.bow_x == 0 && sheet.bow_y == 0 && sheet.bow_xy == 0) {}
+
+  double PrintAt(const Ray& ray) const {
+    const double dx = R_(0, 0) * ray.x + R_(0, 1) * ray.y + R_(0, 2);
+    const double dy = R_(1, 0) * ray.x + R_(1, 1) * ray.y + R_(1, 2);
+    const double dz = R_(2, 0) * ray.x + R_(2, 1) * ray.y + R_(2, 2);
+    const auto at = [&](double z) {
+      const double t = (z - o_.z()) / dz;
+      return Ray{o_.x() + t * dx, o_.y() + t * dy};
+    };
+    Ray p = at(0);
+    double z = 0;
+    for (int i = 1; i < 6 && !flat_; ++i) {
+      const double next = SheetPoint(sheet_, p.x, p.y).z();
+      if (std::abs(next - z) < 1e-12) break;
+      z = next;
+      p = at(z);
+    }
+    if (std::abs(p.x - sheet_.centre_x_m) > sheet_.half_width_m ||
+        std::abs(p.y - sheet_.centre_y_m) > sheet_.half_height_m)
+      return kUndefined;
+    return sheet_.print(p.x, p.y);
+  }
+
+ private:
+  const Sheet& sheet_;
+  Eigen::Vector3d o_;  // the camera in frame K
+  Eigen::Matrix3d R_;  // from C to K
+  bool flat_;
+};
 
 struct Box {
   int u0, v0, u1, v1;
@@ -169,7 +195,7 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
   for (int v = box.v0; v < box.v1; ++v) {
     for (int u = box.u0; u < box.u1; ++u) {
       float& pixel = plane[v * camera.width + u];
-      const double first = PrintAt(sheet, meeting.At(rays.At(u, v, 0.5, 0.5)));
+      const double first = meeting.PrintAt(rays.At(u, v, 0.5, 0.5));
       bool edge = false;
       for (const auto& [a, b] : {std::pair{-0.1, -0.1},
                                  {0.5, -0.1},
@@ -179,7 +205,7 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
                                  {-0.1, 1.1},
                                  {0.5, 1.1},
                                  {1.1, 1.1}}) {
-        edge |= PrintAt(sheet, meeting.At(rays.At(u, v, a, b))) != first;
+        edge = edge || meeting.PrintAt(rays.At(u, v, a, b)) != first;
       }
       if (!edge) {
         pixel = grey(first, pixel);
@@ -190,12 +216,18 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
         for (int j = 0; j < kSamples; ++j) {
           // Jittered within its part of the pixel: a fixed grid would shift edges parallel to it.
           const double a = (i + share(jitter)) / kSamples, b = (j + share(jitter)) / kSamples;
-          sum += grey(PrintAt(sheet, meeting.At(rays.At(u, v, a, b))), pixel);
+          sum += grey(meeting.PrintAt(rays.At(u, v, a, b)), pixel);
         }
       }
       pixel = static_cast<float>(sum / (kSamples * kSamples));
     }
   }
+}
+
+/// std::floor is a call into the C library.
+int Floor(double x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < towards_zero ? 1 : 0);
 }
 
 /// A fraction `s` of a rigid motion.
@@ -240,8 +272,8 @@ Camera ZoomLens(double f) {
 
 Print Chessboard(int columns, int rows, double square_m) {
   return [=](double x, double y) {
-    const int i = static_cast<int>(std::floor(x / square_m)) + 1;  // square, from the first one
-    const int j = static_cast<int>(std::floor(y / square_m)) + 1;
+    const int i = Floor(x / square_m) + 1;  // square, from the first one
+    const int j = Floor(y / square_m) + 1;
     const bool margin = i < 0 || j < 0 || i > columns || j > rows;
     return margin || (i + j) % 2 != 0 ? 1.0 : 0.0;
   };
@@ -250,8 +282,8 @@ Print Chessboard(int columns, int rows, double square_m) {
 Print SquareTag(int cells, const std::vector<bool>& white, double side_m) {
   return [=](double x, double y) {
     const double cell = side_m / cells;
-    const int c = static_cast<int>(std::floor(x / cell + 0.5 * cells));
-    const int r = static_cast<int>(std::floor(y / cell + 0.5 * cells));
+    const int c = Floor(x / cell + 0.5 * cells);
+    const int r = Floor(y / cell + 0.5 * cells);
     if (c < 0 || r < 0 || c >= cells || r >= cells) return 1.0;
     return white[static_cast<std::size_t>(r) * cells + c] ? 1.0 : 0.0;
   };
@@ -280,14 +312,14 @@ Print Charuco(int columns, int rows, double square_m, double tag_m, int cells,
     }
   }
   return [=](double x, double y) {
-    const int i = static_cast<int>(std::floor(x / square_m)) + 1;  // square, from the first one
-    const int j = static_cast<int>(std::floor(y / square_m)) + 1;
+    const int i = Floor(x / square_m) + 1;  // square, from the first one
+    const int j = Floor(y / square_m) + 1;
     if (i < 0 || j < 0 || i > columns || j > rows) return 1.0;
     if (!white(i, j)) return 0.0;
     const std::size_t id = ids[static_cast<std::size_t>(j) * (columns + 1) + i];
     const double cell = tag_m / cells;
-    const int c = static_cast<int>(std::floor((x - (i - 0.5) * square_m) / cell + 0.5 * cells));
-    const int r = static_cast<int>(std::floor((y - (j - 0.5) * square_m) / cell + 0.5 * cells));
+    const int c = Floor((x - (i - 0.5) * square_m) / cell + 0.5 * cells);
+    const int r = Floor((y - (j - 0.5) * square_m) / cell + 0.5 * cells);
     if (c < 0 || r < 0 || c >= cells || r >= cells) return 1.0;
     return tags.at(id)[static_cast<std::size_t>(r) * cells + c] ? 1.0 : 0.0;
   };
@@ -315,7 +347,7 @@ Eigen::Vector3d SheetPoint(const Sheet& sheet, double x, double y) {
 Image Render(const Camera& camera, const std::vector<Sheet>& sheets, const Conditions& conditions,
              std::uint64_t seed, const Eigen::Isometry3d& motion_C) {
   std::mt19937_64 random(seed);
-  const Rays rays(camera);
+  const Rays& rays = RaysOf(camera);
   const std::size_t size = static_cast<std::size_t>(camera.width) * camera.height;
   Plane plane(size, static_cast<float>(conditions.background));
   AddClutter(plane, camera, conditions.clutter, random);

@@ -15,6 +15,8 @@ struct Camera {
   int width = 1920, height = 1080;
   double fx = 1700, fy = 1700, cx = 959.5, cy = 539.5;
   double distortion[5] = {0, 0, 0, 0, 0};
+
+  bool operator==(const Camera&) const = default;
 };
 
 /// Pixel of a point in the camera frame (z forward, x right, y down).

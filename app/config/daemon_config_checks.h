@@ -1,0 +1,15 @@
+// Checks of plumbline.toml that involve several of its tables, the cell or the robot profile.
+#pragma once
+
+#include "app/config/daemon_config.h"
+#include "app/config/toml_reader.h"
+
+namespace plumbline::config {
+
+/// Adds faults and warnings to `root` for tables that are valid by themselves but contradict each
+/// other: a port or serial line used twice, a robot profile that reads too little for the payload
+/// or the cell, a robot input that is stale by configuration.
+/// @param cell_known  false: the cell has faults of its own, and `config.machine.cell` is empty
+void CheckAcrossTables(const TomlTable& root, const DaemonConfig& config, bool cell_known);
+
+}  // namespace plumbline::config
