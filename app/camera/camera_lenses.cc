@@ -6,7 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "app/camera/lens_messages.h"
 #include "app/config/utc_text.h"
+#include "app/lens/declaration_names.h"
 #include "app/lens_store/stored_views.h"
 #include "app/printed_digits.h"
 
@@ -26,14 +28,19 @@ lens_store::LensKey LensKeyFor(const CameraIdentity& camera, const FrameContext&
 }  // namespace
 
 CameraLenses::CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
-                           log::LogSink sink)
-    : stores_(stores), zoom_(zoom), sink_(std::move(sink)) {}
+                           const lens::DeclaredFacts& declared, log::LogSink sink)
+    : stores_(stores), zoom_(zoom), declared_(declared), sink_(std::move(sink)) {}
 
 Result<CameraLenses::Found> CameraLenses::Find(const CameraIdentity& camera,
                                                const FrameContext& context) {
-  const auto found = stores_.lenses.Find(LensKeyFor(camera, context),
-                                         {zoom_.zoom_band_counts, zoom_.focus_band_counts});
+  const lens_store::LensKey key = LensKeyFor(camera, context);
+  const lens_store::LensTolerance tolerance{zoom_.zoom_band_counts, zoom_.focus_band_counts};
+  const auto found = stores_.lenses.Find(key, tolerance, declared_);
   if (!found) return Error{found.error()};
+  if (!*found || (*found)->how != lens_store::LensFound::How::kCalibrated) {
+    if (const auto withheld = stores_.lenses.Withheld(key, tolerance, declared_))
+      sink_(LensWithheldEntry(withheld->id, MissingOf(withheld->declared, declared_)));
+  }
   if (!*found) return Found{};
   const lens_store::LensFound& stored = **found;
   auto lens = std::make_shared<ActiveLens>();
@@ -60,6 +67,7 @@ Result<std::int64_t> CameraLenses::Store(const CameraIdentity& camera, const Fra
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);
+  entry.declared = solved.declared;
   entry.corners = lens_store::EncodeViews({solved.board, session.views()});
   if (std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = config::TextOfUtcNow();

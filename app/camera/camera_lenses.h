@@ -20,10 +20,13 @@ class CameraLenses {
     std::shared_ptr<const TagBaseline> baseline;  ///< null for an interpolated lens
   };
 
-  /// @param stores  must outlive this object
-  CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom, log::LogSink sink);
+  /// @param stores    must outlive this object
+  /// @param declared  a lens that was calibrated with other declarations beside these is not used
+  CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
+               const lens::DeclaredFacts& declared, log::LogSink sink);
 
-  /// The lens of a camera for the zoom and focus of `context`.
+  /// The lens of a camera for the zoom and focus of `context`. Logs if the store has one that is
+  /// not used because a declaration was withdrawn.
   Result<Found> Find(const CameraIdentity& camera, const FrameContext& context);
 
   /// Logs an accepted calibration and appends it to the store.
@@ -43,6 +46,7 @@ class CameraLenses {
  private:
   CameraStores& stores_;
   const lens::ZoomSupervisorSettings zoom_;
+  const lens::DeclaredFacts declared_;
   const log::LogSink sink_;
 };
 

@@ -21,15 +21,25 @@ bool SharedLensStore::Open() {
 }
 
 Result<std::optional<lens_store::LensFound>> SharedLensStore::Find(
-    const lens_store::LensKey& key, const lens_store::LensTolerance& tolerance) {
+    const lens_store::LensKey& key, const lens_store::LensTolerance& tolerance,
+    const lens::DeclaredFacts& declared) {
   const std::lock_guard lock(mutex_);
   if (!Open()) return Error{problem_};
-  auto found = store_->Find(key, tolerance);
+  auto found = store_->Find(key, tolerance, declared);
   if (!found) {
     problem_ = found.error();
     store_.reset();
   }
   return found;
+}
+
+std::optional<lens_store::LensEntry> SharedLensStore::Withheld(
+    const lens_store::LensKey& key, const lens_store::LensTolerance& tolerance,
+    const lens::DeclaredFacts& declared) {
+  const std::lock_guard lock(mutex_);
+  if (!Open()) return std::nullopt;
+  auto withheld = store_->Withheld(key, tolerance, declared);
+  return withheld ? *std::move(withheld) : std::nullopt;
 }
 
 Result<std::int64_t> SharedLensStore::Append(const lens_store::LensEntry& entry) {

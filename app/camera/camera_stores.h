@@ -23,7 +23,12 @@ class SharedLensStore {
       : path_(std::move(path)), sink_(std::move(sink)) {}
 
   Result<std::optional<lens_store::LensFound>> Find(const lens_store::LensKey& key,
-                                                    const lens_store::LensTolerance& tolerance);
+                                                    const lens_store::LensTolerance& tolerance,
+                                                    const lens::DeclaredFacts& declared);
+  /// See LensStore::Withheld(). For the log only: nullopt if the store cannot be read.
+  std::optional<lens_store::LensEntry> Withheld(const lens_store::LensKey& key,
+                                                const lens_store::LensTolerance& tolerance,
+                                                const lens::DeclaredFacts& declared);
   Result<std::int64_t> Append(const lens_store::LensEntry& entry);
 
  private:

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "app/lens/declaration_names.h"
 #include "app/printed_digits.h"
 
 namespace plumbline::camera {
@@ -55,6 +56,14 @@ log::LogEntry LensFoundEntry(const ActiveLens& lens) {
           fmt::format("camera: lens interpolated between calibrated zooms, f {:.1f} px +- {:.{}f} "
                       "% (1 sd)",
                       fx_px, sd_percent, DecimalsFor({sd_percent}, 2))};
+}
+
+log::LogEntry LensWithheldEntry(std::int64_t id, const lens::DeclaredFacts& missing) {
+  return {log::Event::kLensStale,
+          fmt::format("camera: lens {} of this zoom is not used: it was calibrated under the "
+                      "declaration {}, which [camera] no longer makes. Calibrate again, or restore "
+                      "the declaration if it is true.",
+                      id, TextOf(missing))};
 }
 
 log::LogEntry PrintsEntry(const std::string& family, bool opencv) {

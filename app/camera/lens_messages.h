@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/camera/tag_check.h"
+#include "app/lens/declared_facts.h"
 #include "app/log/log_entry.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 
@@ -13,6 +14,10 @@ namespace plumbline::camera {
 log::LogEntry TransitionEntry(const lens::ZoomTransition& transition, const std::string& tags);
 
 log::LogEntry LensFoundEntry(const ActiveLens& lens);
+
+/// A stored lens that is not used.
+/// @param missing  the declarations on which it rests and that [camera] no longer makes
+log::LogEntry LensWithheldEntry(std::int64_t id, const lens::DeclaredFacts& missing);
 
 /// The reference tags are read as another library draws them.
 /// @param opencv  as OpenCV draws them, no longer as the AprilTag library does

@@ -18,6 +18,7 @@
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/lens/calibration.h"
+#include "app/lens/declaration_names.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/lens_files.h"
 #include "app/lens_store/lens_store.h"
@@ -49,6 +50,11 @@ Result<std::vector<lens_store::LensEntry>> StoredLenses(const LensListOptions& o
   return store.value().All();
 }
 
+/// "; declared no_window"; empty if nothing is.
+std::string DeclaredWords(const lens::DeclaredFacts& declared) {
+  return declared == lens::DeclaredFacts{} ? "" : "; declared " + TextOf(declared);
+}
+
 std::string Line(const lens_store::LensEntry& entry) {
   const auto number = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
@@ -57,13 +63,13 @@ std::string Line(const lens_store::LensEntry& entry) {
   const int decimals = DecimalsFor({fx_sd}, 2);
   const auto views = lens_store::DecodeViews(entry.corners);
   return fmt::format(
-      "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}\n",
+      "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}{}\n",
       entry.id, entry.utc, entry.key.zoom_counts,
       entry.key.focus_counts ? std::to_string(*entry.key.focus_counts) : "-", entry.lens.fx,
       decimals, fx_sd, decimals,
       entry.uncertainty_px ? fmt::format("{:.2g}", *entry.uncertainty_px) : "-",
       views ? std::to_string(views->views.size()) : "-", number(entry.temp_C, " C"),
-      entry.key.camera_serial, entry.key.mode, entry.board);
+      entry.key.camera_serial, entry.key.mode, entry.board, DeclaredWords(entry.declared));
 }
 
 int List(const LensListOptions& options) {
@@ -72,7 +78,7 @@ int List(const LensListOptions& options) {
   std::cout << ForReading
             << fmt::format("{:>5}  {:<20} {:>6} {:>6} {:>9} {:>7} {:>5} {:>5} {:>7}\n       {}\n",
                            "lens", "time", "zoom", "focus", "fx px", "+-", "sd px", "views",
-                           "temp.", "camera; mode, board");
+                           "temp.", "camera; mode, board; declared");
   for (const lens_store::LensEntry& entry : *lenses) std::cout << Line(entry);
   return kExitOk;
 }
@@ -83,14 +89,16 @@ std::string ComparisonText(const lens_store::LensEntry& stored,
     const int decimals = DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
   };
-  std::string text = fmt::format("lens {} as stored: {}\n", stored.id,
-                                 focal(stored.lens, std::sqrt(stored.covariance(0, 0))));
+  std::string text = fmt::format("lens {} as stored: {}{}\n", stored.id,
+                                 focal(stored.lens, std::sqrt(stored.covariance(0, 0))),
+                                 DeclaredWords(stored.declared));
   if (solved.lens.fx > 0) {
     text += fmt::format(
         "solved again: {}, standard deviation of the projection {:.2g} px; differs from the stored "
-        "lens by at most {:.2g} px over the image\n",
+        "lens by at most {:.2g} px over the image{}\n",
         focal(solved.lens, std::sqrt(solved.covariance(0, 0))), solved.uncertainty.max_px,
-        lens::LargestDifference(solved.lens, stored.lens, stored.size));
+        lens::LargestDifference(solved.lens, stored.lens, stored.size),
+        DeclaredWords(solved.declared));
   }
   text += solved.accepted ? "accepted\n" : "refused:\n";
   for (const std::string& reason : solved.reasons) text += "  " + reason + "\n";

@@ -49,6 +49,13 @@ LensCovariance CovarianceByNoise(const ConsistentFit& fitted) {
                         fitted.fit.covariance.topLeftCorner<kLensCount, kLensCount>());
 }
 
+/// The findings, or what they leave if that is more than they explain.
+std::string FindingsReason(const CaptureDiagnosis& diagnosis, const ConsistentFit& fitted,
+                           const DeclaredFacts& declared) {
+  return diagnosis.explains_little ? UnexplainedWords(fitted.fit, fitted.consistency)
+                                   : ReasonOf(diagnosis, declared);
+}
+
 /// What would make the lens certain where it is not.
 struct Advice {
   std::string words;
@@ -68,7 +75,8 @@ Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
   if (kMinShareOfNoise * result.everywhere_px < by_noise_px ||
       !(by_noise_px <= options.acceptable_px) || NoiseShare(fit, consistency) > kMostlyNoise)
     return {AdviceOnViews(fit, kept, result.size), true};
-  if (!diagnosis.findings.empty()) return {ReasonOf(diagnosis, options.declared), false};
+  if (!diagnosis.findings.empty())
+    return {FindingsReason(diagnosis, fitted, options.declared), false};
   return {UnexplainedWords(fit, consistency), true};
 }
 
@@ -99,7 +107,7 @@ std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiag
                                    double shared) {
   const bool found = !diagnosis.findings.empty();
   if (verdict.displaced || (found && (!verdict.region.acceptable || !verdict.change.empty())))
-    return {ReasonOf(diagnosis, declared)};
+    return {FindingsReason(diagnosis, fitted, declared)};
   // A change that explains little of the residuals is not their cause.
   if (!verdict.change.empty() && !found &&
       NoiseShare(fitted.fit, fitted.consistency) <= kMostlyNoise)

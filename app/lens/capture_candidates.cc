@@ -50,7 +50,8 @@ double SpreadOf(const std::vector<double>& values) {
   return *high - *low;
 }
 
-std::string LocalWords(const Candidate& candidate, const RivalResult& result) {
+/// Words for a lens that differs from view to view, or between two groups of views.
+std::string VariationWords(const Candidate& candidate, const RivalResult& result) {
   if (!candidate.rival.changing.empty()) {
     return fmt::format(
         "the frames show two states of the camera, as if from two cameras or a lens that goes back "
@@ -64,6 +65,9 @@ std::string LocalWords(const Candidate& candidate, const RivalResult& result) {
     shifts_y.push_back(local[kShiftY]);
   }
   const double shift_px = std::hypot(SpreadOf(shifts_x), SpreadOf(shifts_y));
+  const std::vector<int>& local = candidate.rival.local;
+  if (std::find(local.begin(), local.end(), kZoom) == local.end())
+    return fmt::format("the principal point varies from frame to frame by {:.1f} px", shift_px);
   std::string words =
       fmt::format("the focal length varies from frame to frame by {:.2f} %", 100 * SpreadOf(zooms));
   if (shift_px > 0) words += fmt::format(" and the principal point by {:.1f} px", shift_px);
@@ -132,6 +136,7 @@ std::vector<Candidate> ConstantCandidates() {
   uneven_and_stretched.global.insert(uneven_and_stretched.global.end(), {kStretch, kSkew});
   return {{C::kCameraVaries, Local({kZoom})},
           {C::kCameraVaries, Local({kZoom, kShiftX, kShiftY})},
+          {C::kPrincipalPoint, Local({kShiftX, kShiftY})},
           {C::kBoardBends, Local({kBendX, kBendY, kBendXY})},
           {C::kRollingShutter, Global({kVelocityX, kVelocityY, kVelocityZ})},
           {C::kRollingShutter, Local({kVelocityX, kVelocityY})},
@@ -208,9 +213,10 @@ void DescribeFinding(const Candidate& candidate, const RivalResult& result, cons
     case CaptureCause::kFocalLength:
     case CaptureCause::kPrincipalPoint:
       finding.remedy = fmt::format("let the zoom come to rest, {}", fasten);
+      if (finding.words.empty()) finding.words = VariationWords(candidate, result);
       break;
     case CaptureCause::kCameraVaries:
-      finding.words = LocalWords(candidate, result);
+      finding.words = VariationWords(candidate, result);
       finding.remedy = fmt::format("use the frames of one camera, {}", fasten);
       break;
     case CaptureCause::kBoardBends:

@@ -25,6 +25,7 @@ constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
 constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
+constexpr double kMostlyNoise = 2;     // variance of the residuals, in units of the noise
 
 /// One fitted explanation.
 struct Attempt {
@@ -254,7 +255,36 @@ void AddCredibleBesideBoard(const Attempts& attempts, const DeclaredFacts& decla
   }
 }
 
+/// Whether two causes are the same to whoever repeats the capture, with one remedy: a lens that
+/// moved, whatever changed in it, or a print that is not true to size.
+bool SameToTheUser(CaptureCause a, CaptureCause b) {
+  const auto family = [](CaptureCause cause) {
+    if (cause == CaptureCause::kPrincipalPoint || cause == CaptureCause::kCameraVaries)
+      return CaptureCause::kFocalLength;
+    return cause == CaptureCause::kStretchedPrint ? CaptureCause::kUnevenPrint : cause;
+  };
+  return family(a) == family(b);
+}
+
+/// A step in the print is not a smooth function of the place, so that the fitted terms leave a part
+/// of it: whether the free points of the board leave nothing. Otherwise nothing is adopted.
+/// @param most_px2  largest variance of a coordinate that counts as nothing
+void CompleteWithFreeBoard(double most_px2, CaptureDiagnosis& diagnosis) {
+  if (diagnosis.adopted.empty() || 0.5 * std::pow(diagnosis.adopted.front().rms_px, 2) > most_px2) {
+    diagnosis.adopted.clear();
+    return;
+  }
+  diagnosis.incomplete = diagnosis.explains_little = false;
+}
+
 }  // namespace
+
+bool CaptureDiagnosis::clear() const {
+  return !incomplete && !findings.empty() &&
+         std::all_of(findings.begin(), findings.end(), [this](const Finding& finding) {
+           return SameToTheUser(finding.cause, findings.front().cause);
+         });
+}
 
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
@@ -283,11 +313,16 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
+  const double left_px2 = first.result.square_sum_px2 - noise2 * plain.observations;
+  diagnosis.explains_little =
+      first.result.square_sum_px2 > kMostlyNoise * noise2 * plain.observations &&
+      left_px2 > plain.square_sum_px2 - first.result.square_sum_px2;
   std::vector<const Attempt*> others =
       AddFindings(attempts, LensFromShared(fit.shared), size, diagnosis);
   if (IsBoard(first.finding.cause)) AddCredibleBesideBoard(attempts, declared, others);
-  if (!diagnosis.incomplete)
+  if (!diagnosis.incomplete || IsBoard(first.finding.cause))
     diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
+  if (diagnosis.incomplete) CompleteWithFreeBoard(kMaxUnexplained * noise2, diagnosis);
   return diagnosis;
 }
 

@@ -48,7 +48,11 @@ struct CaptureDiagnosis {
   RadiusErrors contained_px{};
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
-  bool clear() const { return findings.size() == 1 && !incomplete; }
+  /// The best explanation leaves smooth displacements beyond the noise that are larger than those
+  /// it explains.
+  bool explains_little = false;
+  /// Whether the findings name one cause, though perhaps in several ways.
+  bool clear() const;
 };
 
 /// Fits the rivals that a score test finds significant, each to the same corners of all views, and

@@ -11,7 +11,9 @@ namespace plumbline::lens {
 namespace {
 
 constexpr int kMaxPoints = 64;  // of a board
-constexpr int kMaxSteps = 12, kMaxTrials = 6;
+// A window, a stretch of a long lens's print and the distance of the board nearly cancel, so that
+// twelve steps are too few; fits with parameters of each view take several times as long each.
+constexpr int kMaxSteps = 40, kMaxLocalSteps = 20, kMaxTrials = 6;
 constexpr double kConverged = 2e-4;     // relative decrease of the cost
 constexpr double kSquareAspect = 3e-4;  // standard deviation of fx / fy of an unscaled sensor
 constexpr double kFreeAspect = 0.1;
@@ -221,7 +223,8 @@ RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
   double cost = 0, damping = 1e-8;
   if (!Evaluate(rival, at, cost)) return at;
   std::vector<Blocks> blocks;
-  for (int step = 0; step < kMaxSteps; ++step) {
+  const int most = rival.local.empty() ? kMaxSteps : kMaxLocalSteps;
+  for (int step = 0; step < most; ++step) {
     if (!Linearize(rival, at, blocks)) return at;
     const NormalEquations normal = NormalEquationsOf(rival, at, blocks);
     const double before = cost;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "app/lens/declaration_names.h"
 #include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline::lens_store {
@@ -65,6 +66,9 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   hash.Add(entry.temp_C);
   hash.Add(entry.utc);
   hash.Add(std::string(entry.corners.begin(), entry.corners.end()));
+  // Entries of schema 3 have no declarations.
+  const std::string declared = TextOf(entry.declared);
+  if (!declared.empty()) hash.Add(declared);
   return hash.value();
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lens/declared_facts.h"
 #include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::lens_store {
@@ -24,6 +25,7 @@ struct LensEntry : lens::KnownLens {
   double rms_px = 0;                     ///< reprojection error, RMS distance per corner
   std::optional<double> uncertainty_px;  ///< worst projection uncertainty in the image, 1 sd
   std::string board;                     ///< description of the board
+  lens::DeclaredFacts declared{};        ///< on which the uncertainty rests
   /// Shift of the entrance pupil along the axis relative to the first entry. Not measured by the
   /// daemon: each lens has its own camera pose from the reference tags, which absorbs it.
   std::optional<double> pupil_shift_m;

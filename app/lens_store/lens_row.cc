@@ -23,12 +23,18 @@ std::int32_t ToInt32(std::int64_t value) {
 constexpr const char* kSelectSchema1 =
     "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
     " k2, p1, p2, k3, covariance, rms_px, board, nullif(pupil_shift_m, 0), temp_C, corners,"
-    " checksum, id, NULL, NULL, NULL FROM lens_of_schema_1 ORDER BY id";
+    " checksum, id, NULL, NULL, NULL, 0, 0 FROM lens_of_schema_1 ORDER BY id";
 
 /// The columns that schema 3 adds.
 constexpr const char* kAddToSchema2 = R"(
 ALTER TABLE lens ADD COLUMN usable_radius_px REAL;
 ALTER TABLE lens ADD COLUMN more_distortion TEXT;
+)";
+
+/// The columns that schema 4 adds.
+constexpr const char* kAddToSchema3 = R"(
+ALTER TABLE lens ADD COLUMN no_window INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE lens ADD COLUMN fixed_focus INTEGER NOT NULL DEFAULT 0;
 )";
 
 constexpr const char* kRenameSchema1 = R"(
@@ -54,7 +60,8 @@ CREATE TABLE lens (
   corners BLOB NOT NULL, checksum INTEGER NOT NULL,
   uncertainty_px REAL,  -- of the projection at its worst place, one standard deviation
   usable_radius_px REAL,  -- null: the whole image
-  more_distortion TEXT  -- null, or k4, k5, k6, s1, s2, s3, s4 and 1 for a fisheye
+  more_distortion TEXT,  -- null, or k4, k5, k6, s1, s2, s3, s4 and 1 for a fisheye
+  no_window INTEGER NOT NULL DEFAULT 0, fixed_focus INTEGER NOT NULL DEFAULT 0  -- 1: declared
 );
 CREATE INDEX lens_of_camera ON lens (camera_serial, mode);
 CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens
@@ -66,13 +73,13 @@ CREATE TRIGGER lens_is_not_removed BEFORE DELETE ON lens
 const char* const kInsertLens =
     "INSERT INTO lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy,"
     " cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
-    " checksum, uncertainty_px, id, usable_radius_px, more_distortion) VALUES"
-    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " checksum, uncertainty_px, id, usable_radius_px, more_distortion, no_window, fixed_focus)"
+    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 const char* const kSelectLens =
     "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
     " k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners, checksum, id,"
-    " uncertainty_px, usable_radius_px, more_distortion FROM lens";
+    " uncertainty_px, usable_radius_px, more_distortion, no_window, fixed_focus FROM lens";
 
 namespace {
 
@@ -108,6 +115,12 @@ std::optional<std::string> MoreDistortion(const lens::Lens& lens) {
   Eigen::Matrix<double, kMoreParameters + 1, 1> values;
   values << lens::VectorOfLens(lens).tail<kMoreParameters>(), lens.fisheye ? 1 : 0;
   return JsonOfNumbers(values);
+}
+
+/// @return  false if it is neither 0 nor 1
+bool ReadFlag(const sqlite::Statement& row, int column, bool& flag) {
+  flag = row.Integer(column) == 1;
+  return flag || row.Integer(column) == 0;
 }
 
 /// @return  false if the columns of the lens or of its covariance are damaged
@@ -159,6 +172,8 @@ bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   statement.Bind(26, std::isfinite(entry.usable_radius_px) ? std::optional(entry.usable_radius_px)
                                                            : std::nullopt);
   statement.Bind(27, MoreDistortion(entry.lens));
+  statement.Bind(28, std::int64_t{entry.declared.no_window});
+  statement.Bind(29, std::int64_t{entry.declared.fixed_focus});
   return statement.Run();
 }
 
@@ -170,7 +185,9 @@ std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row) {
   entry.key.zoom_counts = ToInt32(row.Integer(3));
   if (!row.IsNull(4)) entry.key.focus_counts = ToInt32(row.Integer(4));
   entry.size = {ToInt32(row.Integer(5)), ToInt32(row.Integer(6))};
-  if (!ReadLens(row, entry)) return std::nullopt;
+  const bool sound = ReadLens(row, entry) && ReadFlag(row, 27, entry.declared.no_window) &&
+                     ReadFlag(row, 28, entry.declared.fixed_focus);
+  if (!sound) return std::nullopt;
   entry.rms_px = row.Number(17);
   entry.board = row.Text(18);
   entry.pupil_shift_m = row.OptionalNumberAt(19);
@@ -201,8 +218,9 @@ Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version,
     return Error{database.path() + ": cannot be migrated to this schema: " + database.Problem()};
   };
   const std::string mark = fmt::format("PRAGMA user_version={}", kLensSchemaVersion);
-  if (version == 2) {
-    if (!database.Run(kAddToSchema2) || !database.Run(mark.c_str())) return failed();
+  if (version == 2 || version == 3) {
+    if (version == 2 && !database.Run(kAddToSchema2)) return failed();
+    if (!database.Run(kAddToSchema3) || !database.Run(mark.c_str())) return failed();
     return {};
   }
   if (version != 1) return {};

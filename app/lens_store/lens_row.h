@@ -13,10 +13,11 @@ extern const char* const kLensSchema;
 extern const char* const kInsertLens;
 extern const char* const kSelectLens;  ///< all rows, unordered
 
-inline constexpr int kLensSchemaVersion = 3;
+inline constexpr int kLensSchemaVersion = 4;
 /// Migrates the tables of an older version within the caller's transaction. Every lens retains its
 /// id. Schema 1 stored a pupil shift that had not been measured (0) and no uncertainty; schema 2
-/// lenses of five distortion coefficients only, which are trusted in the whole image.
+/// lenses of five distortion coefficients only, which are trusted in the whole image; schema 3 no
+/// declarations, which its lenses lack.
 /// @param damaged  set to true if a row fails its checksum
 /// @return         an error if that happens or the database fails
 Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged);

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/lens/declaration_names.h"
 #include "app/lens_store/lens_row.h"
 #include "app/sqlite/store_identity.h"
 #include "drivers/os/file_writing.h"
@@ -235,9 +236,33 @@ std::vector<LensEntry> LensStore::CurveNodes(std::vector<LensEntry> entries, con
   return nodes;
 }
 
-Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
-                                                 const LensTolerance& tolerance) {
+Result<std::optional<LensEntry>> LensStore::Withheld(const LensKey& key,
+                                                     const LensTolerance& tolerance,
+                                                     const lens::DeclaredFacts& declared) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
+  if (!entries) return entries.failure();
+  std::erase_if(entries.value(),
+                [&declared](const LensEntry& entry) { return Includes(declared, entry.declared); });
+  for (LensEntry& node : CurveNodes(std::move(entries).value(), key, tolerance)) {
+    if (std::abs(std::int64_t{node.key.zoom_counts} - key.zoom_counts) <= tolerance.zoom_counts)
+      return std::optional(std::move(node));
+  }
+  return std::optional<LensEntry>();
+}
+
+Result<std::vector<LensEntry>> LensStore::Usable(const LensKey& key,
+                                                 const lens::DeclaredFacts& declared) {
+  Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
+  if (!entries) return entries;
+  std::erase_if(entries.value(), [&declared](const LensEntry& entry) {
+    return !Includes(declared, entry.declared);
+  });
+  return entries;
+}
+
+Result<std::optional<LensFound>> LensStore::Find(const LensKey& key, const LensTolerance& tolerance,
+                                                 const lens::DeclaredFacts& declared) {
+  Result<std::vector<LensEntry>> entries = Usable(key, declared);
   if (!entries) return entries.failure();
   const std::vector<LensEntry> nodes = CurveNodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
@@ -278,8 +303,9 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
 Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
                                                      const LensTolerance& tolerance,
                                                      std::int32_t lowest, std::int32_t highest,
-                                                     int count, double good_enough) {
-  Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
+                                                     int count, double good_enough,
+                                                     const lens::DeclaredFacts& declared) {
+  Result<std::vector<LensEntry>> entries = Usable(key, declared);
   if (!entries) return entries.failure();
   std::vector<lens::LensNode> nodes;
   for (const LensEntry& node : CurveNodes(std::move(entries).value(), key, tolerance)) {

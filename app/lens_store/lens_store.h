@@ -61,13 +61,20 @@ class LensStore {
   Result<std::int64_t> Count();
 
   /// The newest entry within the tolerance; otherwise the curve through the newest entry of each
-  /// zoom at that focus; otherwise nullopt. An entry without focus matches any.
-  Result<std::optional<LensFound>> Find(const LensKey& key, const LensTolerance& tolerance);
+  /// zoom at that focus; otherwise nullopt. An entry without focus matches any. An entry whose
+  /// uncertainty rests on a fact that is not among `declared` is left out.
+  /// @param declared  what is declared of the camera now
+  Result<std::optional<LensFound>> Find(const LensKey& key, const LensTolerance& tolerance,
+                                        const lens::DeclaredFacts& declared = {});
+  /// The newest entry within the tolerance that Find() leaves out because of its declarations.
+  Result<std::optional<LensEntry>> Withheld(const LensKey& key, const LensTolerance& tolerance,
+                                            const lens::DeclaredFacts& declared);
 
   /// Zooms to calibrate next, the most useful first; see LensCurve::Propose().
   Result<std::vector<std::int32_t>> Propose(const LensKey& key, const LensTolerance& tolerance,
                                             std::int32_t lowest, std::int32_t highest, int count,
-                                            double good_enough);
+                                            double good_enough,
+                                            const lens::DeclaredFacts& declared = {});
 
  private:
   explicit LensStore(sqlite::Database database)
@@ -75,6 +82,8 @@ class LensStore {
   static Result<LensStore> OpenVerified(const std::string& path, bool& damaged);
   Result<std::vector<LensEntry>> Read(const std::optional<std::string>& camera_serial,
                                       const std::string& mode);
+  /// The entries whose declarations are among `declared`.
+  Result<std::vector<LensEntry>> Usable(const LensKey& key, const lens::DeclaredFacts& declared);
   /// The newest entry of each zoom; entries with another focus are omitted.
   static std::vector<LensEntry> CurveNodes(std::vector<LensEntry> entries, const LensKey& key,
                                            const LensTolerance& tolerance);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/lens/declaration_names.h"
+
 namespace plumbline::lens_store {
 namespace {
 
@@ -30,6 +32,7 @@ std::string WriteAll(const LensEntry& entry, Form form) {
   }
   if (entry.key.focus_counts) form.Number("focus_counts", *entry.key.focus_counts);
   if (entry.lens.fisheye) form.Number("fisheye", 1);
+  if (entry.declared != lens::DeclaredFacts{}) form.Text("declared", TextOf(entry.declared));
   if (!UsableEverywhere(entry)) form.Real("usable_radius_px", entry.usable_radius_px);
   const Eigen::Index count = ModelOf(entry.lens) == lens::LensModel::kUsual ? lens::kUsualParameters
                                                                             : lens::kLensParameters;

@@ -86,11 +86,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static sqlite::Database rows = Opened(
       "CREATE TABLE lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx,"
       " fy, cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
-      " checksum, uncertainty_px, id INTEGER PRIMARY KEY, usable_radius_px, more_distortion)");
+      " checksum, uncertainty_px, id INTEGER PRIMARY KEY, usable_radius_px, more_distortion,"
+      " no_window, fixed_focus)");
   Require(rows.Run("DELETE FROM lens"));
   Values values({data, size});
   sqlite::Statement insert(rows.get(), lens_store::kInsertLens);
-  for (int column = 1; column <= 27; ++column) {
+  for (int column = 1; column <= 29; ++column) {
     if (column != 25) values.BindNext(insert, column);  // the id is assigned
   }
   Require(insert.Run());

@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/camera/camera_lenses.h"
 #include "tests/app/camera/reference_tag_scene.h"
+#include "tests/app/temporary_folder.h"
 
 namespace plumbline::lens_supervisor_test {
 
@@ -369,6 +371,39 @@ TEST_CASE("a lens found late, after the verification timed out, is still used") 
 TEST_CASE("the calibration relies on what is declared of its camera") {
   const BoardSettings settings = BoardSettingsFrom({}, {.no_window = true, .fixed_focus = false});
   CHECK(settings.options.declared == lens::DeclaredFacts{true, false});
+}
+
+TEST_CASE("a stored lens is not used after its declaration was withdrawn; the log says so") {
+  const TemporaryFolder folder;
+  {
+    auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");
+    lens_store::LensEntry entry;
+    entry.key = {"camera", "mode", 100, std::nullopt};
+    entry.lens.fx = entry.lens.fy = 1000;
+    entry.covariance(0, 0) = 1;
+    entry.size = {1920, 1080};
+    entry.utc = "2026-01-01T00:00:00Z";
+    entry.declared = {.no_window = true, .fixed_focus = true};
+    REQUIRE(store.value().Append(entry));
+  }
+  std::vector<std::string> log;
+  const auto sink = [&log](const log::LogEntry& entry) { log.push_back(entry.text); };
+  CameraStores stores(folder.path(), {}, sink);
+  const CameraIdentity camera{"camera", "mode"};
+  FrameContext context;
+  context.zoom_counts = 100;
+  CameraLenses same(stores, {}, {.no_window = true, .fixed_focus = true}, sink);
+  const auto found = same.Find(camera, context);
+  REQUIRE((found && found->lens));
+  CHECK(found->lens->id == 1);
+  CHECK(log.empty());
+  CameraLenses less(stores, {}, {.no_window = true, .fixed_focus = false}, sink);
+  const auto none = less.Find(camera, context);
+  REQUIRE(none);
+  CHECK(none->lens == nullptr);
+  REQUIRE(log.size() == 1);
+  CHECK_THAT(log[0], Catch::Contains("lens 1 of this zoom is not used") &&
+                         Catch::Contains("under the declaration fixed_focus, which"));
 }
 
 }  // namespace plumbline::lens_supervisor_test

@@ -39,6 +39,7 @@ void Fill(const std::string& path) {
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(board);
   entry.temp_C = 23.5;
+  entry.declared.no_window = true;
   entry.utc = "2026-01-01T00:00:00Z";
   entry.corners = lens_store::EncodeViews({board, views});
   auto store = lens_store::LensStore::Open(path);
@@ -62,14 +63,18 @@ TEST_CASE("lenses are listed, and solved again from their views") {
 
   const Answer list = RunLens("list" + where);
   CHECK(list.exit_code == 0);
-  CHECK_THAT(list.out, Catch::Contains("SN-1; GREY 1920x1080@20, chessboard 17x11, 10 mm") &&
+  CHECK_THAT(list.out, Catch::Contains("SN-1; GREY 1920x1080@20, chessboard 17x11, 10 mm; declared "
+                                       "no_window\n") &&
                            Catch::Contains("23.50 C") && Catch::Contains(" 20 "));
 
   const Answer solved = RunLens("solve 1 --no-window --json " + out + where);
   INFO(solved.err);
   CHECK(solved.exit_code == 0);
-  CHECK_THAT(solved.out,
-             Catch::Contains("accepted") && Catch::Contains("differs from the stored lens by"));
+  CHECK_THAT(solved.out, Catch::Contains("accepted") &&
+                             Catch::Contains("differs from the stored lens by") &&
+                             Catch::Contains("over the image; declared no_window\n"));
+  CHECK_THAT(solved.out.substr(0, solved.out.find('\n')),
+             Catch::StartsWith("lens 1 as stored: f ") && Catch::EndsWith("; declared no_window"));
   const auto json = text::JsonOrNull(test::FileText(out));
   CHECK(json["accepted"] == true);
   CHECK(json["declared"].dump() == "[\"no_window\"]");

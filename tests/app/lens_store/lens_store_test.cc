@@ -202,6 +202,59 @@ TEST_CASE("Find: newest entry of the zoom, else the curve, else nothing") {
   CHECK((*proposed)[0] == 16384);  // the end that was never calibrated
 }
 
+TEST_CASE("a lens is not used once a declaration on which it rests is withdrawn") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/lenses.sqlite";
+  const LensTolerance tolerance{2, 4};
+  const LensKey key = EntryAt(1000, 1).key;
+  const lens::DeclaredFacts no_window{.no_window = true, .fixed_focus = false};
+  const lens::DeclaredFacts both{.no_window = true, .fixed_focus = true};
+  const auto keep = [&](double fx, const lens::DeclaredFacts& declared) {
+    LensStore store = Opened(path);
+    LensEntry entry = EntryAt(1000, fx);
+    entry.declared = declared;
+    Keep(store, entry);
+  };
+  keep(1520, both);
+  LensStore store = Opened(path);
+  REQUIRE((*store.All())[0].declared == both);
+  CHECK((*store.Find(key, tolerance, both))->entry.lens.fx == 1520);
+  CHECK_FALSE(*store.Find(key, tolerance, no_window));
+  CHECK_FALSE(*store.Find(key, tolerance));
+  CHECK((*store.Withheld(key, tolerance, no_window))->id == 1);
+  CHECK_FALSE(*store.Withheld(key, tolerance, both));
+  // One that rests on less is used instead, although it is older than another.
+  keep(1500, {});
+  keep(1510, no_window);
+  CHECK((*store.Find(key, tolerance))->entry.lens.fx == 1500);
+  CHECK((*store.Find(key, tolerance, no_window))->entry.lens.fx == 1510);
+  CHECK((*store.Find(key, tolerance, both))->entry.lens.fx == 1510);
+  LensKey elsewhere = key;
+  elsewhere.zoom_counts = 2000;
+  CHECK_FALSE(*store.Withheld(elsewhere, tolerance, {}));
+}
+
+TEST_CASE("a damaged declaration is found by the checksum") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/lenses.sqlite";
+  {
+    LensStore store = Opened(path);
+    LensEntry entry = EntryAt(1000, 1500);
+    entry.declared.no_window = true;
+    Keep(store, entry);
+  }
+  for (const char* change : {"no_window = 0", "no_window = 2", "fixed_focus = 1"}) {
+    CAPTURE(change);
+    {
+      auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
+      REQUIRE(database.value().Run("DROP TRIGGER lens_is_not_changed"));
+      REQUIRE(database.value().Run(fmt::format("UPDATE lens SET {}", change).c_str()));
+    }
+    const LensStore restored = Opened(path);
+    CHECK_THAT(restored.notice(), Catch::Contains("fails its checksum"));
+  }
+}
+
 TEST_CASE("a damaged file is moved aside and replaced by the backup with every lens") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
@@ -316,7 +369,8 @@ TEST_CASE("damaged without an intact backup, or not a lens store: nothing is tou
   {
     auto database = sqlite::Database::Open(newer, sqlite::Database::Mode::kWrite);
     REQUIRE(database);
-    REQUIRE(database.value().Run("PRAGMA user_version=4"));
+    REQUIRE(database.value().Run(
+        fmt::format("PRAGMA user_version={}", kLensSchemaVersion + 1).c_str()));
   }
   const auto future = LensStore::Open(newer);
   REQUIRE_FALSE(future.ok());

@@ -19,6 +19,7 @@ TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   entry.size = {1920, 1080};
   entry.rms_px = 0.1;
   entry.utc = "2026-11-21T07:30:00Z";
+  entry.declared = {true, true};
   for (const bool yaml : {true, false}) {
     CAPTURE(yaml);
     const std::string text = yaml ? OpenCvYaml(entry) : OpenCvXml(entry);
@@ -50,6 +51,7 @@ TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
     CHECK(static_cast<int>(file["zoom_counts"]) == 0x1606);
     CHECK(static_cast<int>(file["focus_counts"]) == -5);
     CHECK(static_cast<std::string>(file["calibration_time"]) == entry.utc);
+    CHECK(static_cast<std::string>(file["declared"]) == "no_window, fixed_focus");
     CHECK(static_cast<std::string>(file["camera_serial"]) == entry.key.camera_serial);
   }
 }

@@ -39,6 +39,8 @@ void CheckLens(const LensEntry& entry, int number, int schema) {
   if (number == 2) CHECK(entry.pupil_shift_m == 0.0021);
   CHECK(entry.temp_C.has_value() == (number == 2));
   CHECK(entry.uncertainty_px.has_value() == (schema >= 2));
+  const bool declared = schema >= 4 && number == 1;
+  CHECK(entry.declared == lens::DeclaredFacts{.no_window = declared, .fixed_focus = false});
   CHECK(entry.corners == std::vector<std::uint8_t>{0, 1, 255, static_cast<std::uint8_t>(number)});
 }
 
