@@ -80,7 +80,7 @@ std::vector<std::string> StaleReasons(const ViewFacts& facts,
   const view_link::ViewState& state = *facts.state;
   std::vector<std::string> reasons;
   if (facts.now_s - state.now_s > kStateOld_s) {
-    reasons.push_back("last data from plumblined " + AgeText(facts.now_s - state.now_s));
+    return {"last data from plumblined " + AgeText(facts.now_s - state.now_s)};
   }
   if (facts.model == nullptr)
     reasons.emplace_back("configuration or model unreadable, see the log");
