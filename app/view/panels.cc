@@ -98,7 +98,9 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
 std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
   const Carriers& carriers = facts.carriers[k];
   std::vector<PanelLine> lines;
-  if (!carriers.world) {
+  if (!facts.state->cameras[k].lens) {
+    lines.push_back({"no poses without a lens", Tone::kAttention});
+  } else if (!carriers.world) {
     lines.push_back({"cell tags not seen yet", Tone::kAttention});
   } else if (carriers.world->stale) {
     lines.push_back({"cell tags not visible", Tone::kAttention});

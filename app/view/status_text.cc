@@ -63,7 +63,7 @@ std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t 
   } else if (camera.image && !camera.lens) {
     reasons.emplace_back("no lens for the image");
   }
-  if (camera.image && !carriers.world) {
+  if (camera.image && camera.lens && !carriers.world) {  // without a lens nothing is placed
     reasons.emplace_back("cell tags not seen yet");
   } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
              !carriers.image_stale) {

@@ -205,6 +205,15 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
     CHECK(drawn.Says("(7 of 20 views)"));
   }
+  SECTION("no lens: tags may be in the image, but nothing is placed") {
+    ViewScene scene;
+    scene.state.cameras[0].status.state = lens::ZoomState::kStale;
+    scene.state.cameras[0].status.reason = lens::ZoomReason::kNoLens;
+    scene.state.cameras[0].lens.reset();
+    const Drawn drawn(scene, {1280, 720});
+    CHECK(drawn.Says("STALE: lens stale"));
+    CHECK_FALSE(drawn.Says("not seen yet"));
+  }
   SECTION("alarm") {
     ViewScene scene;
     scene.state.alarms = alarm::kRobotStale;
