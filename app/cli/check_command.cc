@@ -14,7 +14,6 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
 #include "app/cli/progress.h"
-#include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/carried_numbers.h"
 #include "app/config/cell_reader.h"
@@ -25,6 +24,7 @@
 #include "app/model_store/usable_model.h"
 #include "app/scene/object_table.h"
 #include "app/table/replay_file.h"
+#include "app/terminal/terminal.h"
 #include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/kinematics/chain.h"
@@ -294,9 +294,10 @@ std::string FaultLines(const config::FaultList& faults, bool colours) {
   for (const config::Fault& fault : faults.All()) {
     std::string line = config::FaultText(fault);
     if (const auto at = line.find(kWarning); at != std::string::npos) {
-      line.replace(at, kWarning.size(), ": " + Painted("warning:", Tone::kWarning, colours) + " ");
+      line.replace(at, kWarning.size(),
+                   ": " + terminal::Painted("warning:", terminal::Tone::kWarning, colours) + " ");
     } else {
-      line = Painted(line, Tone::kFault, colours);
+      line = terminal::Painted(line, terminal::Tone::kFault, colours);
     }
     text += line + '\n';
   }
@@ -318,12 +319,13 @@ int Run(const CheckOptions& options) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
     std::cout << PointTable(checked.in_force, checked.points);
-    const Tone tone = checked.faults.All().empty() ? Tone::kGood
-                      : checked.faults.HasFaults() ? Tone::kFault
-                                                   : Tone::kWarning;
+    const terminal::Tone tone = checked.faults.All().empty() ? terminal::Tone::kGood
+                                : checked.faults.HasFaults() ? terminal::Tone::kFault
+                                                             : terminal::Tone::kWarning;
     std::cout << '\n'
               << options.file << ": "
-              << Painted(CountText(checked.faults), tone, ShowsColours(std::cout)) << '\n';
+              << terminal::Painted(CountText(checked.faults), tone, ShowsColours(std::cout))
+              << '\n';
   }
   return checked.cell ? kExitOk : kExitFault;
 }

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "app/cli/exit_codes.h"
-#include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/doctor/examine.h"
+#include "app/terminal/terminal.h"
 #include "app/text/json_text.h"
 
 namespace plumbline::cli {
@@ -37,8 +37,10 @@ std::string ResultsJson(const doctor::CheckResults& found) {
 std::string HealthColumn(doctor::Health health, bool colours) {
   const std::string word = doctor::HealthText(health);
   const std::string padding(word.size() < 8 ? 8 - word.size() : 0, ' ');
-  if (health == doctor::Health::kFault) return Painted(word, Tone::kFault, colours) + padding;
-  if (health == doctor::Health::kWarning) return Painted(word, Tone::kWarning, colours) + padding;
+  if (health == doctor::Health::kFault)
+    return terminal::Painted(word, terminal::Tone::kFault, colours) + padding;
+  if (health == doctor::Health::kWarning)
+    return terminal::Painted(word, terminal::Tone::kWarning, colours) + padding;
   return word + padding;
 }
 

@@ -14,13 +14,13 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
-#include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/utc_text.h"
 #include "app/log/catalogue_text.h"
 #include "app/log/journal_reader.h"
 #include "app/log/level_text.h"
 #include "app/service/utc_clock.h"
+#include "app/terminal/terminal.h"
 #include "app/text/json_text.h"
 
 namespace plumbline::cli {
@@ -61,9 +61,10 @@ std::string LevelOf(const log::StoredLogEntry& entry) {
 std::string KeptText(const log::StoredLogEntry& entry, bool explain, bool colours) {
   const std::string level = LevelOf(entry);
   const std::string padding(level.size() < 7 ? 7 - level.size() : 0, ' ');
-  const std::string word = level == "error"     ? Painted(level, Tone::kFault, colours)
-                           : level == "warning" ? Painted(level, Tone::kWarning, colours)
-                                                : level;
+  const std::string word =
+      level == "error"     ? terminal::Painted(level, terminal::Tone::kFault, colours)
+      : level == "warning" ? terminal::Painted(level, terminal::Tone::kWarning, colours)
+                           : level;
   std::string text =
       fmt::format("{}  {}{}  {}\n", LocalTime(entry.utc_s), word, padding, entry.text);
   const log::EventEntry* const kind = explain ? log::FindEvent(entry.event) : nullptr;

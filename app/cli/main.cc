@@ -18,7 +18,6 @@
 #include "app/cli/doctor_command.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/export_urdf_command.h"
-#include "app/cli/help_formatter.h"
 #include "app/cli/import_command.h"
 #include "app/cli/import_urdf_command.h"
 #include "app/cli/journal_command.h"
@@ -36,6 +35,7 @@
 #include "app/cli/status_command.h"
 #include "app/cli/terminal_output.h"
 #include "app/cli/track_command.h"
+#include "app/terminal/help_formatter.h"
 #include "app/version.h"
 
 namespace {
@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   app.require_subcommand(1);
-  app.formatter(HelpFormatter());
+  app.formatter(terminal::HelpFormatter());
   app.footer(
       "`plumbline COMMAND --help` shows the options of a command, with examples.\n\n"
       "Examples:\n"

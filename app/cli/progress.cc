@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "app/cli/terminal.h"
+#include "app/terminal/terminal.h"
 #include "drivers/clock.h"
 
 namespace plumbline::cli {
@@ -33,7 +33,7 @@ Progress::Progress(std::ostream& err, Display display)
 }
 
 Progress::Progress(std::ostream& err, bool quiet)
-    : Progress(err, Display{TerminalColumns(STDERR_FILENO), quiet, 1, {}}) {}
+    : Progress(err, Display{terminal::TerminalColumns(STDERR_FILENO), quiet, 1, {}}) {}
 
 Progress::~Progress() {
   Clear();

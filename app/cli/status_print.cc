@@ -10,10 +10,11 @@
 #include "app/cli/rounded.h"
 #include "app/cli/status_devices.h"
 #include "app/cli/status_line.h"
-#include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/printed_digits.h"
+#include "app/terminal/terminal.h"
 #include "drivers/plc/codec.h"
+#include "firmware-like/model/radius_coverage.h"
 
 namespace plumbline::cli {
 namespace {
@@ -21,8 +22,8 @@ namespace {
 /// "corrected by 2.84 mm, ±0.55 mm (95 %, assumed)".
 std::string CorrectionText(double correction_mm, double radius_mm, model::RadiusBasis basis) {
   const int decimals = DecimalsFor({radius_mm}, 0);
-  return fmt::format("corrected by {:.{}f} mm, ±{:.{}f} mm (95 %, {})", correction_mm, decimals,
-                     radius_mm, decimals, Describe(basis));
+  return fmt::format("corrected by {:.{}f} mm, ±{:.{}f} mm ({})", correction_mm, decimals,
+                     radius_mm, decimals, model::CoverageText(basis));
 }
 
 /// "moving, 3.2 m/s2 at the tip: 0.84 mm ±0.12 mm (95 %, readings), 70 ms ago".
@@ -88,10 +89,10 @@ std::string PostureText(const DaemonRegisters& daemon, int point) {
 void PrintHealth(const DaemonRegisters& daemon, std::ostream& out) {
   const auto reason = static_cast<HealthReason>(daemon.Word("health_reason"));
   const auto severity = static_cast<HealthSeverity>(daemon.Word("health"));
-  const Tone tone = severity == HealthSeverity::kAlarm ? Tone::kFault
-                    : reason == HealthReason::kNone    ? Tone::kGood
-                                                       : Tone::kWarning;
-  const std::string health = Painted(Describe(severity), tone, ShowsColours(out));
+  const terminal::Tone tone = severity == HealthSeverity::kAlarm ? terminal::Tone::kFault
+                              : reason == HealthReason::kNone    ? terminal::Tone::kGood
+                                                                 : terminal::Tone::kWarning;
+  const std::string health = terminal::Painted(Describe(severity), tone, ShowsColours(out));
   PrintStatusLine(out, "health",
                   reason == HealthReason::kNone
                       ? health

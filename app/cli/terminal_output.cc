@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/cli/terminal.h"
+#include "app/terminal/terminal.h"
 
 namespace plumbline::cli {
 namespace {
@@ -42,7 +42,7 @@ class WrappingBuffer : public std::streambuf {
       return next;
     }
     const bool wraps = stream_.iword(ReadingFlag()) != 0 && !line_.starts_with('\r');
-    const bool passed = Pass((wraps ? WrappedLine(line_, columns_) : line_) + "\n");
+    const bool passed = Pass((wraps ? terminal::WrappedLine(line_, columns_) : line_) + "\n");
     line_.clear();
     return passed ? next : traits_type::eof();
   }
@@ -71,8 +71,8 @@ class WrappingBuffer : public std::streambuf {
 }  // namespace
 
 TerminalOutput::TerminalOutput(std::ostream& stream, int descriptor)
-    : TerminalOutput(stream, TerminalColumns(descriptor),
-                     TerminalColumns(descriptor) > 0 && TerminalShowsColours()) {}
+    : TerminalOutput(stream, terminal::TerminalColumns(descriptor),
+                     terminal::TerminalColumns(descriptor) > 0 && TerminalShowsColours()) {}
 
 TerminalOutput::TerminalOutput(std::ostream& stream, int columns, bool colours)
     : stream_(stream), target_(stream.rdbuf()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/config/carried_numbers.h"
+#include "firmware-like/model/radius_coverage.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -44,8 +45,8 @@ constexpr WarningText kWarnings[] = {
 };
 
 std::string RadiusText(const correction::Correction& correction) {
-  return fmt::format("±{:.2f} mm (95 %, {})", 1e3 * correction.uncertainty_m,
-                     Describe(correction.basis));
+  return fmt::format("±{:.2f} mm ({})", 1e3 * correction.uncertainty_m,
+                     model::CoverageText(correction.basis));
 }
 
 std::string FaultText(const ProbeIntake& probes) {

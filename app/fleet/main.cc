@@ -3,12 +3,14 @@
 #include <csignal>
 
 #include "app/fleet/run_fleet.h"
+#include "app/terminal/help_formatter.h"
 #include "app/version.h"
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("Publishes a cell's state, corrections, residuals and alarms by MQTT",
                "plumbline-fleet");
+  app.formatter(plumbline::terminal::HelpFormatter());
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
   app.add_option("config,--config", config, "The daemon's configuration, with [mqtt]")

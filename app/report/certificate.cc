@@ -22,11 +22,11 @@
 namespace plumbline::report {
 namespace {
 
-constexpr std::size_t kMaxNameLength = 32, kMaxWordLength = 24, kMaxInstrumentLength = 44,
-                      kMaxFileLength = 60;
+constexpr std::size_t kMaxNameLength = 48, kMaxWordLength = 24, kMaxParticularLength = 44,
+                      kMaxSerialLength = 44, kMaxApproverLength = 32, kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
-constexpr double kAllShares = 1.02;
+constexpr double kAllShares = 1.02, kMostShares = 0.85;
 
 std::string ConformityBlock(const CertificateInput& input) {
   const std::optional<double>& tolerance_m = input.source.certificate_details.tolerance_m;
@@ -51,7 +51,7 @@ std::string ConformityBlock(const CertificateInput& input) {
 }
 
 /// A text, or a line to be filled in by hand.
-std::string OrBlank(const std::string& text, std::size_t most = kMaxWordLength) {
+std::string OrBlank(const std::string& text, std::size_t most = kMaxParticularLength) {
   return text.empty() ? std::string("<span class=\"blank\">&nbsp;</span>")
                       : Escape(Shortened(text, most));
 }
@@ -81,9 +81,8 @@ std::string ParticularsTable(const CertificateInput& input) {
                        fmt::format("{}, {}", input.achieved.before->characteristics.poses.size(),
                                    input.achieved.rows));
   }
-  html += Particular("Instrument",
-                     OrBlank(source.certificate_details.instrument, kMaxInstrumentLength));
-  html += Particular("Serial number", OrBlank(source.certificate_details.serial));
+  html += Particular("Instrument", OrBlank(source.certificate_details.instrument));
+  html += Particular("Serial number", OrBlank(source.certificate_details.serial, kMaxSerialLength));
   html += Particular(
       "Its uncertainty",
       sigma_m ? Escape("\u03c3 = " + diagnosis::MillimetreText(*sigma_m) + " mm per axis, " +
@@ -105,6 +104,19 @@ std::string ParticularsTable(const CertificateInput& input) {
   return html + "</tbody></table>\n";
 }
 
+/// "(3.34 ± 0.06) × 10^-7": with one power of ten for both numbers, if the value has one.
+std::string WithUncertainty(const diagnosis::ValueText& shown) {
+  const std::string value = NumberHtml(shown.value);
+  if (shown.sd.empty()) return value;
+  const auto power = shown.value.find('e'), dot = shown.value.find('.');
+  if (power == std::string::npos) return value + " &plusmn; " + NumberHtml(shown.sd);
+  const std::string mantissa = NumberHtml(shown.value.substr(0, power));
+  const double scale = std::pow(10.0, std::stoi(shown.value.substr(power + 1)));
+  const auto digits = dot < power ? power - dot - 1 : 0;
+  return fmt::format("({} &plusmn; {:.{}f}){}", mantissa, std::stod(shown.sd) / scale, digits,
+                     value.substr(mantissa.size()));
+}
+
 /// Value with its expanded uncertainty, a word, or the range of an empirical curve, and its unit.
 std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& parameter,
                                                  const diagnosis::EmpiricalCurve* curve) {
@@ -113,8 +125,7 @@ std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& p
   const std::string unit = Escape(shown_unit == "1" ? "" : shown_unit);
   if (!parameter.word.empty()) return {Escape(parameter.word), unit};
   const diagnosis::ValueText shown = diagnosis::ShownValueOf(parameter, 2);
-  return {NumberHtml(shown.value) + (shown.sd.empty() ? "" : " &plusmn; " + NumberHtml(shown.sd)),
-          unit};
+  return {WithUncertainty(shown), unit};
 }
 
 /// Adds the rows of an effect's parameters as far as the page has room for them.
@@ -158,6 +169,11 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
     notes.emplace_back(
         "Share: what comes back without that effect; effects that act alike add up to more than "
         "100 %.");
+  } else if (shares < kMostShares) {
+    notes.emplace_back(
+        "Share: what comes back without that effect and the others do not replace; effects that "
+        "act "
+        "alike add up to less than 100 %.");
   }
   if (notes.empty()) return table.Html();
   return table.Html() + "<p class=\"soft\">" +
@@ -189,7 +205,7 @@ std::string NotTested(const CertificateInput& input) {
 std::string Approval(const ReportSource& source) {
   std::string html =
       "<table class=\"approval\"><tbody><tr><td>Approved by<br>" +
-      OrBlank(source.certificate_details.approved_by) +
+      OrBlank(source.certificate_details.approved_by, kMaxApproverLength) +
       "</td><td>Date<br><span class=\"blank\">&nbsp;</span></td><td>Signature<br>"
       "<span class=\"blank\">&nbsp;</span></td></tr></tbody></table>\n<p class=\"digest\">SHA-256 ";
   const auto digest = [](const std::string& file, const std::string& hex) {

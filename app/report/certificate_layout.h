@@ -10,7 +10,7 @@ inline constexpr int kCertificateFigureWidth = 700;
 
 /// Heights of the certificate's figures [px], at a width of kCertificateFigureWidth.
 struct FigureHeights {
-  int points = 124, deciding = 175;
+  int points = 112, deciding = 160;
 };
 
 /// Upper estimate of the printed height [mm] of paragraphs and tables below each other, from the

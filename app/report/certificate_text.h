@@ -6,7 +6,7 @@
 
 namespace plumbline::report {
 
-inline constexpr std::size_t kMaxSentenceLength = 500;
+inline constexpr std::size_t kMaxSentenceLength = 440;
 
 /// The text cut at a character boundary if it is longer than the page permits.
 std::string Shortened(const std::string& text, std::size_t most);

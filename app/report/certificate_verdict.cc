@@ -157,7 +157,9 @@ std::string VerdictBanner(const diagnosis::Diagnosis& diagnosis, const model::Ce
   html += "<p>" + Escape(Shortened(RestsOn(diagnosis), kMaxSentenceLength)) + "</p>\n";
   const std::vector<std::string> reservations = Reservations(diagnosis);
   if (!reservations.empty()) {
-    html += "<p>" + Escape(Shortened(reservations.front(), kMaxSentenceLength / 2));
+    const std::string first = Shortened(reservations.front(), kMaxSentenceLength / 2);
+    const bool ends = first.ends_with('.') || first.ends_with("…");
+    html += "<p>" + Escape(first) + (ends ? "" : ".");
     if (reservations.size() > 1) {
       html += fmt::format(" {} more in the appendix.",
                           CountText(reservations.size() - 1, "reservation"));

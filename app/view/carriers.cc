@@ -1,5 +1,6 @@
 #include "app/view/carriers.h"
 
+#include "app/view/silent_daemon.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/lens/known_lens.h"
 #include "firmware-like/scene/loaded_tool.h"
@@ -93,10 +94,12 @@ Carriers CarrierTracker::Update(const view_link::ViewState& state, std::size_t c
                                 const ViewModel* model, double now_s) {
   const view_link::ViewCamera& camera = view_link::CameraOf(state, camera_number);
   Carriers carriers;
-  carriers.lens_stale =
-      !camera.status.configured || camera.status.state != lens::ZoomState::kValid || !camera.lens;
+  // What a silent daemon reported last holds for neither lens nor robot.
+  const bool old_state = now_s - state.now_s > kStateOld_s;
+  carriers.lens_stale = old_state || !camera.status.configured ||
+                        camera.status.state != lens::ZoomState::kValid || !camera.lens;
   carriers.image_stale = !camera.image || now_s - camera.image->time_s > kImageFresh_s;
-  carriers.robot_stale = (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
+  carriers.robot_stale = old_state || (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 
   // Poses estimated with another lens are not comparable.
   if (!camera.lens || (lens_ && !SameLens(*lens_, *camera.lens))) {

@@ -75,7 +75,7 @@ void AddCell(const Panel& panel, CellKind kind, const scene::Area& area, Picture
                                     [](const Row& row) { return row.starts_line; });
   float y = area.y + 0.2F * layout.em;
   writer.Text(x, y, width, layout.em,
-              facts && hidden > 0 ? fmt::format("{} (+{})", panel.title, hidden) : panel.title,
+              facts && hidden > 0 ? fmt::format("{} ({} more)", panel.title, hidden) : panel.title,
               palette::kFaded);
   for (std::size_t k = 0; k < shown; ++k) {
     y += layout.line();

@@ -18,9 +18,15 @@ bool Contains(const scene::Area& area, const scene::PicturePoint& p) {
   return p.x >= area.x && p.x < area.right() && p.y >= area.y && p.y < area.bottom();
 }
 
-/// Whether a segment meets an area [Liang and Barsky, 1984].
-bool Meets(const LeaderLine& line, const scene::Area& area) {
+/// Where a segment enters and leaves an area, as shares of its length.
+struct Passage {
   float enter = 0, leave = 1;
+};
+
+/// @return  nullopt if they do not meet [Liang and Barsky, 1984]
+std::optional<Passage> PassageOf(const LeaderLine& line, const scene::Area& area) {
+  Passage passage;
+  auto& [enter, leave] = passage;
   const auto clip = [&](float start, float delta, float low, float high) {
     if (delta == 0) return start >= low && start <= high;
     const float a = (low - start) / delta, b = (high - start) / delta;
@@ -28,8 +34,13 @@ bool Meets(const LeaderLine& line, const scene::Area& area) {
     leave = std::min(leave, std::max(a, b));
     return enter <= leave;
   };
-  return clip(line.from.x, line.to.x - line.from.x, area.x, area.right()) &&
-         clip(line.from.y, line.to.y - line.from.y, area.y, area.bottom());
+  const bool meets = clip(line.from.x, line.to.x - line.from.x, area.x, area.right()) &&
+                     clip(line.from.y, line.to.y - line.from.y, area.y, area.bottom());
+  return meets ? std::optional(passage) : std::nullopt;
+}
+
+bool Meets(const LeaderLine& line, const scene::Area& area) {
+  return PassageOf(line, area).has_value();
 }
 
 /// Twice the signed area of the triangle a, b, c.
@@ -55,6 +66,29 @@ PlacedLabel LabelAt(const scene::PicturePoint& at, float width, float height, fl
 }
 
 }  // namespace
+
+std::vector<LeaderLine> PartsOutside(const LeaderLine& line,
+                                     const std::vector<PlacedLabel>& labels) {
+  std::vector<LeaderLine> parts = {line};
+  for (const PlacedLabel& label : labels) {
+    std::vector<LeaderLine> outside;
+    for (const LeaderLine& part : parts) {
+      const auto passage = PassageOf(part, label.area);
+      if (!passage) {
+        outside.push_back(part);
+        continue;
+      }
+      const auto at = [&](float share) {
+        return scene::PicturePoint{part.from.x + share * (part.to.x - part.from.x),
+                                   part.from.y + share * (part.to.y - part.from.y)};
+      };
+      if (passage->enter > 0) outside.push_back({part.from, at(passage->enter)});
+      if (passage->leave < 1) outside.push_back({at(passage->leave), part.to});
+    }
+    parts = std::move(outside);
+  }
+  return parts;
+}
 
 float OverlapOf(const scene::Area& a, const scene::Area& b) {
   const float width = std::min(a.right(), b.right()) - std::max(a.x, b.x);

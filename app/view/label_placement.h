@@ -56,6 +56,10 @@ class LabelPlacer {
   std::vector<LeaderLine> leaders_;
 };
 
+/// The parts of a line outside the areas: it passes behind labels, so that they stay legible.
+std::vector<LeaderLine> PartsOutside(const LeaderLine& line,
+                                     const std::vector<PlacedLabel>& labels);
+
 /// Overlap of two areas [px^2].
 float OverlapOf(const scene::Area& a, const scene::Area& b);
 

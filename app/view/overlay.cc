@@ -18,7 +18,7 @@ namespace {
 using palette::kAlarm, palette::kCorrected, palette::kTaught, palette::kUncorrected,
     palette::kWarning;
 
-constexpr int kFirst = 0, kPoint = 1, kOther = 2;  ///< ranks of labels
+constexpr int kFirst = 0, kInvalid = 1, kPoint = 2, kOther = 3;  ///< ranks of labels
 constexpr float kNominalOpacity = 0.35F;
 constexpr float kToolWidth_em = 1.2F;  ///< kept clear around the tool axis and each mark
 constexpr double kBesideShare = 0.2;   ///< of the image area's width
@@ -109,12 +109,13 @@ class OverlayBuilder {
     return Project<double>(list_.pinhole, p_C);
   }
 
-  void AddLabel(const Vec3& p_C, std::string text, const scene::Colour& colour, int rank = kOther) {
+  void AddLabel(const Vec3& p_C, std::string text, const scene::Colour& colour, int rank = kOther,
+                std::string shorter = "") {
     if (const auto pixel = PixelOf(p_C)) {
       // Pixel (0, 0) is the centre of a pixel; strokes and boxes count from its edge.
       marks_.labels.push_back({static_cast<float>(pixel->x()) + 0.5F,
-                               static_cast<float>(pixel->y()) + 0.5F, std::move(text), colour,
-                               rank});
+                               static_cast<float>(pixel->y()) + 0.5F, std::move(text), colour, rank,
+                               std::move(shorter)});
     }
   }
 
@@ -307,17 +308,26 @@ class OverlayBuilder {
           std::find_if(state_.points.begin(), state_.points.end(),
                        [&](const view_link::ViewPoint& one) { return one.id == point.id; });
       if (output == state_.points.end() || !output->valid) {
-        AddLabel(p_C, "■ " + name + ": no correction", shade(kAlarm), kPoint);
+        AddLabel(p_C, "■ " + name + ": no correction", shade(kAlarm), kInvalid, "■ " + name);
         continue;
       }
       const double e = config_.exaggeration;
       const Vec3 missed_C = X_CW * Vec3(point.X_WP.p - e * (R_WB * output->translation_B));
       AddLine({p_C, missed_C}, shade(kUncorrected), 2, true);
       AddCircle(missed_C, LengthOf(mark_px, missed_C), shade(kUncorrected));
-      AddCircle(p_C, e * output->uncertainty_m, shade(kCorrected));
+      if (output->basis != model::RadiusBasis::kUnknown)
+        AddCircle(p_C, e * output->uncertainty_m, shade(kCorrected));
       KeepClear({missed_C}, kToolWidth_em);
       AddLabel(p_C, name, shade(kTaught), kPoint);  // its numbers are in its tile
     }
+  }
+
+  /// For little room: the glyph and the colour say that they interfere.
+  static std::string ShortPairText(const MeasuredPair& pair, const scene::Separation& between) {
+    if (pair.state != scene::Proximity::kInterference) return "";
+    const std::string names = fmt::format("■ {} / {}", pair.a, pair.b);
+    return between.touching ? fmt::format("{} {:.1f} mm deep", names, kMmPerMetre * between.depth_m)
+                            : names;
   }
 
   static std::string PairText(const MeasuredPair& pair, const scene::Separation& between) {
@@ -342,7 +352,7 @@ class OverlayBuilder {
       const scene::Colour& colour = hits ? kAlarm : kWarning;
       AddLine({a_C, b_C}, colour, 3);
       if (hits) AddCircle(a_C, LengthOf(layout_.em, a_C), colour);
-      AddLabel(b_C, PairText(pair, between), colour, kFirst);
+      AddLabel(b_C, PairText(pair, between), colour, kFirst, ShortPairText(pair, between));
     }
     for (const MeasuredDistance& distance : measured->distances) {
       if (!distance.distance_m) continue;

@@ -14,7 +14,8 @@ struct Label {
   float x = 0, y = 0;  ///< the labelled point [px]
   std::string text;
   scene::Colour colour;
-  int rank = 0;  ///< labels of a lower rank are placed first
+  int rank = 0;         ///< labels of a lower rank are placed first
+  std::string shorter;  ///< in place of a text without room; empty: none
 };
 
 /// What the overlay marks in the picture.

@@ -35,13 +35,22 @@ Panel AlarmPanel(const view_link::ViewState& state, const CellHealth& health) {
   return panel;
 }
 
-/// One panel for all cameras: first the first line of each camera, then their other lines.
+bool WithoutDaemon(const view_link::ViewState& state) {
+  return state.health.reason == HealthReason::kNoDaemon;
+}
+
+/// One panel for all cameras: first the first line of each camera, then their other lines. Of a
+/// silent daemon's cameras nothing is known.
 using LinesOfCamera = std::vector<PanelLine> (*)(const ViewFacts& facts, std::size_t camera);
 Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
                 LinesOfCamera lines_of) {
   Panel panel{title, {}};
   const std::vector<view_link::ViewCamera>& cameras = facts.state->cameras;
   if (cameras.empty()) panel.lines.push_back({without, Tone::kFaded});
+  if (!cameras.empty() && WithoutDaemon(*facts.state)) {
+    panel.lines.push_back({Describe(HealthReason::kNoDaemon), Tone::kBad});
+    return panel;
+  }
   std::vector<PanelLine> rest;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     const std::vector<PanelLine> lines = lines_of(facts, k);
@@ -89,7 +98,9 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
 std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
   const Carriers& carriers = facts.carriers[k];
   std::vector<PanelLine> lines;
-  if (!carriers.world) {
+  if (!facts.state->cameras[k].lens) {
+    lines.push_back({"no poses without a lens", Tone::kAttention});
+  } else if (!carriers.world) {
     lines.push_back({"cell tags not seen yet", Tone::kAttention});
   } else if (carriers.world->stale) {
     lines.push_back({"cell tags not visible", Tone::kAttention});
@@ -134,21 +145,22 @@ std::optional<PanelLine> MotionLine(const view_link::ViewMotion& motion) {
 std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   const view_link::ViewState& state = *facts.state;
   std::vector<PanelLine> lines;
-  if (facts.carriers.front().tool) {
+  if (facts.carriers.front().tool && !facts.carriers.front().robot_stale) {
     const ToolState& tool = *facts.carriers.front().tool;
     lines.push_back(
         {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
   if (const auto line = MotionLine(state.motion)) lines.push_back(*line);
+  if (WithoutDaemon(state)) {
+    lines.push_back({"last robot reading " + AgeText(state.data_age_s), Tone::kBad});
+    return lines;
+  }
   lines.push_back(state.payload_kg ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
                                    : PanelLine{"payload unknown", Tone::kAttention});
-  lines.push_back(
-      {(state.alarms & alarm::kRobotMissing) != 0
-           ? "no robot reading yet"
-           : "last robot reading " + AgeText(state.data_age_s),
-       facts.carriers.front().robot_stale || state.health.reason == HealthReason::kNoDaemon
-           ? Tone::kBad
-           : Tone::kPlain});
+  lines.push_back({(state.alarms & alarm::kRobotMissing) != 0
+                       ? "no robot reading yet"
+                       : "last robot reading " + AgeText(state.data_age_s),
+                   facts.carriers.front().robot_stale ? Tone::kBad : Tone::kPlain});
   return lines;
 }
 

@@ -89,6 +89,12 @@ PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageS
                              : scene::Area{image_width, strip, width - image_width, image_height};
   const float top = tiles_below ? layout.tiles.bottom() : layout.image.bottom();
   layout.band = {0, top, width, height - top};
+  // On a picture much higher than the image, the tiles take the height and the details the rest.
+  const auto tile = static_cast<float>(TileSize(layout).height);
+  if (!tiles_below && layout.band.height >= band + tile) {
+    layout.tiles.height = height - strip;
+    layout.band.width = image_width;
+  }
   layout.images = SplitArea(layout.image, cameras, image, gap);
   return layout;
 }

@@ -26,7 +26,8 @@ struct PictureLayout {
 
 /// The strip is at least 6 % of the picture's height. The images get the largest area of their
 /// aspect ratio that leaves room for one column of tiles beside them or one row below them, and for
-/// a title and four lines of details, so that there are no bars beside an image. Several images are
+/// a title and four lines of details, so that there are no bars beside an image. A column of tiles
+/// reaches down to the lower edge where the details need less than what is left. Several images are
 /// placed side by side or one below the other, whichever is larger.
 /// @param cameras  number of displayed cameras, at least one
 /// @param image    size of their images

@@ -8,6 +8,7 @@
 #include "app/view/palette.h"
 #include "app/view/silent_daemon.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/radius_coverage.h"
 
 namespace plumbline::view {
 namespace {
@@ -58,8 +59,8 @@ PointTile TileOf(const view_link::ViewPoint& point, const ViewFacts& facts) {
     return tile;
   }
   tile.value = fmt::format("{:.2f} mm", kMmPerMetre * point.translation_B.norm());
-  tile.radius = fmt::format("±{:.2f} mm (95 %, {})", kMmPerMetre * point.uncertainty_m,
-                            Describe(point.basis));
+  tile.radius = fmt::format("±{:.2f} mm ({})", kMmPerMetre * point.uncertainty_m,
+                            model::CoverageText(point.basis));
   tile.note = NoteOf(point, state);
   return tile;
 }
@@ -204,7 +205,7 @@ void AddPointTiles(const ViewFacts& facts, PictureWriter& writer) {
             writer);
   }
   if (!grid.paged) return;
-  writer.Line(x, all.bottom() - layout.line(), all.width - 2 * grid.gap,
+  writer.Line(x, all.bottom() - layout.line() - grid.gap / 2, all.width - 2 * grid.gap,
               PagerOf(tiles, first, grid.page_size()));
 }
 

@@ -141,23 +141,44 @@ void AddNotes(const std::vector<PanelLine>& notes, const scene::Area& image, Lab
   }
 }
 
+/// @param all  the placed labels: the leader line passes behind them
+void AddLabel(const Label& label, const PlacedLabel& placed, const std::vector<PlacedLabel>& all,
+              PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const float pad = 0.3F * layout.em;
+  writer.Box(placed.area, palette::kShadow);
+  for (const LeaderLine& part : PartsOutside(placed.leader, all)) {
+    writer.Stroke({part.from, part.to}, label.colour, std::max(1.5F, 0.07F * layout.em));
+  }
+  writer.Text(placed.area.x + pad, placed.area.y, placed.area.width - 2 * pad, layout.em,
+              label.text, label.colour.a < 1 ? palette::kFaded : label.colour);
+}
+
 void AddLabels(std::vector<Label> labels, LabelPlacer& placer, PictureWriter& writer) {
   const PictureLayout& layout = writer.layout();
   const float pad = 0.3F * layout.em;
   std::stable_sort(labels.begin(), labels.end(),
                    [](const Label& a, const Label& b) { return a.rank < b.rank; });
-  for (const Label& label : labels) {
-    const std::string text = label.text.empty() ? "?" : label.text;
-    const float width =
-        std::min(writer.WidthOf(text, layout.em) + 1, 0.8F * layout.image.width) + 2 * pad;
-    const auto placed = placer.Place({label.x, label.y}, width, layout.line());
+  const float most = 0.8F * layout.image.width;
+  std::vector<PlacedLabel> all;
+  std::vector<Label> shown;
+  for (Label& label : labels) {
+    const auto place = [&](const std::string& text) {
+      const float width = std::min(writer.WidthOf(text, layout.em) + 1, most) + 2 * pad;
+      return placer.Place({label.x, label.y}, width, layout.line());
+    };
+    if (label.text.empty()) label.text = "?";
+    const bool fits = writer.WidthOf(label.text, layout.em) < most;
+    auto placed = fits || label.shorter.empty() ? place(label.text) : std::nullopt;
+    if (!placed && !label.shorter.empty()) {
+      label.text = label.shorter;
+      placed = place(label.text);
+    }
     if (!placed) continue;
-    writer.Box(placed->area, palette::kShadow);
-    writer.Stroke({placed->leader.from, placed->leader.to}, label.colour,
-                  std::max(1.5F, 0.07F * layout.em));
-    writer.Text(placed->area.x + pad, placed->area.y, width - 2 * pad, layout.em, text,
-                label.colour.a < 1 ? palette::kFaded : label.colour);
+    all.push_back(*placed);
+    shown.push_back(std::move(label));
   }
+  for (std::size_t k = 0; k < all.size(); ++k) AddLabel(shown[k], all[k], all, writer);
 }
 
 }  // namespace

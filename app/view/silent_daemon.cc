@@ -17,6 +17,9 @@ std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& s
   withdrawn.data_age_s += now_s - state.now_s;
   withdrawn.motion = {};
   for (view_link::ViewPoint& point : withdrawn.points) point.valid = false;
+  for (view_link::ViewCamera& camera : withdrawn.cameras) {
+    camera.status.state = lens::ZoomState::kUnknown;
+  }
   return withdrawn;
 }
 

@@ -18,7 +18,7 @@ bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_p
                     double now_s);
 
 /// The last state of a silent daemon as page and display may show it: health "no daemon", no point
-/// valid, and the present age of the robot reading.
+/// valid, no lens known to be valid, and the present age of the robot reading.
 /// @return  nullopt while the daemon reports, or if the state is already withdrawn
 std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& state,
                                                    const std::string& link_problem, double now_s);

@@ -63,7 +63,7 @@ std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t 
   } else if (camera.image && !camera.lens) {
     reasons.emplace_back("no lens for the image");
   }
-  if (camera.image && !carriers.world) {
+  if (camera.image && camera.lens && !carriers.world) {  // without a lens nothing is placed
     reasons.emplace_back("cell tags not seen yet");
   } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
              !carriers.image_stale) {
@@ -80,7 +80,7 @@ std::vector<std::string> StaleReasons(const ViewFacts& facts,
   const view_link::ViewState& state = *facts.state;
   std::vector<std::string> reasons;
   if (facts.now_s - state.now_s > kStateOld_s) {
-    reasons.push_back("last data from plumblined " + AgeText(facts.now_s - state.now_s));
+    return {"last data from plumblined " + AgeText(facts.now_s - state.now_s)};
   }
   if (facts.model == nullptr)
     reasons.emplace_back("configuration or model unreadable, see the log");

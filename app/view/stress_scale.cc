@@ -35,7 +35,7 @@ std::vector<double> ScaleTicks(double full) {
 void AddStressScale(const OverlayInput& input, LabelPlacer& placer, PictureWriter& writer) {
   const Carriers& carriers = input.facts.carriers.front();  // all cameras have the same tool
   const double full = input.config.stress_full_Pa / kPaPerMPa;
-  if (!input.config.stress || !carriers.tool || !(full > 0)) return;
+  if (!input.config.stress || !carriers.tool || carriers.robot_stale || !(full > 0)) return;
   const float em = writer.layout().em, line = writer.layout().line(), pad = 0.5F * em;
   const float ends = 1.2F * em;  // the first and last number are centred on the bar's ends
   const scene::Area area = placer.TakeCorner(

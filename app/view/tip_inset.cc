@@ -77,17 +77,21 @@ void AddMarks(const TipInset& inset, const Plot& plot, PictureWriter& writer) {
   const float mark = 0.32F * plot.em, thin = plot.stroke();
   const scene::PicturePoint missed = plot.At(inset.uncorrected_mm);
   writer.Stroke({plot.taught, missed}, palette::kUncorrected, thin);
-  writer.Circle(plot.taught, static_cast<float>(plot.px_per_mm * inset.radius_mm),
-                palette::kCorrected, thin);
+  if (inset.radius_mm > 0) {
+    writer.Circle(plot.taught, static_cast<float>(plot.px_per_mm * inset.radius_mm),
+                  palette::kCorrected, thin);
+  }
   writer.Circle(missed, mark, palette::kUncorrected, 1.5F * thin);
   writer.Disc(plot.taught, mark, palette::kCorrected);
   writer.Cross(plot.taught, 0.8F * plot.em, palette::kTaught, thin);
 }
 
-void AddKey(const scene::Area& area, const Plot& plot, PictureWriter& writer) {
+void AddKey(const TipInset& inset, const scene::Area& area, const Plot& plot,
+            PictureWriter& writer) {
   const float half = area.width / 2, mark = 0.3F * plot.em, line = 1.3F * plot.em;
   const std::array names = {"taught", "uncorrected", "corrected", "95 % radius"};
-  for (std::size_t k = 0; k < names.size(); ++k) {
+  const std::size_t count = inset.radius_mm > 0 ? names.size() : names.size() - 1;
+  for (std::size_t k = 0; k < count; ++k) {
     const float x = area.x + (k % 2 == 0 ? 0 : half), y = area.y + (k < 2 ? 0 : line);
     const scene::PicturePoint at{x + 0.7F * plot.em, y + 0.65F * plot.em};
     if (k == 0) writer.Cross(at, 1.3F * mark, palette::kTaught, plot.stroke());
@@ -149,7 +153,8 @@ std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
       nearest->name = PointName(facts, point.id);
       nearest->R_VW = ViewOf(X_CW ? std::optional(X_CW->R) : std::nullopt, missed_W);
       nearest->uncorrected_mm = kMmPerMetre * (nearest->R_VW * missed_W).head<2>();
-      nearest->radius_mm = kMmPerMetre * output.uncertainty_m;
+      const bool known = output.basis != model::RadiusBasis::kUnknown;
+      nearest->radius_mm = known ? kMmPerMetre * output.uncertainty_m : 0;
       const double depth_m = X_CW ? (*X_CW * point.X_WP.p).z() : 0;
       nearest->image_px_per_mm = depth_m > 0 ? pinhole.fx / (kMmPerMetre * depth_m) : 0;
     }
@@ -184,7 +189,7 @@ bool AddTipInset(const TipInset& inset, const scene::Area& image, LabelPlacer& p
   AddMarks(inset, plot, writer);
   AddAxes(inset, plot, writer);
   AddScaleBar(plot, writer);
-  AddKey({x, area.y + margin + line + side, inner, 2 * line}, plot, writer);
+  AddKey(inset, {x, area.y + margin + line + side, inner, 2 * line}, plot, writer);
   return true;
 }
 

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 
+#include "app/terminal/help_formatter.h"
 #include "app/version.h"
 #include "app/view/picture_size.h"
 #include "app/view_process/distance_report.h"
@@ -12,6 +13,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("Plumbline's display: the camera image with the bent tool, and the cell's state",
                "plumbline-view");
+  app.formatter(plumbline::terminal::HelpFormatter());
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
   plumbline::view_process::SnapshotOptions snapshot;
@@ -19,19 +21,22 @@ int main(int argc, char** argv) {
   app.add_option("config,--config", config, "Configuration file of the daemon")
       ->capture_default_str();
   auto* const out = app.add_option("--snapshot", snapshot.out, "Write one picture (PNG) and exit");
-  app.add_option("--size", size, "Size of the picture, for example 1280x720")
+  app.add_option("--size", size, "With --snapshot: size of the picture, for example 1280x720")
       ->needs(out)
       ->check([](const std::string& text) {
         return plumbline::view::PictureSizeFrom(text) ? ""
                                                       : plumbline::view::PictureSizeProblem(text);
       });
-  app.add_option("--camera", snapshot.camera, "Name of the camera to show, or both")->needs(out);
+  app.add_option("--camera", snapshot.camera,
+                 "With --snapshot: name of the camera to show, or both")
+      ->needs(out);
   bool print_distances = false;
   auto* const distances =
       app.add_flag("--distances", print_distances, "Print distances of the object table and exit")
           ->excludes(out);
   plumbline::view_process::DistanceOptions distance;
-  app.add_option("--name", distance.names, "Name of a distance, point or object; default: all")
+  app.add_option("--name", distance.names,
+                 "With --distances: name of a distance, point or object; default: all")
       ->needs(distances);
   app.add_flag("--json", snapshot.json, "Print the content or the distances as JSON");
   app.footer(

@@ -1,4 +1,4 @@
-"""Every command's --help fits 80 columns, lists no exclusions and has an example; on a terminal, long
+"""Every program's and command's --help fits 80 columns, lists no exclusions and has an example; on a terminal, long
 lines are wrapped, and there are colours unless NO_COLOR is set.
 
     help_test.py BUILD_BIN"""
@@ -10,7 +10,9 @@ import subprocess
 import sys
 import tempfile
 
-PLUMBLINE = os.path.abspath(sys.argv[1]) + "/plumbline"
+BIN = os.path.abspath(sys.argv[1]) + "/"
+PLUMBLINE = BIN + "plumbline"
+SERVICES = ("plumblined", "plumbline-view", "plumbline-fleet")
 WIDTH = 80
 faults = []
 
@@ -44,7 +46,13 @@ def too_wide(text):
 
 def check_help(*path):
     text = printed(*path, "--help")
-    name = "plumbline " + " ".join((*path, "--help"))
+    check_help_text("plumbline " + " ".join((*path, "--help")), text)
+    if "ommands:" in text:
+        for command in re.findall(r"^  ([a-z][a-z-]+)  ", text.split("ommands:", 1)[1], re.M):
+            check_help(*path, command)
+
+
+def check_help_text(name, text):
     for line in too_wide(text):
         faults.append("%s: wider than %d columns: %s" % (name, WIDTH, line))
     for word in ("Excludes", "Needs:", "\n\n\n"):
@@ -52,13 +60,13 @@ def check_help(*path):
             faults.append("%s: contains %r" % (name, word))
     if not re.search(r"^Examples?:\n  ", text, re.M):
         faults.append("%s: has no example" % name)
-    if "ommands:" in text:
-        for command in re.findall(r"^  ([a-z][a-z-]+)  ", text.split("ommands:", 1)[1], re.M):
-            check_help(*path, command)
 
 
 check_help()
 check_help("completion")
+for service in SERVICES:
+    said = subprocess.run([BIN + service, "--help"], capture_output=True, text=True, timeout=60).stdout
+    check_help_text(service + " --help", said)
 
 with tempfile.TemporaryDirectory() as folder:
     cell = folder + "/cell.toml"

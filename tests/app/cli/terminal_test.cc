@@ -1,5 +1,5 @@
 // Wrapped lines, colours and progress on a terminal.
-#include "app/cli/terminal.h"
+#include "app/terminal/terminal.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,15 +11,15 @@
 
 namespace plumbline::terminal_test {
 
-using plumbline::cli::ColumnsOf;
 using plumbline::cli::ForReading;
-using plumbline::cli::Painted;
 using plumbline::cli::Progress;
 using plumbline::cli::ShowsColours;
 using plumbline::cli::TerminalOutput;
-using plumbline::cli::Tone;
-using plumbline::cli::WrappedLine;
-using plumbline::cli::WrappedParagraph;
+using plumbline::terminal::ColumnsOf;
+using plumbline::terminal::Painted;
+using plumbline::terminal::Tone;
+using plumbline::terminal::WrappedLine;
+using plumbline::terminal::WrappedParagraph;
 
 TEST_CASE("a long line is wrapped at spaces, with a hanging indent") {
   CHECK(WrappedLine("short", 20) == "short");

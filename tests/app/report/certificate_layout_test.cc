@@ -98,7 +98,7 @@ TEST_CASE("an empirical term says what it changes and by how much") {
   CHECK(diagnosis::EmpiricalCurvesOf(effect).empty());
 }
 
-TEST_CASE("shares that add up to more than 100 % are explained") {
+TEST_CASE("shares that do not add up to 100 % are explained") {
   diagnosis::Diagnosis diagnosis = test::ExampleDiagnosis(diagnosis::Verdict::kExplained);
   REQUIRE_FALSE(diagnosis.findings.empty());
   const model::CellModel cell = test::ExampleCell();
@@ -108,7 +108,8 @@ TEST_CASE("shares that add up to more than 100 % are explained") {
     return CertificatePage({diagnosis, cell, {}, achieved, {}, {}, ""});
   };
   const auto count = static_cast<double>(diagnosis.findings.size());
-  CHECK_THAT(page(1.3 / count), Contains("effects that act alike"));
+  CHECK_THAT(page(1.3 / count), Contains("effects that act alike add up to more"));
+  CHECK_THAT(page(0.4 / count), Contains("alike add up to less"));
   CHECK_THAT(page(0.9 / count), !Contains("effects that act alike"));
 }
 

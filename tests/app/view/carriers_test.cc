@@ -123,6 +123,14 @@ TEST_CASE("an invalid lens, an old image or an untrusted robot reading makes car
     CHECK_FALSE(carriers.world->stale);
     CHECK_FALSE(carriers.InWorld({scene::Carrier::Kind::kFlange, "", 0}));
   }
+  SECTION("daemon: what it reported last holds for neither lens nor robot") {
+    scene.state.now_s -= 2;
+    const Carriers carriers = scene.Placed();
+    CHECK_FALSE(carriers.image_stale);
+    CHECK(carriers.lens_stale);
+    CHECK(carriers.robot_stale);
+    CHECK(carriers.flange->stale);
+  }
   SECTION("payload unknown: no bend, no flange") {
     scene.state.payload_kg.reset();
     const Carriers carriers = scene.Placed();

@@ -87,6 +87,18 @@ TEST_CASE("a leader line covers no other mark, even where the way around it is l
   CHECK(inside.Place(at, 160, 26));
 }
 
+TEST_CASE("a leader line passes behind labels") {
+  const LeaderLine line{{0, 0}, {100, 0}};
+  const PlacedLabel first{{20, -5, 30, 10}, {}}, at_its_end{{90, -5, 30, 10}, {}};
+  const std::vector<LeaderLine> parts = PartsOutside(line, {first, at_its_end});
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[0].from.x == 0);
+  CHECK(parts[0].to.x == Approx(20));
+  CHECK(parts[1].from.x == Approx(50));
+  CHECK(parts[1].to.x == Approx(90));
+  CHECK(PartsOutside(line, {{{0, -5, 100, 10}, {}}}).empty());
+}
+
 TEST_CASE("corners are taken in order, or where least is covered") {
   LabelPlacer placer(kImage, kEm);
   placer.KeepClear({kImage.x, kImage.y, 200, 200});

@@ -50,6 +50,8 @@ TEST_CASE("a tile states correction, radius with its basis, and drift") {
   CHECK(tile.value == "4.15 mm");
   CHECK(tile.radius == "±0.30 mm (95 %, assumed)");
   CHECK(tile.note == "drift 0.26 of threshold");
+  scene.state.points[0].basis = model::RadiusBasis::kUnknown;
+  CHECK(TilesIn(scene).front().radius == "±0.30 mm (basis unknown)");
   CHECK(tile.state == StateClass::kAdvisory);
   scene.state.monitoring.drift_statistic = 0;
   CHECK(TilesIn(scene).front().note == "drift: no probes yet");

@@ -124,6 +124,15 @@ TEST_CASE("the strip is at least 6 % high, texts of details 12 px or 15 px a met
   CHECK(layout.image.width * layout.image.height >= 0.6F * 1920 * 1080);
 }
 
+TEST_CASE("tiles take the height that a picture much higher than the image leaves") {
+  const PictureLayout high = LayoutOf({1600, 1200}), wide = LayoutOf({1920, 1080});
+  CHECK(high.tiles.bottom() == 1200);
+  CHECK(high.band.right() == high.image.right());
+  CHECK(high.tiles.height >= 4 * static_cast<float>(TileSize(high).height));
+  CHECK(wide.tiles.bottom() == wide.image.bottom());
+  CHECK(wide.band.right() == 1920);
+}
+
 TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {
   const auto fitted = [](const std::string& text, float letters) {
     return Elided(text, 10, letters * 6, WidthOf);
@@ -196,6 +205,15 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
     CHECK(drawn.Says("(7 of 20 views)"));
   }
+  SECTION("no lens: tags may be in the image, but nothing is placed") {
+    ViewScene scene;
+    scene.state.cameras[0].status.state = lens::ZoomState::kStale;
+    scene.state.cameras[0].status.reason = lens::ZoomReason::kNoLens;
+    scene.state.cameras[0].lens.reset();
+    const Drawn drawn(scene, {1280, 720});
+    CHECK(drawn.Says("STALE: lens stale"));
+    CHECK_FALSE(drawn.Says("not seen yet"));
+  }
   SECTION("alarm") {
     ViewScene scene;
     scene.state.alarms = alarm::kRobotStale;
@@ -213,7 +231,8 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(Drawn(scene, {1920, 1080}).Says("not the taught posture"));
   }
   SECTION("a silent daemon") {
-    ViewScene scene;
+    ViewScene scene("stress = true\n");
+    CHECK(Drawn(scene, {1280, 720}).Says("stress, at most"));
     scene.state.now_s -= 10;
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: last data from plumblined 10 s ago"));
@@ -231,8 +250,11 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
       return false;
     };
     CHECK(panels_say("last robot reading 10 s ago"));
-    CHECK_FALSE(drawn.Says("±0.30"));
-    CHECK_FALSE(drawn.Says("4.15"));
+    CHECK(panels_say("no daemon"));
+    for (const char* const claim : {"±0.30", "4.15", "valid: tags", "off nominal", "stress"}) {
+      CAPTURE(claim);
+      CHECK_FALSE(drawn.Says(claim));
+    }
     CHECK(drawn.Says("not valid"));
   }
   SECTION("exaggeration, at every size") {
@@ -261,6 +283,11 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(drawn.Says("■ ALARM"));
     CHECK(drawn.Says("interference: gripper touches car body, 2.1 mm deep"));
     CHECK_FALSE(drawn.Says("OK"));
+    // With little room a label is shortened, not cut: names and depth remain.
+    measured.pairs.front().separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);
+    const Drawn small(scene, {640, 480}, &table, &measured);
+    CHECK((small.Says("car body: INTERFERENCE 2.1 mm deep") ||
+           small.Says("■ gripper / car body 2.1 mm deep")));
     measured.time_s -= 5;
     const Drawn old(scene, {1920, 1080}, &table, &measured);
     CHECK(old.Says("no current measurement"));

@@ -1,4 +1,4 @@
-#include "app/cli/help_formatter.h"
+#include "app/terminal/help_formatter.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/terminal.h"
+#include "app/terminal/terminal.h"
 
-namespace plumbline::cli {
+namespace plumbline::terminal {
 namespace {
 
 constexpr std::size_t kHelpColumns = 80;
@@ -100,4 +100,4 @@ std::shared_ptr<CLI::FormatterBase> HelpFormatter() {
   return std::make_shared<Formatter>();
 }
 
-}  // namespace plumbline::cli
+}  // namespace plumbline::terminal

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline::cli {
+namespace plumbline::terminal {
 
 /// Width of the terminal behind a descriptor, in columns; 0 if it is a file or a pipe. For a
 /// terminal that reports no width (a serial console), $COLUMNS, or 80 if that is not set.
@@ -29,4 +29,4 @@ std::string WrappedLine(std::string_view line, std::size_t columns);
 /// @param columns  of the text alone, without the indent
 std::string WrappedParagraph(std::string_view text, std::size_t columns, std::size_t indent);
 
-}  // namespace plumbline::cli
+}  // namespace plumbline::terminal

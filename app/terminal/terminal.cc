@@ -1,4 +1,4 @@
-#include "app/cli/terminal.h"
+#include "app/terminal/terminal.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace plumbline::cli {
+namespace plumbline::terminal {
 namespace {
 
 constexpr int kUsualColumns = 80;
@@ -112,4 +112,4 @@ std::string WrappedParagraph(std::string_view text, std::size_t columns, std::si
   return Broken(one_line, indent, indent, indent + columns);
 }
 
-}  // namespace plumbline::cli
+}  // namespace plumbline::terminal

@@ -8,7 +8,7 @@ class App;
 class FormatterBase;
 }  // namespace CLI
 
-namespace plumbline::cli {
+namespace plumbline::terminal {
 
 /// Wraps descriptions and footers at 80 columns. Line feeds within a paragraph of a footer are
 /// treated as spaces; examples are left unchanged. A long list of values moves from the option's
@@ -16,4 +16,4 @@ namespace plumbline::cli {
 /// description and the error message for an invalid combination name them.
 std::shared_ptr<CLI::FormatterBase> HelpFormatter();
 
-}  // namespace plumbline::cli
+}  // namespace plumbline::terminal
