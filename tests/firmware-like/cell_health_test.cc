@@ -4,6 +4,7 @@
 #include <cstring>
 #include <set>
 
+#include "firmware-like/cycle_status.h"
 #include "firmware-like/snapshot.h"
 
 namespace plumbline::cell_health_test {
@@ -56,6 +57,35 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
         CellHealth{HealthSeverity::kNotice, HealthReason::kNoPoints});
   CHECK(HealthOf({.quarantined = true}).reason == HealthReason::kQuarantined);
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
+}
+
+TEST_CASE("no point is without correction, extrapolated or without basis while the cell is OK") {
+  for (int number = 1; number <= static_cast<int>(correction::kLastCorrectionCode); ++number) {
+    CAPTURE(number);
+    Snapshot snapshot;
+    snapshot.points.resize(2);
+    snapshot.points[0].valid = true;
+    snapshot.points[0].correction.basis = model::RadiusBasis::kMeasured;
+    snapshot.points[1].valid = false;
+    snapshot.points[1].code = static_cast<correction::CorrectionCode>(number);
+    snapshot.alarms = AlarmsOf(snapshot.points);
+    // Without a trusted robot reading, the alarm is that of the reading.
+    if (snapshot.points[1].code == correction::CorrectionCode::kNoRobot)
+      snapshot.alarms |= AlarmOf(InputFault::kStale);
+    CHECK(HealthOf(HealthInputsFrom(snapshot, {}, 0.05)).severity >= HealthSeverity::kAttention);
+  }
+  for (int fault = 1; fault <= static_cast<int>(InputFault::kTcpMismatch); ++fault) {
+    CAPTURE(fault);
+    CHECK(HealthOf({.alarms = AlarmOf(static_cast<InputFault>(fault))}).severity ==
+          HealthSeverity::kAlarm);
+  }
+  Snapshot snapshot;
+  snapshot.points.resize(1);
+  snapshot.points[0].valid = true;
+  snapshot.points[0].correction.basis = model::RadiusBasis::kMeasured;
+  CHECK(HealthOf(HealthInputsFrom(snapshot, {}, 0.05)) == CellHealth{});
+  snapshot.points[0].correction.extrapolated = true;
+  CHECK(HealthOf(HealthInputsFrom(snapshot, {}, 0.05)).severity == HealthSeverity::kAttention);
 }
 
 TEST_CASE("each reason has a text and, if there is something to do, a remedy") {

@@ -3,9 +3,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/diagnosis/empirical_curve.h"
 #include "app/report/achieved_accuracy.h"
 #include "app/report/certificate.h"
-#include "app/diagnosis/empirical_curve.h"
 #include "app/report/figures_certificate.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
