@@ -95,12 +95,6 @@ void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Dia
   diagnosis.verdict = Verdict::kUnknown;
 }
 
-/// Fitted to the rows, free frames and places included.
-double ParametersOf(const Identified& found, const Dataset& data) {
-  const Nuisances nuisances(data);
-  return static_cast<double>(found.best.columns.size()) + nuisances.size() - nuisances.equations();
-}
-
 ExplanationCheck LackOfFitCheck(const LackOfFit& found) {
   ExplanationCheck check;
   check.name = "lack_of_fit";
@@ -130,6 +124,11 @@ void CheckLackOfFit(const Identified& found, const FitOfAllRows& fit, Diagnosis&
 }
 
 }  // namespace
+
+double ParametersOf(const Identified& found, const Dataset& data) {
+  const Nuisances nuisances(data);
+  return static_cast<double>(found.best.columns.size()) + nuisances.size() - nuisances.equations();
+}
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
   const LinearProblem subset(found.fit.WithRows(EvenlySpacedRows(found.fit.data, kSignalRows)),

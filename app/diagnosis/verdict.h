@@ -12,6 +12,10 @@ namespace plumbline::diagnosis {
 /// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
+/// Number of parameters fitted to the rows: of the named effects, free frames and places of
+/// artefacts, minus what is known about the places.
+double ParametersOf(const Identified& found, const Dataset& data);
+
 /// Sets the verdict before the checks of the explanation (explanation_checks.h), the driver signals
 /// of an unknown cause, and whether the declared noise is too small; adds the check `lack_of_fit`.
 /// Requires `rivals` and `signals`.
