@@ -57,7 +57,8 @@ Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
 
 effects::ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
                                       const ColumnSizes& values) {
-  const auto factor = [&](const BlockColumn& of, Eigen::Ref<const Eigen::RowVectorXd> drivers) {
+  const auto factor = [&](const BlockColumn& of,
+                          const Eigen::Ref<const Eigen::RowVectorXd>& drivers) {
     const auto along = [&](SignalIndex index, int degree, double value) {
       return Legendre(degree, Scaled(data.signals[index], value));
     };

@@ -47,6 +47,7 @@ std::string EffectName(std::string_view id, std::string_view word,
 std::string CyclesText(const std::set<double>& cycles) {
   if (cycles == std::set<double>{1}) return "1 cycle per turn";
   std::vector<std::string> texts;
+  texts.reserve(cycles.size());
   for (const double value : cycles) texts.push_back(fmt::format("{:.3g}", value));
   return Listed(texts, "or") + " cycles per turn";
 }

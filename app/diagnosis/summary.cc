@@ -26,8 +26,8 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   for (const Finding& finding : diagnosis.findings) {
     for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
       if (++count > kMaxParameters) continue;
-      lines += fmt::format("  {:<22}{}: {} {} along {}\n", "empirical", curve.meaning, curve.range,
-                           curve.unit, Listed(finding.effect.term.drivers));
+      lines += fmt::format("  {:<22}{}: {} {} along {}\n", EffectName(finding), curve.meaning,
+                           curve.range, curve.unit, Listed(finding.effect.term.drivers));
     }
     if (finding.effect.term.effect->traits().empirical) {
       const std::string line = LinearTrendText(finding.effect);
