@@ -44,7 +44,7 @@ Result<CameraLenses::Found> CameraLenses::Find(const CameraIdentity& camera,
   if (!*found) return Found{};
   const lens_store::LensFound& stored = **found;
   auto lens = std::make_shared<ActiveLens>();
-  lens->known = stored.entry;
+  lens->known = static_cast<const lens::KnownLens&>(stored.entry);
   lens->calibrated = stored.how == lens_store::LensFound::How::kCalibrated;
   lens->log_focal_sd = stored.log_focal_sd;
   if (stored.log_focal_per_count) {
@@ -63,7 +63,7 @@ Result<std::int64_t> CameraLenses::Store(const CameraIdentity& camera, const Fra
   const lens::LensCalibration& solved = *session.calibration();
   lens_store::LensEntry entry;
   entry.key = LensKeyFor(camera, context);
-  static_cast<lens::KnownLens&>(entry) = solved;
+  static_cast<lens::KnownLens&>(entry) = static_cast<const lens::KnownLens&>(solved);
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);

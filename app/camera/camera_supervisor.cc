@@ -278,7 +278,7 @@ void CameraSupervisor::FinishBoard() {
   }
   const lens::LensCalibration& solved = *session.calibration();
   ActiveLens lens;
-  lens.known = solved;
+  lens.known = static_cast<const lens::KnownLens&>(solved);
   lens.calibrated = true;
   const FrameContext context = CurrentContext();
   const bool taken = WithSupervisor([&](LensSupervisor& supervisor) {

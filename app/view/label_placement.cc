@@ -26,13 +26,12 @@ struct Passage {
 /// @return  nullopt if they do not meet [Liang and Barsky, 1984]
 std::optional<Passage> PassageOf(const LeaderLine& line, const scene::Area& area) {
   Passage passage;
-  auto& [enter, leave] = passage;
   const auto clip = [&](float start, float delta, float low, float high) {
     if (delta == 0) return start >= low && start <= high;
     const float a = (low - start) / delta, b = (high - start) / delta;
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-    return enter <= leave;
+    passage.enter = std::max(passage.enter, std::min(a, b));
+    passage.leave = std::min(passage.leave, std::max(a, b));
+    return passage.enter <= passage.leave;
   };
   const bool meets = clip(line.from.x, line.to.x - line.from.x, area.x, area.right()) &&
                      clip(line.from.y, line.to.y - line.from.y, area.y, area.bottom());
