@@ -239,6 +239,7 @@ class RivalSearch {
       return a.cycles_per_turn < b.cycles_per_turn;
     });
     std::vector<std::string> cycles;
+    cycles.reserve(lines.size());
     for (const PeriodicLine& line : lines) {
       cycles.push_back(fmt::format("{:.3g}", line.cycles_per_turn));
     }

@@ -360,8 +360,9 @@ TEST_CASE("large effects are not taken for mistakes") {
   for (const char* family : families) {
     for (const char* robot : {"kr210", "ur10", "arm6"}) {
       CAPTURE(family, robot);
-      CHECK(Refusal(Simulated(fmt::format("--family {} --robot {} --signal 150 --seed {}", family,
-                                          robot, 70 + sets++))) == "");
+      const std::string options =
+          fmt::format("--family {} --robot {} --signal 150 --seed {}", family, robot, 70 + sets++);
+      CHECK_THAT(Refusal(Simulated(options)), Catch::Equals(""));
     }
   }
   CHECK(sets >= 30);
