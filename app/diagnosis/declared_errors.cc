@@ -250,7 +250,7 @@ bool DeclaredError::certain() const {
   return within_noise && evidence_gap < -kMistakeMargin;
 }
 
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found) {
+std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves) {
   std::optional<DeclaredError> best;
   const auto consider = [&](const Answer& answer, const DeclaredErrorColumns& columns) {
     for (const double lenience : {0.0, kRivalGap}) {
@@ -264,7 +264,7 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found) {
   for (const DeclaredErrorColumns& columns : TipErrors(answer.candidate_set.problem())) {
     consider(answer, columns);
   }
-  if (!TestsMoves(found.fit.data)) return best;
+  if (!with_moves || !TestsMoves(found.fit.data)) return best;
   // A move may hide behind effects that imitate it, so that it is also sought in the whole
   // residual.
   const auto consider_moves = [&](const Answer& of) {
@@ -302,28 +302,28 @@ std::string SentenceOf(const DeclaredError& error, const Identified& found) {
   return text + fmt::format("; as declared, the rows would need {}", Listed(instead_of));
 }
 
-void CheckDeclarations(const std::optional<DeclaredError>& error, const Identified& found,
-                       Diagnosis& diagnosis) {
+void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_moves,
+                       const Identified& found, Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return;
-  const auto add = [&](const char* name, bool of_this, const char* passed) {
+  const auto add = [&](const char* name, const std::string& sentence) {
     ExplanationCheck& check = diagnosis.checks.emplace_back();
     check.name = name;
-    check.passed = !(error && of_this);
-    check.figure = check.passed ? 0 : 1;
-    check.sentence = check.passed ? passed
-                                  : fmt::format("these rows are explained as well if {}",
-                                                TextOf(*error, found.fit.data));
+    check.passed = !error;
+    check.figure = error ? 1 : 0;
+    check.sentence = sentence;
   };
-  const bool moved = error && error->kind.what == What::kMove;
-  if (TestsTips(found.fit.data)) {
-    add("tool_tips", !moved, "no wrong tip of a tool and no turned orientation fits as well");
+  const Dataset& data = found.fit.data;
+  if (error) {
+    const std::string sentence =
+        fmt::format("these rows are explained as well if {}", TextOf(*error, data));
+    add(error->kind.what == What::kMove ? "artefact_moves" : "tool_tips", sentence);
+    AddDoubts(*error, sentence, found, diagnosis);
+    return;
   }
-  if (TestsMoves(found.fit.data))
-    add("artefact_moves", moved, "no artefact that moved fits as well");
-  if (!error) return;
-  AddDoubts(*error,
-            fmt::format("these rows are explained as well if {}", TextOf(*error, found.fit.data)),
-            found, diagnosis);
+  if (TestsTips(data)) {
+    add("tool_tips", "no wrong tip of a tool and no turned orientation fits as well");
+  }
+  if (with_moves && TestsMoves(data)) add("artefact_moves", "no artefact that moved fits as well");
 }
 
 }  // namespace plumbline::diagnosis

@@ -31,16 +31,21 @@ struct DeclaredError {
 
 /// The error that fits best beside the effects of the answer, or some of them. It costs as much as
 /// an effect with three parameters, plus the choice of the tool, or of the artefact and the moment.
+/// @param with_moves  also moves of artefacts; false if a declared distance contradicts the other
+/// data,
+///                    which imitates a move of one of its artefacts
 /// @return  nullopt if the rows can show no such error, or if nothing is `certain` or explains
 ///          effects of the answer so well that it is not ruled out (kRivalGap)
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found);
+std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves);
 
 /// The mistake and its remedy.
 std::string SentenceOf(const DeclaredError& error, const Identified& found);
 
 /// Adds the checks `tool_tips` and `artefact_moves` of findings whose rows can show such an error.
-/// If there is one, doubts the findings that it would replace, and withholds the correction.
-void CheckDeclarations(const std::optional<DeclaredError>& error, const Identified& found,
-                       Diagnosis& diagnosis);
+/// If there is one, adds only the check that it fails, doubts the findings that it would replace,
+/// and withholds the correction.
+/// @param with_moves  as given to DeclaredErrorOf
+void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_moves,
+                       const Identified& found, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

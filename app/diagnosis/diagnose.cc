@@ -260,10 +260,9 @@ Result<void> StartedDiagnosis::Identify() {
     return Error{*mistake};
   const Result<TestedReferences> tested = TestReferences(*found_);
   if (!tested) return tested.failure();
-  std::optional<DeclaredError> error = DeclaredErrorOf(*found_);
   // A wrong distance imitates a move of one of its artefacts; it is set aside first.
-  const bool contradicted = !tested->references.contradicting.empty();
-  if (error && error->kind.what == DeclaredErrorKind::What::kMove && contradicted) error.reset();
+  const bool with_moves = tested->references.contradicting.empty();
+  const std::optional<DeclaredError> error = DeclaredErrorOf(*found_, with_moves);
   if (error && error->certain()) return Error{SentenceOf(*error, *found_)};
   Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
   if (!fit) return fit.failure();
@@ -279,7 +278,7 @@ Result<void> StartedDiagnosis::Identify() {
     return checked;
   }
   CheckContradictions(*tested, diagnosis_);
-  CheckDeclarations(error, *found_, diagnosis_);
+  CheckDeclarations(error, with_moves, *found_, diagnosis_);
   return {};
 }
 

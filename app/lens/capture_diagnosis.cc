@@ -255,9 +255,9 @@ void AddCredibleBesideBoard(const Attempts& attempts, const DeclaredFacts& decla
   }
 }
 
-/// Whether two causes are the same to whoever repeats the capture, with one remedy: a lens that
-/// moved, whatever changed in it, or a print that is not true to size.
-bool SameToTheUser(CaptureCause a, CaptureCause b) {
+/// True if two causes have one remedy: a lens that moved, whatever changed in it, or a print that
+/// is not true to size.
+bool HaveOneRemedy(CaptureCause a, CaptureCause b) {
   const auto family = [](CaptureCause cause) {
     if (cause == CaptureCause::kPrincipalPoint || cause == CaptureCause::kCameraVaries)
       return CaptureCause::kFocalLength;
@@ -282,7 +282,7 @@ void CompleteWithFreeBoard(double most_px2, CaptureDiagnosis& diagnosis) {
 bool CaptureDiagnosis::clear() const {
   return !incomplete && !findings.empty() &&
          std::all_of(findings.begin(), findings.end(), [this](const Finding& finding) {
-           return SameToTheUser(finding.cause, findings.front().cause);
+           return HaveOneRemedy(finding.cause, findings.front().cause);
          });
 }
 

@@ -172,8 +172,7 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   } else if (shares < kMostShares) {
     notes.emplace_back(
         "Share: what comes back without that effect and the others do not replace; effects that "
-        "act "
-        "alike add up to less than 100 %.");
+        "act alike add up to less than 100 %.");
   }
   if (notes.empty()) return table.Html();
   return table.Html() + "<p class=\"soft\">" +

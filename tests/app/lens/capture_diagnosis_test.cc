@@ -221,7 +221,7 @@ TEST_CASE("each cause wins against its rivals where they come close to it") {
     const char* words;  // of the reason
   };
   const Case cases[] = {
-      // One view hardly tells the two ways in which a lens moves; that it moved is certain.
+      // One view hardly separates the two ways in which a lens moves; that it moved is certain.
       {"zoom jumps before the last 1", 3416562091400207425, "the lens moved while"},
       // Without the focal length, which does not change, three shifts are simpler than a shutter.
       {"image stabilisation shifts", 18266951925373848602U,
