@@ -54,6 +54,7 @@ enum class HealthReason : std::uint8_t {
   kQuarantined = 37,       ///< probes contradict the model and await a person's decision
   kPointsPending = 38,     ///< some points are still being computed
   kRadiusTooLarge = 39,    ///< a valid point's radius exceeds the largest allowed correction
+  kObjectsNear = 40,       ///< monitored objects are nearer than their declared distance
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model awaits approval
   kBoardWanted = 51,      ///< the calibration board is requested
@@ -78,7 +79,7 @@ struct HealthInputs {
   bool radius_too_large = false;  ///< a valid point's radius exceeds the largest allowed correction
   bool fiducial_moved = false;
   bool required_lens_missing = false;  ///< points are withdrawn until a camera's lens is valid
-  bool scene_lost = false, scene_incomplete = false;
+  bool objects_near = false, scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;
   bool pending = false;        ///< a point is still being computed
   bool no_points = false;      ///< no point is configured

@@ -51,6 +51,7 @@ HealthInputs HealthInputsFrom(const Snapshot& snapshot, const MachineInput& inpu
   }
   facts.required_lens_missing = snapshot.lenses_missing != 0;
   facts.scene_lost = input.scene_lost;
+  facts.objects_near = input.objects_near;
   facts.scene_incomplete = input.scene_incomplete;
   facts.no_points = snapshot.points.empty();
   facts.reference_refused = input.reference_refused;

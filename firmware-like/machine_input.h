@@ -46,6 +46,7 @@ struct MachineInput {
   bool storage_unavailable = false;       ///< not recorded: the journal's disk is not writable
   std::uint16_t background_warnings = 0;  ///< warning bits of the background workers
   bool scene_lost = false;                ///< interference was monitored and no longer is
+  bool objects_near = false;              ///< monitored objects are nearer than declared
   bool scene_incomplete = false;          ///< some monitored pairs of objects are not measured
   bool reference_refused = false;         ///< the drift monitor's reference probes disagree
   bool quarantined = false;               ///< quarantined probes await a person's decision

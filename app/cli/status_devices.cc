@@ -149,6 +149,9 @@ void PrintObjects(const DaemonRegisters& daemon, std::ostream& out) {
     text += fmt::format(", nearest: {} and {}, {:.2f} mm", number("scene_object_a"),
                         number("scene_object_b"), daemon.Scene("scene_distance"));
   }
+  if (const int pairs = number("scene_near"); pairs > 0) {
+    text += fmt::format(", {} pairs near", pairs);
+  }
   if (const int pairs = number("scene_unmeasured"); pairs > 0) {
     text += fmt::format(", {} pairs not measured", pairs);
   }

@@ -249,6 +249,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
       (parts.model_superseded ? warning::kModelSetAside : 0));
   const bool scene_fresh = environment_.scene.FreshAt(start_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
+  input.objects_near = scene_fresh && environment_.scene.near > 0;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
   input.reference_refused = environment_.monitoring.reference_refused;
   input.quarantined = environment_.monitoring.quarantined > 0;

@@ -35,11 +35,15 @@ Json JsonOf(const Finding& finding) {
   const model::WrittenEffect written =
       effects::WrittenFromActive(finding.effect, finding.covariance);
   Json parameters = Json::array();
-  for (const model::EffectParameter& parameter : written.parameters)
-    parameters.push_back(JsonOf(parameter));
+  for (std::size_t k = 0; k < written.parameters.size(); ++k) {
+    parameters.push_back(JsonOf(written.parameters[k]));
+    if (k < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[k] > 0)
+      parameters.back()["tip_rms_mm"] = Millimetres(finding.tip_rms_of_each_m[k]);
+  }
   Json json = {{"id", written.id},
                {"scope", written.scope},
                {"parameters", parameters},
+               {"tip_rms_mm", Millimetres(finding.tip_rms_m)},
                {"p_value", Number(finding.p_value)},
                {"share_of_residual", Number(finding.share_of_residual)}};
   const std::string line = LinearTrendText(finding.effect);

@@ -12,6 +12,7 @@
 #include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
+#include "app/diagnosis/tip_displacement.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
 
@@ -190,6 +191,9 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   } else if (ActsFromEventTime(term)) {
     SetEventTimeVariance(data, finding);
   }
+  TipDisplacement displacement = TipDisplacementOf(context.problem, finding.effect);
+  finding.tip_rms_m = displacement.all_m;
+  finding.tip_rms_of_each_m = std::move(displacement.each_m);
   const bool identifiable = std::all_of(places.begin(), places.end(), [&](int place) {
     return place < 0 || context.refit.identifiable[static_cast<std::size_t>(place)];
   });

@@ -128,6 +128,12 @@ std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& p
   return {WithUncertainty(shown), unit};
 }
 
+/// RMS displacement by one value of the effect [mm], empty for a shape.
+std::string AtTheTip(const diagnosis::Finding& finding, std::size_t value) {
+  const bool known = value < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[value] > 0;
+  return known ? Escape(diagnosis::MillimetreText(finding.tip_rms_of_each_m[value])) : "";
+}
+
 /// Adds the rows of an effect's parameters as far as the page has room for them.
 /// @param count  number of parameters so far, of which at most kMaxCoefficients have rows
 void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::size_t& count) {
@@ -141,7 +147,7 @@ void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::s
     const auto [value, unit] = ValueAndUnit(parameter, k < curves.size() ? &curves[k] : nullptr);
     table.AddRow({Escape(Shortened(diagnosis::Capitalized(diagnosis::EffectName(written.id)),
                                    kMaxWordLength)),
-                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit,
+                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit, AtTheTip(finding, k),
                   Escape(diagnosis::PercentText(finding.share_of_residual))});
   }
 }
@@ -149,7 +155,7 @@ void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::s
 std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   HtmlTable table({"Change to the model", "Parameter", "Value &plusmn; U (k = 2)", "Unit",
-                   "Share of the residual"},
+                   "At the tip (mm)", "Share of the residual"},
                   {0, 1, 3});
   std::size_t count = 0;
   double shares = 0;
@@ -161,6 +167,7 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   }
   std::vector<std::string> notes;
   if (!diagnosis.withheld.empty()) notes.emplace_back("Not written to the model.");
+  notes.emplace_back("At the tip: RMS displacement at the measured poses by this value alone.");
   if (!trend.empty()) notes.push_back(trend + ".");
   if (count > kMaxCoefficients) {
     notes.push_back(CountText(count - kMaxCoefficients, "more parameter") + " in the appendix.");

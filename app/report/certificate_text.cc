@@ -7,11 +7,13 @@
 namespace plumbline::report {
 
 std::string Shortened(const std::string& text, std::size_t most) {
-  const std::string valid = ValidUtf8(text);
-  if (valid.size() <= most) return valid;
-  std::size_t end = most;
-  while (end > 0 && (static_cast<unsigned char>(valid[end]) & 0xC0) == 0x80) --end;
-  return valid.substr(0, end) + "\u2026";
+  std::string valid = ValidUtf8(text);
+  std::size_t characters = 0;
+  for (std::size_t at = 0; at < valid.size(); ++at) {
+    const bool starts = (static_cast<unsigned char>(valid[at]) & 0xC0) != 0x80;
+    if (starts && ++characters > most) return valid.substr(0, at) + "\u2026";
+  }
+  return valid;
 }
 
 std::string CountText(std::size_t count, const char* what) {

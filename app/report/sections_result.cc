@@ -247,6 +247,10 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
+    if (finding.tip_rms_m > 0) {
+      html += "<p>At the measured poses it displaces the tip by " +
+              Escape(diagnosis::MillimetreText(finding.tip_rms_m)) + " mm RMS.</p>\n";
+    }
     for (const diagnosis::EmpiricalCurve& curve : diagnosis::EmpiricalCurvesOf(finding.effect)) {
       html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
               Escape(curve.range + " " + curve.unit) + ".</p>\n";

@@ -6,6 +6,7 @@ status::SceneStatus SceneStatusOf(const SceneMeasurements& measured) {
   status::SceneStatus scene;
   for (const MeasuredPair& pair : measured.pairs) {
     if (pair.state == scene::Proximity::kInterference) ++scene.interferences;
+    if (pair.state == scene::Proximity::kNear) ++scene.near;
     if (!pair.separation) {
       ++scene.unmeasured;
     } else if (scene.object_a == 0 || pair.separation->distance_m < scene.smallest_m) {

@@ -50,6 +50,19 @@ StateClass ClassOfSeverity(HealthSeverity severity) {
   return StateClass::kAlarm;
 }
 
+/// "gripper is near car body: 12.3 mm", of the pair with the least distance.
+std::string NearestPairText(const SceneMeasurements& measured) {
+  const MeasuredPair* nearest = nullptr;
+  for (const MeasuredPair& pair : measured.pairs) {
+    if (pair.state != scene::Proximity::kNear || !pair.separation) continue;
+    if (nearest == nullptr || pair.separation->distance_m < nearest->separation->distance_m)
+      nearest = &pair;
+  }
+  if (nearest == nullptr) return Describe(HealthReason::kObjectsNear);
+  return fmt::format("{} is near {}: {:.1f} mm", nearest->a, nearest->b,
+                     kMmPerMetre * nearest->separation->distance_m);
+}
+
 /// Names an undeclared number, or the objects of an interference that this process measures.
 std::string ReasonOf(const CellHealth& health, const ViewFacts& facts) {
   if (health.reason == HealthReason::kPayloadUnknown && !facts.state->payload_problem.empty()) {
@@ -57,7 +70,9 @@ std::string ReasonOf(const CellHealth& health, const ViewFacts& facts) {
   }
   const SceneMeasurements* const measured = facts.measured;
   const bool fresh = measured != nullptr && facts.now_s - measured->time_s <= kMeasuredFresh_s;
-  if (health.reason != HealthReason::kInterference || !fresh) return Describe(health.reason);
+  if (!fresh) return Describe(health.reason);
+  if (health.reason == HealthReason::kObjectsNear) return NearestPairText(*measured);
+  if (health.reason != HealthReason::kInterference) return Describe(health.reason);
   for (const MeasuredPair& pair : measured->pairs) {
     if (pair.state != scene::Proximity::kInterference) continue;
     const std::string text = fmt::format("interference: {} touches {}", pair.a, pair.b);

@@ -10,9 +10,9 @@
 
 namespace plumbline::view_link {
 
-/// Little-endian: "plumbsc2", interferences (u32), unmeasured (u32), blocked paths (u32), smallest
-/// [mm] (f32), object a (u16), object b (u16).
-inline constexpr std::size_t kSceneMessageBytes = 28;
+/// Little-endian: "plumbsc3", interferences (u32), near pairs (u32), unmeasured (u32), blocked paths
+/// (u32), smallest [mm] (f32), object a (u16), object b (u16).
+inline constexpr std::size_t kSceneMessageBytes = 32;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
 /// `scene.time_s` is not sent; the receiver stamps the time of arrival.

@@ -1,4 +1,4 @@
-// Registers 640..648: interference and smallest distance of the virtual objects.
+// Registers 640..649: interference and smallest distance of the virtual objects.
 #include <array>
 
 #include "drivers/plc/register_values.h"
@@ -54,6 +54,9 @@ const std::array kSceneFields = {
     MapField{648, kU16, "scene_blocked", "",
              "number of approach paths that are blocked by an object",
              [](Source s) -> double { return Fresh(s) ? Scene(s).blocked : 0; }},
+    MapField{649, kU16, "scene_near", "",
+             "number of object pairs that are nearer than their declared near_mm without touching",
+             [](Source s) -> double { return Fresh(s) ? Scene(s).near : 0; }},
 };
 
 }  // namespace
