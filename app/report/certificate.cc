@@ -130,7 +130,8 @@ std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& p
 
 /// RMS displacement by one value of the effect [mm], empty for a shape.
 std::string AtTheTip(const diagnosis::Finding& finding, std::size_t value) {
-  const bool known = value < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[value] > 0;
+  const bool known =
+      value < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[value] > 0;
   return known ? Escape(diagnosis::MillimetreText(finding.tip_rms_of_each_m[value])) : "";
 }
 
@@ -147,8 +148,8 @@ void AddCoefficients(const diagnosis::Finding& finding, HtmlTable& table, std::s
     const auto [value, unit] = ValueAndUnit(parameter, k < curves.size() ? &curves[k] : nullptr);
     table.AddRow({Escape(Shortened(diagnosis::Capitalized(diagnosis::EffectName(written.id)),
                                    kMaxWordLength)),
-                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit, AtTheTip(finding, k),
-                  Escape(diagnosis::PercentText(finding.share_of_residual))});
+                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit,
+                  AtTheTip(finding, k), Escape(diagnosis::PercentText(finding.share_of_residual))});
   }
 }
 

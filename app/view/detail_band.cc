@@ -90,6 +90,7 @@ void AddCell(const Panel& panel, CellKind kind, const scene::Area& area, Picture
 void AddDetailBand(const ViewFacts& facts, PictureWriter& writer) {
   const PictureLayout& layout = writer.layout();
   const scene::Area& band = layout.band;
+  if (band.height < layout.line()) return;
   writer.Box(band, palette::kGround);
   std::vector<Panel> panels = WallPanelsOf(facts);
   panels.push_back({"Messages, newest first (UTC)", RecentMessages(facts, kMostMessages)});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace plumbline::view {
 namespace {
@@ -9,7 +10,10 @@ namespace {
 constexpr float kReferenceHeight_px = 1080, kReferenceWidth_px = 1440;  ///< where s = 1
 constexpr float kStrip_px = 82, kStripShare = 0.06F, kSmallestText_px = 12;
 constexpr float kTileWidth_em = 17.3F, kTileHeight_em = 7.7F, kGap_em = 0.25F;
-constexpr float kBandLines = 5, kBandMargins_em = 0.8F;  ///< a title and four lines
+constexpr float kBandLines = 5, kLeastBandLines = 3;  ///< a title and four or two lines
+constexpr float kBandMargins_em = 0.8F;
+constexpr float kShortTile_em = 6.3F;  ///< height of a tile without its note
+constexpr float kImageShare = 0.6F;    ///< of the picture, where an arrangement can reach it
 
 /// Largest scale at which the whole image fits the area.
 double ScaleIn(const scene::Area& area, image::ImageSize image) {
@@ -47,6 +51,10 @@ Room Filled(float width, float height, std::size_t cameras, double aspect, float
   return room;
 }
 
+float BandHeight(const PictureLayout& layout, float lines) {
+  return std::round(lines * layout.line() + kBandMargins_em * layout.em);
+}
+
 void SetTextSizes(PictureLayout& layout) {
   const auto width = static_cast<float>(layout.size.width);
   const auto height = static_cast<float>(layout.size.height);
@@ -63,21 +71,25 @@ void SetTextSizes(PictureLayout& layout) {
 
 }  // namespace
 
+float Gap(const PictureLayout& layout) {
+  return std::round(kGap_em * layout.em);
+}
+
 image::ImageSize TileSize(const PictureLayout& layout) {
   return {static_cast<int>(std::round(kTileWidth_em * layout.em)),
           static_cast<int>(std::round(kTileHeight_em * layout.em))};
 }
 
-PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageSize image) {
-  PictureLayout layout;
-  layout.size = size;
-  SetTextSizes(layout);
-  const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
-  const float strip = layout.strip.height, gap = std::round(kGap_em * layout.em);
-  const float band = std::round(kBandLines * layout.line() + kBandMargins_em * layout.em);
-  const auto column = static_cast<float>(TileSize(layout).width) + 2 * gap;
-  const float row = static_cast<float>(TileSize(layout).height) + layout.line() + 2 * gap;
-  const double aspect = static_cast<double>(image.width) / image.height;
+namespace {
+
+/// Strip, images, tiles and details in their usual sizes.
+PictureLayout FullLayout(PictureLayout layout, std::size_t cameras, double aspect) {
+  const auto width = static_cast<float>(layout.size.width);
+  const auto height = static_cast<float>(layout.size.height);
+  const float strip = layout.strip.height, gap = Gap(layout), band = BandHeight(layout, kBandLines);
+  const auto tile = static_cast<float>(TileSize(layout).height);
+  const float column = static_cast<float>(TileSize(layout).width) + 2 * gap;
+  const float row = tile + layout.line() + 2 * gap;
   const Room beside = Filled(width - column, height - strip - band, cameras, aspect, gap);
   const Room below = Filled(width, height - strip - band - row, cameras, aspect, gap);
   const bool tiles_below = below.area > beside.area && below.covered_width > width - gap;
@@ -90,12 +102,49 @@ PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageS
   const float top = tiles_below ? layout.tiles.bottom() : layout.image.bottom();
   layout.band = {0, top, width, height - top};
   // On a picture much higher than the image, the tiles take the height and the details the rest.
-  const auto tile = static_cast<float>(TileSize(layout).height);
   if (!tiles_below && layout.band.height >= band + tile) {
     layout.tiles.height = height - strip;
     layout.band.width = image_width;
   }
-  layout.images = SplitArea(layout.image, cameras, image, gap);
+  return layout;
+}
+
+/// The images over the whole width, one row of tiles below them, and details only where there is
+/// room left; nullopt if the images would not cover the width.
+std::optional<PictureLayout> ImageFirstLayout(PictureLayout layout, std::size_t cameras,
+                                              double aspect) {
+  const auto width = static_cast<float>(layout.size.width);
+  const auto height = static_cast<float>(layout.size.height);
+  const float strip = layout.strip.height, gap = Gap(layout);
+  const float row = std::ceil(kShortTile_em * layout.em) + 2 * gap;
+  const Room room = Filled(width, height - strip - row, cameras, aspect, gap);
+  if (!(room.covered_width > width - gap)) return std::nullopt;
+  layout.image = {0, strip, width, std::round(room.covered_height)};
+  const float left = height - layout.image.bottom();
+  const bool details = left - row >= BandHeight(layout, kLeastBandLines);
+  layout.tiles = {0, layout.image.bottom(), width, details ? row : left};
+  layout.band = {0, layout.tiles.bottom(), width, height - layout.tiles.bottom()};
+  return layout;
+}
+
+float ImageShare(const PictureLayout& layout) {
+  const float all = static_cast<float>(layout.size.width) * static_cast<float>(layout.size.height);
+  return layout.image.width * layout.image.height / all;
+}
+
+}  // namespace
+
+PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageSize image) {
+  PictureLayout layout;
+  layout.size = size;
+  SetTextSizes(layout);
+  const double aspect = static_cast<double>(image.width) / image.height;
+  const PictureLayout full = FullLayout(layout, cameras, aspect);
+  const auto image_first = ImageFirstLayout(layout, cameras, aspect);
+  const bool larger =
+      image_first && ImageShare(full) < kImageShare && ImageShare(*image_first) >= kImageShare;
+  layout = larger ? *image_first : full;
+  layout.images = SplitArea(layout.image, cameras, image, Gap(layout));
   return layout;
 }
 

@@ -14,6 +14,7 @@ namespace plumbline::view {
 namespace {
 
 constexpr float kMostStretch = 1.2F;  ///< of a tile, to fill a page
+constexpr float kPagerWidth_em = 6.5F, kLeastSpacing = 0.9F;
 
 StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
   switch (ToneOf(point, state)) {
@@ -89,7 +90,10 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   const float margin = 0.6F * layout.em, x = area.x + margin, width = area.width - 1.6F * margin;
   const std::string word = tile.valid() ? "corrected" : "";
   const float word_width = writer.WidthOf(word, layout.em) + 0.4F * layout.em;
-  float y = area.y + 0.3F * layout.em;
+  // Lines move together in a low tile.
+  const float tight =
+      std::clamp(area.height / static_cast<float>(TileSize(layout).height), kLeastSpacing, 1.0F);
+  float y = area.y + 0.3F * tight * layout.em;
   const std::string glyph = MarkOf(tile.state).glyph;
   const float glyph_width = writer.WidthOf(glyph + " ", layout.name_em);
   writer.Text(x, y, glyph_width, layout.name_em, glyph, accent);
@@ -97,10 +101,10 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
               palette::kText);
   writer.TextAtRight(x + width, y + 0.9F * (layout.name_em - layout.em), word_width, layout.em,
                      word, palette::kFaded);
-  y += 1.25F * layout.name_em;
+  y += 1.25F * tight * layout.name_em;
   writer.Text(x, y, width, writer.FittingEm(tile.value, layout.value_em, width), tile.value,
               tile.valid() ? palette::kText : accent);
-  y += 1.2F * layout.value_em;
+  y += 1.2F * tight * layout.value_em;
   if (!tile.valid()) {
     for (const std::string& row : writer.Rows(tile.radius, layout.em, width)) {
       if (y + layout.line() > area.bottom()) break;
@@ -111,7 +115,8 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   }
   const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
   writer.Text(x, y, width, radius_em, tile.radius, palette::kText);
-  y += 1.3F * radius_em;
+  y += 1.3F * tight * radius_em;
+  if (y + 1.2F * layout.em > area.bottom()) return;
   writer.Line(x, y, width,
               {tile.note, tile.state == StateClass::kWarning ? Tone::kAttention : Tone::kFaded});
 }
@@ -147,6 +152,7 @@ namespace {
 struct TileGrid {
   std::size_t columns = 1, rows = 1;
   float gap = 0, width = 0, height = 0;  ///< of a tile [px]
+  float pager = 0;                       ///< width of a pager beside the tiles [px]; 0: below them
   bool paged = false;
 
   std::size_t page_size() const { return columns * rows; }
@@ -155,16 +161,22 @@ struct TileGrid {
 TileGrid GridOf(std::size_t tiles, const PictureLayout& layout) {
   const image::ImageSize size = TileSize(layout);
   TileGrid grid;
-  grid.gap = std::round(0.25F * layout.em);
+  grid.gap = Gap(layout);
   const auto fit = [&](float room, int each) {
     return std::max<std::size_t>(
         1, static_cast<std::size_t>((room - grid.gap) / (static_cast<float>(each) + grid.gap)));
   };
   grid.columns = fit(layout.tiles.width, size.width);
   grid.paged = tiles > grid.columns * fit(layout.tiles.height, size.height);
-  const float room = layout.tiles.height - (grid.paged ? layout.line() : 0);
+  const bool low = layout.tiles.height < static_cast<float>(size.height) + layout.line();
+  if (grid.paged && low) {
+    grid.pager = kPagerWidth_em * layout.em;
+    grid.columns = fit(layout.tiles.width - grid.pager, size.width);
+  }
+  const float room = layout.tiles.height - (grid.paged && !low ? layout.line() : 0);
   grid.rows = fit(room, size.height);
-  grid.width = (layout.tiles.width - grid.gap) / static_cast<float>(grid.columns) - grid.gap;
+  grid.width =
+      (layout.tiles.width - grid.pager - grid.gap) / static_cast<float>(grid.columns) - grid.gap;
   grid.height = std::min(kMostStretch * static_cast<float>(size.height),
                          (room - grid.gap) / static_cast<float>(grid.rows) - grid.gap);
   return grid;
@@ -205,6 +217,15 @@ void AddPointTiles(const ViewFacts& facts, PictureWriter& writer) {
             writer);
   }
   if (!grid.paged) return;
+  if (grid.pager > 0) {
+    float y = all.y + 2 * grid.gap;
+    const PanelLine pager = PagerOf(tiles, first, grid.page_size());
+    for (const std::string& row : writer.Rows(pager.text, layout.em, grid.pager - grid.gap)) {
+      writer.Line(all.x + all.width - grid.pager, y, grid.pager - grid.gap, {row, pager.tone});
+      y += layout.line();
+    }
+    return;
+  }
   writer.Line(x, all.bottom() - layout.line() - grid.gap / 2, all.width - 2 * grid.gap,
               PagerOf(tiles, first, grid.page_size()));
 }

@@ -115,17 +115,36 @@ TEST_CASE("the strip is at least 6 % high, texts of details 12 px or 15 px a met
     const PictureLayout layout = LayoutOf(size);
     CHECK(layout.strip.height >= 0.06F * static_cast<float>(size.height));
     CHECK(layout.em >= 12);
-    CHECK(layout.band.height >= 5 * layout.line());
-    CHECK(layout.tiles.height >= static_cast<float>(TileSize(layout).height));
+    const float share = layout.image.width * layout.image.height /
+                        (static_cast<float>(size.width) * static_cast<float>(size.height));
+    CHECK((share >= 0.6F || layout.band.height >= 5 * layout.line()));
+    CHECK(layout.tiles.height >= 6.3F * layout.em);
     CHECK(layout.tiles.width >= static_cast<float>(TileSize(layout).width));
   }
   CHECK(LayoutOf({1920, 1080}).em >= 15 * 1.6F);
-  const PictureLayout layout = LayoutOf({1920, 1080});
-  CHECK(layout.image.width * layout.image.height >= 0.6F * 1920 * 1080);
+}
+
+TEST_CASE("an image of 16:9 gets 60 % of the picture, before the details") {
+  for (const image::ImageSize size : {image::ImageSize{640, 480},
+                                      {800, 600},
+                                      {1024, 768},
+                                      {1280, 1024},
+                                      {1280, 720},
+                                      {1600, 1200},
+                                      {1920, 1080},
+                                      {3840, 2160}}) {
+    INFO(size.width << "x" << size.height);
+    const PictureLayout layout = LayoutOf(size);
+    CHECK(layout.image.width * layout.image.height >=
+          0.6F * static_cast<float>(size.width) * static_cast<float>(size.height));
+    CHECK(layout.band.bottom() == static_cast<float>(size.height));
+    CHECK(layout.tiles.bottom() <= static_cast<float>(size.height));
+  }
 }
 
 TEST_CASE("tiles take the height that a picture much higher than the image leaves") {
-  const PictureLayout high = LayoutOf({1600, 1200}), wide = LayoutOf({1920, 1080});
+  const image::ImageSize camera{1600, 1200};
+  const PictureLayout high = LayoutOf({1600, 1200}, 1, camera), wide = LayoutOf({1920, 1080});
   CHECK(high.tiles.bottom() == 1200);
   CHECK(high.band.right() == high.image.right());
   CHECK(high.tiles.height >= 4 * static_cast<float>(TileSize(high).height));
