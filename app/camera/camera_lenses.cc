@@ -45,6 +45,7 @@ Result<CameraLenses::Found> CameraLenses::Find(const CameraIdentity& camera,
   const lens_store::LensFound& stored = **found;
   auto lens = std::make_shared<ActiveLens>();
   lens->known = static_cast<const lens::KnownLens&>(stored.entry);
+  lens->declared = stored.entry.declared;
   lens->calibrated = stored.how == lens_store::LensFound::How::kCalibrated;
   lens->log_focal_sd = stored.log_focal_sd;
   if (stored.log_focal_per_count) {

@@ -280,6 +280,7 @@ void CameraSupervisor::FinishBoard() {
   ActiveLens lens;
   lens.known = static_cast<const lens::KnownLens&>(solved);
   lens.calibrated = true;
+  lens.declared = solved.declared;
   const FrameContext context = CurrentContext();
   const bool taken = WithSupervisor([&](LensSupervisor& supervisor) {
     return supervisor.OnBoardAccepted(lens, session.oldest_s(), MonotonicSeconds());

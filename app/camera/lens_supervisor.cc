@@ -279,6 +279,8 @@ status::CameraStatus LensSupervisor::Status() const {
   status.focus_counts = focus_counts_;
   status.lens_id = lens_ ? static_cast<std::uint32_t>(lens_->id) : 0;
   if (lens_) {
+    status.rests_on_no_window = lens_->declared.no_window;
+    status.rests_on_fixed_focus = lens_->declared.fixed_focus;
     status.usable_radius_px = UsableEverywhere(lens_->known)
                                   ? std::numeric_limits<double>::infinity()
                                   : lens_->known.usable_radius_px;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/camera/reference_tags.h"
+#include "app/lens/declared_facts.h"
 
 namespace plumbline::camera {
 
@@ -16,6 +17,7 @@ struct ActiveLens {
   bool calibrated = false;    ///< at this zoom; false: interpolated, only a starting point
   double log_focal_sd = 0;    ///< of ln f, for an interpolated lens
   bool contradicted = false;  ///< the tags have contradicted this calibration since it was accepted
+  lens::DeclaredFacts declared{};           ///< on which its uncertainty rests
   std::optional<std::int32_t> band_counts;  ///< zoom range within which this lens is valid
 };
 

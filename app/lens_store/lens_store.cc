@@ -294,8 +294,11 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key, const LensT
     found.entry.key.zoom_counts = key.zoom_counts;
     found.entry.lens = at->lens;
     found.entry.covariance = at->covariance;
-    for (const LensEntry& node : nodes)
+    for (const LensEntry& node : nodes) {
       found.entry.usable_radius_px = std::min(found.entry.usable_radius_px, node.usable_radius_px);
+      found.entry.declared.no_window |= node.declared.no_window;
+      found.entry.declared.fixed_focus |= node.declared.fixed_focus;
+    }
   }
   return std::optional(found);
 }

@@ -132,6 +132,8 @@ Json CamerasJson(const view::DisplayStatus& now, double now_s) {
                   {"lens_id", status.lens_id},
                   {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
                   {"usable_radius_px", KnownJson(camera.usable_radius_px)},
+                  {"rests_on_no_window", status.rests_on_no_window},
+                  {"rests_on_fixed_focus", status.rests_on_fixed_focus},
                   {"prompt", std::string(lens::BoardPromptText(status.prompt))},
                   {"board_views", status.board_views},
                   {"zoom_counts", KnownJson(status.zoom_counts)},

@@ -87,11 +87,15 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
                                         : std::string("no zoom reading");
   if (status.lens_id > 0) zoom += fmt::format(", stored lens {}", status.lens_id);
   lines.push_back({zoom});
-  if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
+  for (const auto& [rests, key] : {std::pair(status.rests_on_no_window, "no_window"),
+                                   std::pair(status.rests_on_fixed_focus, "fixed_focus")}) {
+    if (rests) lines.push_back({fmt::format("rests on the declaration {}", key), Tone::kFaded});
+  }
   if (camera.lens && camera.usable_radius_px) {
     lines.push_back({fmt::format("usable up to {:.0f} px from the middle",
                                  std::floor(*camera.usable_radius_px))});
   }
+  if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
   return lines;
 }
 

@@ -49,6 +49,8 @@ constexpr std::array kCameraFlags = {
     Flag<status::CameraStatus>{"fiducial_moved", &status::CameraStatus::fiducial_moved},
     Flag<status::CameraStatus>{"store_fault", &status::CameraStatus::store_fault},
     Flag<status::CameraStatus>{"opencv_prints", &status::CameraStatus::opencv_prints},
+    Flag<status::CameraStatus>{"rests_on_no_window", &status::CameraStatus::rests_on_no_window},
+    Flag<status::CameraStatus>{"rests_on_fixed_focus", &status::CameraStatus::rests_on_fixed_focus},
     Flag<status::CameraStatus>{"tip_valid", &status::CameraStatus::tip_valid},
 };
 Json CameraStatusJson(const status::CameraStatus& status) {

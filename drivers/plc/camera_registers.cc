@@ -141,6 +141,10 @@ constexpr std::array kCameraFlags = {
     CameraBit{{1 << 6, "lenses cannot be stored"}, &status::CameraStatus::store_fault},
     CameraBit{{1 << 7, "tags are read as drawn by OpenCV: set drawn_by in bodies.toml"},
               &status::CameraStatus::opencv_prints},
+    CameraBit{{1 << 8, "the lens rests on the declaration no_window of [camera]"},
+              &status::CameraStatus::rests_on_no_window},
+    CameraBit{{1 << 9, "the lens rests on the declaration fixed_focus of [camera]"},
+              &status::CameraStatus::rests_on_fixed_focus},
 };
 constexpr auto kCameraBits = [] {
   std::array<BitMeaning, kCameraFlags.size()> bits{};

@@ -42,7 +42,10 @@ struct CameraStatus {
   bool fiducials_hidden = false;  ///< the reference tags are not visible
   bool fiducial_moved = false;    ///< a reference tag is not where it was declared; see the log
   bool store_fault = false;       ///< lenses cannot be stored; see the log
-  bool opencv_prints = false;     ///< tags are read as OpenCV draws them; the file does not say so
+  bool rests_on_no_window =
+      false;  ///< the lens in use was accepted because [camera] declares no_window
+  bool rests_on_fixed_focus = false;  ///< the same for fixed_focus
+  bool opencv_prints = false;  ///< tags are read as OpenCV draws them; the file does not say so
   /// Ids of reference tags that contradict the others, or each other; the first ones if there are
   /// more.
   std::array<std::int32_t, kMaxContradictingTags> contradicting_tags{};
