@@ -133,7 +133,9 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   if (options.order_unknown) arm.rows.recorded.order = false;
   const std::vector<effects::ActiveEffect> mean = MeanEffectsOf(prior, cell);
   for (const effects::ActiveEffect& effect : mean) {
-    evidence.common.push_back({effect, effect.covariance, 1, 0, {}, 0});
+    diagnosis::Finding& common = evidence.common.emplace_back();
+    common.effect = effect;
+    common.covariance = effect.covariance;
   }
   const Result<double> declared = AlignedRms(cell, arm, options.threads);
   const Result<double> predicted = AlignedRms(With(cell, mean), arm, options.threads);

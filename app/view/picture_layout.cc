@@ -87,9 +87,8 @@ PictureLayout FullLayout(PictureLayout layout, std::size_t cameras, double aspec
   const auto width = static_cast<float>(layout.size.width);
   const auto height = static_cast<float>(layout.size.height);
   const float strip = layout.strip.height, gap = Gap(layout), band = BandHeight(layout, kBandLines);
-  const auto tile = static_cast<float>(TileSize(layout).height);
   const float column = static_cast<float>(TileSize(layout).width) + 2 * gap;
-  const float row = tile + layout.line() + 2 * gap;
+  const float row = static_cast<float>(TileSize(layout).height) + layout.line() + 2 * gap;
   const Room beside = Filled(width - column, height - strip - band, cameras, aspect, gap);
   const Room below = Filled(width, height - strip - band - row, cameras, aspect, gap);
   const bool tiles_below = below.area > beside.area && below.covered_width > width - gap;
@@ -101,11 +100,6 @@ PictureLayout FullLayout(PictureLayout layout, std::size_t cameras, double aspec
                              : scene::Area{image_width, strip, width - image_width, image_height};
   const float top = tiles_below ? layout.tiles.bottom() : layout.image.bottom();
   layout.band = {0, top, width, height - top};
-  // On a picture much higher than the image, the tiles take the height and the details the rest.
-  if (!tiles_below && layout.band.height >= band + tile) {
-    layout.tiles.height = height - strip;
-    layout.band.width = image_width;
-  }
   return layout;
 }
 

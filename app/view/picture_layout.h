@@ -26,8 +26,7 @@ struct PictureLayout {
 
 /// The strip is at least 6 % of the picture's height. The images get the largest area of their
 /// aspect ratio that leaves room for one column of tiles beside them or one row below them, and for
-/// a title and four lines of details, so that there are no bars beside an image. A column of tiles
-/// reaches down to the lower edge where the details need less than what is left. Where that leaves
+/// a title and four lines of details, so that there are no bars beside an image. Where that leaves
 /// the images less than 60 % of the picture, and they reach it over the whole width, they get the
 /// whole width, with one row of low tiles below and fewer details or none. Several images are
 /// placed side by side or one below the other, whichever is larger.

@@ -14,7 +14,7 @@ namespace plumbline::view {
 namespace {
 
 constexpr float kMostStretch = 1.2F;  ///< of a tile, to fill a page
-constexpr float kPagerWidth_em = 6.5F, kLeastSpacing = 0.9F;
+constexpr float kPagerWidth_em = 6.5F;
 
 StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
   switch (ToneOf(point, state)) {
@@ -88,23 +88,23 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   if (tile.state != StateClass::kHealthy)
     writer.Box({area.x, area.y, std::max(3.0F, 0.25F * layout.em), area.height}, accent);
   const float margin = 0.6F * layout.em, x = area.x + margin, width = area.width - 1.6F * margin;
-  const std::string word = tile.valid() ? "corrected" : "";
+  // A low tile has no room for its note, which takes the place of a word if it is a warning.
+  const bool warned = tile.state == StateClass::kWarning;
+  const bool low = area.height < static_cast<float>(TileSize(layout).height);
+  const std::string word = !tile.valid() ? "" : low && warned ? tile.note : "corrected";
   const float word_width = writer.WidthOf(word, layout.em) + 0.4F * layout.em;
-  // Lines move together in a low tile.
-  const float tight =
-      std::clamp(area.height / static_cast<float>(TileSize(layout).height), kLeastSpacing, 1.0F);
-  float y = area.y + 0.3F * tight * layout.em;
+  float y = area.y + 0.3F * layout.em;
   const std::string glyph = MarkOf(tile.state).glyph;
   const float glyph_width = writer.WidthOf(glyph + " ", layout.name_em);
   writer.Text(x, y, glyph_width, layout.name_em, glyph, accent);
   writer.Text(x + glyph_width, y, width - glyph_width - word_width, layout.name_em, tile.name,
               palette::kText);
   writer.TextAtRight(x + width, y + 0.9F * (layout.name_em - layout.em), word_width, layout.em,
-                     word, palette::kFaded);
-  y += 1.25F * tight * layout.name_em;
+                     word, low && warned ? accent : palette::kFaded);
+  y += 1.25F * layout.name_em;
   writer.Text(x, y, width, writer.FittingEm(tile.value, layout.value_em, width), tile.value,
               tile.valid() ? palette::kText : accent);
-  y += 1.2F * tight * layout.value_em;
+  y += 1.2F * layout.value_em;
   if (!tile.valid()) {
     for (const std::string& row : writer.Rows(tile.radius, layout.em, width)) {
       if (y + layout.line() > area.bottom()) break;
@@ -115,10 +115,9 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   }
   const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
   writer.Text(x, y, width, radius_em, tile.radius, palette::kText);
-  y += 1.3F * tight * radius_em;
-  if (y + 1.2F * layout.em > area.bottom()) return;
-  writer.Line(x, y, width,
-              {tile.note, tile.state == StateClass::kWarning ? Tone::kAttention : Tone::kFaded});
+  y += 1.3F * radius_em;
+  if (low) return;
+  writer.Line(x, y, width, {tile.note, warned ? Tone::kAttention : Tone::kFaded});
 }
 
 }  // namespace

@@ -56,6 +56,8 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
   CHECK(HealthOf({.no_points = true}) ==
         CellHealth{HealthSeverity::kNotice, HealthReason::kNoPoints});
   CHECK(HealthOf({.quarantined = true}).reason == HealthReason::kQuarantined);
+  CHECK(HealthOf({.objects_near = true}) ==
+        CellHealth{HealthSeverity::kAttention, HealthReason::kObjectsNear});
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
 }
 
@@ -98,7 +100,7 @@ TEST_CASE("each reason has a text and, if there is something to do, a remedy") {
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 37);
+  CHECK(texts.size() == 38);
 }
 
 }  // namespace plumbline::cell_health_test

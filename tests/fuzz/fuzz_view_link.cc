@@ -24,6 +24,7 @@ void TakeScene(std::span<const std::uint8_t> bytes) {
   const auto scene = view_link::DecodeScene(bytes);
   if (!scene) return;
   Require(scene->interferences <= view_link::kMaxScenePairs &&
+          scene->near <= view_link::kMaxScenePairs &&
           scene->unmeasured <= view_link::kMaxScenePairs);
   Require(scene->smallest_m >= 0 && scene->smallest_m <= 1000);
   Require((scene->object_a == 0) == (scene->object_b == 0));

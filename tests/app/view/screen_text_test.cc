@@ -142,16 +142,6 @@ TEST_CASE("an image of 16:9 gets 60 % of the picture, before the details") {
   }
 }
 
-TEST_CASE("tiles take the height that a picture much higher than the image leaves") {
-  const image::ImageSize camera{1600, 1200};
-  const PictureLayout high = LayoutOf({1600, 1200}, 1, camera), wide = LayoutOf({1920, 1080});
-  CHECK(high.tiles.bottom() == 1200);
-  CHECK(high.band.right() == high.image.right());
-  CHECK(high.tiles.height >= 4 * static_cast<float>(TileSize(high).height));
-  CHECK(wide.tiles.bottom() == wide.image.bottom());
-  CHECK(wide.band.right() == 1920);
-}
-
 TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {
   const auto fitted = [](const std::string& text, float letters) {
     return Elided(text, 10, letters * 6, WidthOf);
@@ -181,7 +171,7 @@ TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   scene.state.cameras[0].status.state = lens::ZoomState::kStale;
   scene.state.cameras[0].status.reason = lens::ZoomReason::kTagsBad;
   const std::string reason(lens::ZoomReasonText(lens::ZoomReason::kTagsBad));
-  const Drawn drawn(scene, {640, 480});
+  const Drawn drawn(scene, {1280, 720});
   std::string column;
   for (const scene::DrawnText& text : drawn.list.texts) {
     if (text.y > drawn.layout.band.y && text.x < drawn.layout.band.width / 2)
@@ -191,7 +181,7 @@ TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   CHECK(column.find("stale: " + reason) != std::string::npos);
   ViewScene full;
   MakeEverythingLong(full);
-  CHECK(Drawn(full, {640, 480}).Says("…"));  // a cut text is marked
+  CHECK(Drawn(full, {1280, 720}).Says("…"));  // a cut text is marked
 }
 
 TEST_CASE("without faults the strip says OK; tiles, details and messages are shown") {

@@ -332,11 +332,17 @@ TEST_CASE("an invalid socket path is refused") {
 }
 
 TEST_CASE("a scene message is decoded only if complete and plausible") {
-  const status::SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
+  const status::SceneStatus scene{.interferences = 2,
+                                  .near = 5,
+                                  .unmeasured = 1,
+                                  .smallest_m = 0.0125,
+                                  .object_a = 3,
+                                  .object_b = 17};
   const SceneMessage message = EncodeScene(scene);
   const auto read = DecodeScene(message);
   REQUIRE(read);
   CHECK(read->interferences == 2);
+  CHECK(read->near == 5);
   CHECK(read->unmeasured == 1);
   CHECK(read->smallest_m == Approx(0.0125));
   CHECK(read->object_a == 3);
@@ -352,14 +358,15 @@ TEST_CASE("a scene message is decoded only if complete and plausible") {
   const auto spoilt = [&](status::SceneStatus wrong) {
     return DecodeScene(EncodeScene(wrong)).has_value();
   };
-  CHECK_FALSE(spoilt({5001, 0, 0, 1, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0xFFFFFFFF, 0, 1, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0, -0.001, 1, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0, NAN, 1, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0, INFINITY, 1, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0, 0.1, 10000, 2, 0}));
-  CHECK_FALSE(spoilt({0, 0, 0.1, 1, 0, 0}));
-  CHECK_FALSE(spoilt({0, 0, 0.1, 0, 0, 0}));
+  CHECK_FALSE(spoilt({5001, 0, 0, 0, 1, 2}));
+  CHECK_FALSE(spoilt({0, 5001, 0, 0, 1, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0xFFFFFFFF, 0, 1, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0, -0.001, 1, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0, NAN, 1, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0, INFINITY, 1, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0, 0.1, 10000, 2}));
+  CHECK_FALSE(spoilt({0, 0, 0, 0.1, 1, 0}));
+  CHECK_FALSE(spoilt({0, 0, 0, 0.1, 0, 0}));
   // Changing any byte yields a message within the limits, or none.
   for (std::size_t at = 0; at < message.size(); ++at) {
     for (int value = 0; value < 256; ++value) {
@@ -386,14 +393,14 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
   REQUIRE(viewer.connected());
   REQUIRE(daemon.PollViewers());
   CHECK_FALSE(daemon.scene());
-  viewer.SendScene({1, 0, 0, 3, 17, 0});
+  viewer.SendScene({1, 0, 0, 0, 3, 17});
   REQUIRE(daemon.PollViewers());
   REQUIRE(daemon.scene());
   CHECK(daemon.scene()->interferences == 1);
   CHECK(daemon.scene()->time_s > 0);
-  for (int k = 0; k < 100; ++k) viewer.SendScene({0, 0, 1e-3 * k, 3, 17, 0});
+  for (int k = 0; k < 100; ++k) viewer.SendScene({0, 0, 0, 1e-3 * k, 3, 17});
   for (int polls = 0; polls < 20; ++polls) REQUIRE(daemon.PollViewers());
-  viewer.SendScene({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
+  viewer.SendScene({0, 0, 0, 0.5, 3, 17});  // the newest counts, however many came before
   REQUIRE(daemon.PollViewers());
   CHECK(daemon.scene()->smallest_m == Approx(0.5));
   const status::SceneStatus before = *daemon.scene();
@@ -410,7 +417,7 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
     return std::pair(socket, sent);
   };
   for (const std::string& words :
-       {std::string("x"), std::string(24, 'x'), std::string(60000, 'x')}) {
+       {std::string("x"), std::string(kSceneMessageBytes, 'x'), std::string(60000, 'x')}) {
     const auto [socket, sent] = send_text(words);
     CHECK(sent);
     REQUIRE(daemon.PollViewers());
@@ -424,7 +431,7 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
   }
   chmod(folder.path().c_str(), 0755);
   chmod(path.c_str(), 0666);
-  const SceneMessage message = EncodeScene({9, 0, 0, 3, 17, 0});
+  const SceneMessage message = EncodeScene({9, 0, 0, 0, 3, 17});
   REQUIRE(seteuid(65534) == 0);
   const auto [socket, sent] = send_text(std::string(message.begin(), message.end()));
   REQUIRE(seteuid(0) == 0);

@@ -568,7 +568,7 @@ TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   CHECK(read("scene_state") == 0);
   CHECK(read("scene_distance") == -1);
   CHECK(read("scene_age") == 65535);
-  environment.scene = {0, 0, 0.0125, 3, 17, 99.75};
+  environment.scene = {.smallest_m = 0.0125, .object_a = 3, .object_b = 17, .time_s = 99.75};
   CHECK(read("scene_state") == 1);
   CHECK(read("scene_object_a") == 3);
   CHECK(read("scene_object_b") == 17);
@@ -579,6 +579,8 @@ TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   CHECK(read("scene_state") == 0);
   CHECK(read("scene_distance") == Approx(12.5));
   CHECK(read("scene_unmeasured") == 1);
+  environment.scene.near = 4;
+  CHECK(read("scene_near") == 4);
   environment.scene.interferences = 2;
   environment.scene.smallest_m = 0;
   CHECK(read("scene_state") == 2);
@@ -586,6 +588,7 @@ TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   environment.now_s = 101;
   CHECK(read("scene_state") == 0);
   CHECK(read("scene_interferences") == 0);
+  CHECK(read("scene_near") == 0);
   CHECK(read("scene_object_a") == 0);
   CHECK(read("scene_distance") == -1);
   CHECK(read("scene_age") == 1250);
