@@ -88,10 +88,15 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   if (tile.state != StateClass::kHealthy)
     writer.Box({area.x, area.y, std::max(3.0F, 0.25F * layout.em), area.height}, accent);
   const float margin = 0.6F * layout.em, x = area.x + margin, width = area.width - 1.6F * margin;
-  // A low tile has no room for its note, which takes the place of a word if it is a warning.
+  // A low tile has its note beside the radius; one without room for it shows a warning at the top.
   const bool warned = tile.state == StateClass::kWarning;
   const bool low = area.height < static_cast<float>(TileSize(layout).height);
-  const std::string word = !tile.valid() ? "" : low && warned ? tile.note : "corrected";
+  const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
+  const bool beside = low && writer.WidthOf(tile.radius, radius_em) + 2 * layout.em +
+                                     writer.WidthOf(tile.note, layout.em) <=
+                                 width;
+  const bool at_top = low && warned && !beside;
+  const std::string word = !tile.valid() ? "" : at_top ? tile.note : "corrected";
   const float word_width = writer.WidthOf(word, layout.em) + 0.4F * layout.em;
   float y = area.y + 0.3F * layout.em;
   const std::string glyph = MarkOf(tile.state).glyph;
@@ -100,7 +105,7 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   writer.Text(x + glyph_width, y, width - glyph_width - word_width, layout.name_em, tile.name,
               palette::kText);
   writer.TextAtRight(x + width, y + 0.9F * (layout.name_em - layout.em), word_width, layout.em,
-                     word, low && warned ? accent : palette::kFaded);
+                     word, at_top ? accent : palette::kFaded);
   y += 1.25F * layout.name_em;
   writer.Text(x, y, width, writer.FittingEm(tile.value, layout.value_em, width), tile.value,
               tile.valid() ? palette::kText : accent);
@@ -113,10 +118,12 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
     }
     return;
   }
-  const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
   writer.Text(x, y, width, radius_em, tile.radius, palette::kText);
-  y += 1.3F * radius_em;
+  if (beside)
+    writer.TextAtRight(x + width, y + radius_em - layout.em, width, layout.em, tile.note,
+                       warned ? accent : palette::kFaded);
   if (low) return;
+  y += 1.3F * radius_em;
   writer.Line(x, y, width, {tile.note, warned ? Tone::kAttention : Tone::kFaded});
 }
 
@@ -172,6 +179,7 @@ TileGrid GridOf(std::size_t tiles, const PictureLayout& layout) {
     grid.pager = kPagerWidth_em * layout.em;
     grid.columns = fit(layout.tiles.width - grid.pager, size.width);
   }
+  if (low) grid.columns = std::clamp<std::size_t>(tiles, 1, grid.columns);
   const float room = layout.tiles.height - (grid.paged && !low ? layout.line() : 0);
   grid.rows = fit(room, size.height);
   grid.width =
