@@ -179,7 +179,8 @@ TileGrid GridOf(std::size_t tiles, const PictureLayout& layout) {
     grid.pager = kPagerWidth_em * layout.em;
     grid.columns = fit(layout.tiles.width - grid.pager, size.width);
   }
-  if (low) grid.columns = std::clamp<std::size_t>(tiles, 1, grid.columns);
+  const bool in_row = layout.tiles.width >= static_cast<float>(layout.size.width);
+  if (in_row) grid.columns = std::clamp<std::size_t>(tiles, 1, grid.columns);
   const float room = layout.tiles.height - (grid.paged && !low ? layout.line() : 0);
   grid.rows = fit(room, size.height);
   grid.width =
