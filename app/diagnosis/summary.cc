@@ -26,7 +26,7 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   for (const Finding& finding : diagnosis.findings) {
     for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
       if (++count > kMaxParameters) continue;
-      lines += fmt::format("  {:<22}{}: {} {} along {}\n", EffectName(finding), curve.meaning,
+      lines += fmt::format("  {:<21} {}: {} {} along {}\n", EffectName(finding), curve.meaning,
                            curve.range, curve.unit, Listed(finding.effect.term.drivers));
     }
     if (finding.effect.term.effect->traits().empirical) {
@@ -39,7 +39,7 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
     for (const model::EffectParameter& parameter : written.parameters) {
       if (++count > kMaxParameters) continue;
       const ValueText shown = ShownValueOf(parameter);
-      lines += fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id),
+      lines += fmt::format("  {:<21} {:<14}{:>12}{:<12} {}\n", EffectName(written.id),
                            parameter.name, shown.value, shown.sd.empty() ? "" : " +- " + shown.sd,
                            ShownUnitOf(parameter).unit);
     }

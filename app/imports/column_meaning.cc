@@ -213,15 +213,27 @@ bool HasQuaternion(const std::vector<NameAndUnit>& parts) {
   return zero && three && !more;
 }
 
-std::string TargetOf(const NameAndUnit& part, bool quaternion) {
+/// True if there are joints 0 and 1, and no column is a quaternion's.
+bool NumberedFromZero(const std::vector<NameAndUnit>& parts) {
+  const auto has = [&parts](int number) {
+    return std::any_of(parts.begin(), parts.end(), [number](const NameAndUnit& part) {
+      return JointNumber(part.words) == number;
+    });
+  };
+  return has(0) && has(1) && !HasQuaternion(parts);
+}
+
+/// @param first  number of the first joint in the file
+std::string TargetOf(const NameAndUnit& part, bool quaternion, int first) {
   if (const auto number = JointNumber(part.words)) {
     static constexpr std::array kParts = {"qw", "qx", "qy", "qz"};
     if (quaternion && part.words.starts_with("q") && *number <= 3) {
       return kParts[static_cast<std::size_t>(*number)];
     }
-    if (*number < 1 || *number > model::kMaxJoints) return "";
+    const int joint = *number + 1 - first;
+    if (joint < 1 || joint > model::kMaxJoints) return "";
     const auto scale = ScaleOf(ValueKind::kLength, part.unit);
-    return fmt::format("q{}_{}", *number, scale ? "mm" : "deg");
+    return fmt::format("q{}_{}", joint, scale ? "mm" : "deg");
   }
   // "t" without a unit, or in degrees, may be a temperature.
   if (part.words == "t" && !part.unit.empty() && ScaleOf(ValueKind::kTime, part.unit)) return "t_s";
@@ -281,7 +293,7 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
                                       const std::vector<std::string>& units) {
   std::vector<NameAndUnit> parts;
   for (const std::string& name : names) parts.push_back(Parted(name));
-  const bool quaternion = HasQuaternion(parts);
+  const bool quaternion = HasQuaternion(parts), from_zero = NumberedFromZero(parts);
   std::vector<ColumnMeaning> meanings;
   for (std::size_t i = 0; i < names.size(); ++i) {
     ColumnMeaning& meaning = meanings.emplace_back();
@@ -289,11 +301,12 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
     if (meaning.unit.empty() && i < units.size()) meaning.unit = Parted(" " + units[i]).unit;
     if (meaning.unit.empty() && i < units.size()) meaning.unit = units[i];
     if (names[i].empty()) continue;
-    meaning.target = TargetOf({parts[i].words, meaning.unit}, quaternion);
+    meaning.target = TargetOf({parts[i].words, meaning.unit}, quaternion, from_zero ? 0 : 1);
     // Exports use such words for other things, too: only the names of measured.csv itself count.
     if (names[i] == "camera" || names[i] == "tool" || names[i] == "payload_item")
       meaning.target = names[i];
-    meaning.because = "name";
+    meaning.because =
+        from_zero && JointNumber(parts[i].words) ? "name; the joints are numbered from 0" : "name";
     if (quaternion && meaning.target.starts_with("q") && meaning.target.size() == 2) {
       meaning.because = "name; scalar first, as Leica writes it";
     }

@@ -40,7 +40,8 @@ struct ColumnMeaning {
 /// Meanings of all columns of a file from their names and, if the file has one, the line of units.
 /// Nominal values, deviations, statistics and ambient pressure and humidity are ignored; of two
 /// columns with the same meaning the first one is used. A file with q0..q3 and no other column of
-/// that form holds quaternions, scalar first.
+/// that form holds quaternions, scalar first; otherwise a joint 0 means that the joints are
+/// numbered from 0.
 std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
                                       const std::vector<std::string>& units);
 

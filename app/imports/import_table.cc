@@ -99,6 +99,7 @@ class RowReader {
   const ImportOptions& options_;
   SlashDates dates_;
   std::optional<double> first_stamp_s_;
+  std::string_view epoch_unit_{};  ///< of times since 1970; empty: none were read
   std::map<std::string, LeftOut> left_out_;
 };
 
@@ -123,6 +124,14 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
     }
   }
   auto number = NumberIn(field, file_.layout.decimal);
+  if (*kind == ValueKind::kTime && number && meaning.unit.empty()) {
+    if (const auto epoch = EpochTimeOf(*number)) {
+      epoch_unit_ = epoch->unit;
+      if (!first_stamp_s_) first_stamp_s_ = epoch->seconds;
+      row.numbers["t_s"] = epoch->seconds - *first_stamp_s_;
+      return;
+    }
+  }
   const char other = file_.layout.decimal == ',' ? '.' : ',';
   const bool unclear = number && file_.unclear_decimals.contains(column) &&
                        field.find(other) != std::string::npos && NumberIn(field, other);
@@ -160,6 +169,8 @@ void RowReader::AddNotes(std::vector<std::string>& notes) const {
             ? ""
             : ": assumed, since no day is above 12; write them as year-month-day if it is wrong"));
   }
+  if (!epoch_unit_.empty())
+    notes.push_back(fmt::format("t_s: read as {} since 1970, from the first one", epoch_unit_));
   for (const auto& [target, left_out] : left_out_) {
     notes.push_back(fmt::format("{}: {} unusable value{} left out, the first in line {}: {}",
                                 target, left_out.count, left_out.count == 1 ? "" : "s",

@@ -89,13 +89,23 @@ std::string FromWindows1252(std::string_view bytes) {
   return out;
 }
 
+/// The minus sign U+2212 as the hyphen that numbers are written with.
+std::string WithHyphens(std::string text) {
+  constexpr std::string_view kMinus = "\u2212";
+  for (auto at = text.find(kMinus); at != std::string::npos; at = text.find(kMinus, at + 1))
+    text.replace(at, kMinus.size(), "-");
+  return text;
+}
+
 }  // namespace
 
 DecodedText DecodedFromBytes(std::string_view bytes) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  if (bytes.starts_with("\xFF\xFE")) return {FromUtf16(bytes.substr(2), false), "UTF-16"};
-  if (bytes.starts_with("\xFE\xFF")) return {FromUtf16(bytes.substr(2), true), "UTF-16"};
-  if (IsUtf8(bytes)) return {std::string(bytes), "UTF-8"};
+  if (bytes.starts_with("\xFF\xFE"))
+    return {WithHyphens(FromUtf16(bytes.substr(2), false)), "UTF-16"};
+  if (bytes.starts_with("\xFE\xFF"))
+    return {WithHyphens(FromUtf16(bytes.substr(2), true)), "UTF-16"};
+  if (IsUtf8(bytes)) return {WithHyphens(std::string(bytes)), "UTF-8"};
   return {FromWindows1252(bytes), "Windows-1252"};
 }
 

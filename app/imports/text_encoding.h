@@ -12,7 +12,8 @@ struct DecodedText {
 };
 
 /// Decodes by byte-order mark; without one, text that is not valid UTF-8 is taken as Windows-1252,
-/// which includes Latin-1's micro and degree signs. Pure; every input gives a text.
+/// which includes Latin-1's micro and degree signs. The minus sign U+2212 becomes a hyphen. Pure;
+/// every input gives a text.
 DecodedText DecodedFromBytes(std::string_view bytes);
 
 }  // namespace plumbline::imports

@@ -1,5 +1,6 @@
 #include "app/imports/time_stamp.h"
 
+#include <array>
 #include <chrono>
 #include <utility>
 #include <vector>
@@ -67,6 +68,21 @@ bool HasSlashDate(std::string_view text) {
   return text.substr(0, text.find_first_of(" T")).find('/') != std::string_view::npos &&
          (SecondsOfTimeStamp(text, DateOrder::kMonthFirst) ||
           SecondsOfTimeStamp(text, DateOrder::kDayFirst));
+}
+
+std::optional<EpochTime> EpochTimeOf(double number) {
+  struct Unit {
+    double per_second;
+    std::string_view name;
+  };
+  constexpr std::array kUnits = {Unit{1, "seconds"}, Unit{1e3, "milliseconds"},
+                                 Unit{1e6, "microseconds"}, Unit{1e9, "nanoseconds"}};
+  constexpr double kFrom_s = 1e8, kTo_s = 1e10;
+  for (const Unit& unit : kUnits) {
+    const double seconds = number / unit.per_second;
+    if (seconds >= kFrom_s && seconds < kTo_s) return EpochTime{seconds, unit.name};
+  }
+  return std::nullopt;
 }
 
 }  // namespace plumbline::imports

@@ -15,6 +15,16 @@ enum class DateOrder { kMonthFirst, kDayFirst };
 std::optional<double> SecondsOfTimeStamp(std::string_view text,
                                          DateOrder slash_order = DateOrder::kMonthFirst);
 
+/// A number of seconds, milliseconds, microseconds or nanoseconds since 1970, for years from 1973
+/// to 2286.
+struct EpochTime {
+  double seconds = 0;
+  std::string_view unit{};  ///< "seconds", "milliseconds", ..
+};
+/// Each of the four is a thousand times the next, so that the size of the number determines the
+/// unit. nullopt for a smaller or larger number.
+std::optional<EpochTime> EpochTimeOf(double number);
+
 /// True if the text is a time stamp whose date has slashes, in either order.
 bool HasSlashDate(std::string_view text);
 

@@ -37,13 +37,20 @@ struct Lists {
   std::vector<accuracy::Reading> before, after;
 };
 
+bool MeasuresPosition(const diagnosis::RowTrace& row) {
+  using enum diagnosis::ObservationKind;
+  return row.kind == kPosition || row.kind == kPose;
+}
+
 Lists ReadingsOf(const diagnosis::Diagnosis& diagnosis, bool held_out) {
   Lists lists;
   std::map<std::string, int> sessions;
   const diagnosis::PerRow<double> times = TimesOf(diagnosis);
   for (const diagnosis::RowIndex index : diagnosis.rows.indices()) {
     const diagnosis::RowTrace& row = diagnosis.rows[index];
-    if (row.outlier || (held_out && !(row.held_out_before && row.held_out_after))) continue;
+    if (row.outlier || !MeasuresPosition(row) ||
+        (held_out && !(row.held_out_before && row.held_out_after)))
+      continue;
     const Vec3 before = held_out ? *row.held_out_before : row.before;
     const Vec3 after = held_out ? *row.held_out_after : row.after;
     if (!before.allFinite() || !after.allFinite() || !row.p_measured.allFinite()) continue;
@@ -69,12 +76,30 @@ double SquareSum(const std::vector<accuracy::Reading>& readings) {
 
 }  // namespace
 
+std::string FittedText(const AchievedAccuracy& achieved) {
+  if (achieved.frame_fitted && achieved.tip_fitted)
+    return "the instrument's frame and the tool's tip";
+  if (achieved.frame_fitted) return "the instrument's frame";
+  return achieved.tip_fitted ? "the tool's tip" : "";
+}
+
 AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
                                     const model::CellModel& cell) {
   AchievedAccuracy achieved;
   achieved.rejected_rows = static_cast<int>(diagnosis.outlier_rows.size());
   if (cell.measurement.kind == model::MeasurementKind::kRange) {
     achieved.why_none = "the instrument measures ranges, not positions";
+    return achieved;
+  }
+  achieved.frame_fitted = !cell.measurement.frame_known;
+  achieved.tip_fitted = !cell.measurement.tool_known;
+  achieved.other_rows = static_cast<int>(
+      std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
+                    [](const diagnosis::RowTrace& row) { return !MeasuresPosition(row); }));
+  if (achieved.other_rows > 0 && achieved.other_rows == static_cast<int>(diagnosis.rows.size())) {
+    achieved.why_none =
+        "the rows touch artefacts, which shows an error relative to the artefact or along one "
+        "direction, not that of a position";
     return achieved;
   }
   achieved.held_out =

@@ -28,9 +28,18 @@ struct AchievedAccuracy {
   bool held_out = false;
   int rows = 0;           ///< rows that are used
   int rejected_rows = 0;  ///< outliers, which are not used
+  int other_rows = 0;     ///< rows that do not measure a position, such as touches of artefacts
+  /// The instrument's frame, or the tool's tip, was fitted to the same rows: an error of the base
+  /// or of the tip that a frame or a tip absorbs is not seen.
+  bool frame_fitted = false, tip_fitted = false;
 };
 
-/// Rows rejected as outliers are excluded. If rows were held out, only those are used, with their
+/// "the instrument's frame and the tool's tip"; empty if nothing was fitted.
+std::string FittedText(const AchievedAccuracy& achieved);
+
+/// Only rows that measure the position of the TCP are used: a touch of an artefact shows an error
+/// relative to a place that is estimated itself, or along one direction only. Rows rejected as
+/// outliers are excluded. If rows were held out, only those are used, with their
 /// held-out errors.
 AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
                                     const model::CellModel& cell);

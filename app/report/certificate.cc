@@ -190,6 +190,12 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
 
 std::string NotTested(const CertificateInput& input) {
   std::vector<std::string> items;
+  if (const std::string fitted = FittedText(input.achieved); !fitted.empty())
+    items.push_back(fitted + ", which the rows determine themselves");
+  if (input.achieved.before && input.achieved.other_rows > 0) {
+    items.push_back(CountText(static_cast<std::size_t>(input.achieved.other_rows), "row") +
+                    " on artefacts against the tolerance");
+  }
   if (input.achieved.before) {
     const accuracy::Characteristics& all = input.achieved.before->characteristics;
     const auto fewest =
@@ -260,8 +266,12 @@ CertificateParts CertificatePartsOf(const CertificateInput& input) {
   if (input.achieved.before) {
     parts.left +=
         std::string("<p class=\"soft\">&plusmn; U = k u<sub>c</sub>, coverage 95.45 %; ") +
-        (input.achieved.held_out ? "errors of held-out rows" : "errors of the fitted rows") +
-        ".</p>\n";
+        (input.achieved.held_out ? "errors of held-out rows" : "errors of the fitted rows");
+    if (const std::string fitted = FittedText(input.achieved); !fitted.empty())
+      parts.left +=
+          Escape("; " + fitted + (fitted.find(" and ") == std::string::npos ? " was" : " were") +
+                 " fitted");
+    parts.left += ".</p>\n";
   }
   parts.right = ParticularsTable(input);
   parts.bottom = CoefficientsTable(input.diagnosis) + NotTested(input) + Approval(source);

@@ -272,7 +272,9 @@ Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
     return conformity;
   }
   const Achieved& of = achieved.after ? *achieved.after : *achieved.before;
-  const std::string when = achieved.after ? "after correction" : "without correction";
+  std::string when = achieved.after ? "after correction" : "without correction";
+  if (const std::string fitted = FittedText(achieved); !fitted.empty())
+    when += fmt::format(", with {} fitted to the same rows,", fitted);
   int conform = 0, fail = 0;
   const auto poses = static_cast<int>(of.characteristics.poses.size());
   for (std::size_t k = 0; k < of.characteristics.poses.size(); ++k) {

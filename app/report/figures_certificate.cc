@@ -45,6 +45,12 @@ std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
   return Slope{slope, 2 * std::sqrt(std::max(0.0, yy - slope * xy) / (n - 2) / xx)};
 }
 
+bool MeasuresOneLength(const diagnosis::RowTrace& row) {
+  using enum diagnosis::ObservationKind;
+  return row.kind == kRange || row.kind == kSphere || row.kind == kPlane || row.kind == kGauge ||
+         row.kind == kArtefactRange;
+}
+
 std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
                              const diagnosis::Diagnosis& diagnosis) {
   const std::string label = diagnosis::SignalLabel(selected.signal->name);
@@ -89,6 +95,8 @@ std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
   if (!selected.rejected.value.empty()) {
     text += " Crosses: rows rejected as outliers.";
   }
+  if (std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(), &MeasuresOneLength))
+    text += " A row that measures one length shows the component of that length only.";
   return text +
          " Line: means over a tenth of the rows each; dashed: ±2 standard deviations of the "
          "noise.";

@@ -47,6 +47,8 @@ TEST_CASE("columns of CMM and robot exports") {
   CHECK(TargetsOf({"q1", "q2", "q3", "q4"})[3] == "q4_deg");
   CHECK(TargetsOf({"t", "t_s"}) == std::vector<std::string>{"", "t_s"});
   CHECK(TargetsOf({"joint_99", "j0"}) == std::vector<std::string>{"", ""});
+  CHECK(TargetsOf({"J0", "J1", "J2"}) == std::vector<std::string>{"q1_deg", "q2_deg", "q3_deg"});
+  CHECK(TargetsOf({"q0", "q1", "q2", "q3", "q4", "q5"}).back() == "q6_deg");
 }
 
 TEST_CASE("units") {

@@ -1,8 +1,12 @@
 // Exports as measured.csv, read back by the product's own reader.
 #include "app/imports/import_table.h"
 
-#include <catch2/catch.hpp>
+#include <fmt/format.h>
 
+#include <catch2/catch.hpp>
+#include <tuple>
+
+#include "app/imports/text_encoding.h"
 #include "app/table/csv.h"
 
 namespace plumbline::import_table_test {
@@ -291,6 +295,32 @@ TEST_CASE("rows that cannot be read are rejected with their reason") {
   CHECK(table.rejected[2].reason == "has 8 fields instead of 7");
   CHECK(table.rejected[3].reason == "has 5 fields instead of 7");
   CHECK_THAT(table.rejected[4].reason, Catch::Contains("\"nan\""));
+}
+
+TEST_CASE("numbers since 1970 are read in the unit that their size implies, from the first one") {
+  for (const auto& [first, second, unit] :
+       {std::tuple("1764182000", "1764182002", "seconds"),
+        std::tuple("1764182000123", "1764182002123", "milliseconds"),
+        std::tuple("1764182000123000", "1764182002123000", "microseconds"),
+        std::tuple("1764182000123000000", "1764182002123000000", "nanoseconds")}) {
+    CAPTURE(unit);
+    const ImportedTable table = RowsOf(
+        Understood(fmt::format("x_mm,y_mm,z_mm,timestamp\n1,2,3,{}\n1,2,4,{}\n", first, second)),
+        {});
+    REQUIRE(table.rows.size() == 2);
+    CHECK(table.rows[0].numbers.at("t_s") == 0);
+    CHECK(table.rows[1].numbers.at("t_s") == Approx(2).margin(1e-3));
+    REQUIRE(table.notes.size() == 1);
+    CHECK_THAT(table.notes[0], Catch::Contains(unit));
+  }
+  const ImportedTable counted = RowsOf(Understood("x_mm,y_mm,z_mm,t_s\n1,2,3,12.5\n"), {});
+  CHECK(counted.rows[0].numbers.at("t_s") == 12.5);
+}
+
+TEST_CASE("a minus sign is read as a hyphen") {
+  const DecodedText decoded = DecodedFromBytes("x_mm,y_mm,z_mm\n\u2212123.5,2,3\n");
+  const ImportedTable table = RowsOf(Understood(decoded.text), {});
+  CHECK(table.rows[0].numbers.at("x_mm") == -123.5);
 }
 
 }  // namespace plumbline::import_table_test
