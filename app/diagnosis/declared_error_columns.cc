@@ -25,10 +25,10 @@ constexpr std::size_t kMinRows = 2;         // on an artefact, before and after 
 /// @return  nullopt if the nuisances absorb one
 std::optional<DeclaredErrorColumns> Scaled(const LinearProblem& problem, DeclaredErrorKind kind,
                                            Eigen::MatrixXd columns, double deviation) {
-  const Vec3 before = columns.colwise().norm();
+  const Eigen::VectorXd before = columns.colwise().norm();
   problem.Project(columns);
-  const Vec3 length = columns.colwise().norm();
-  for (int axis = 0; axis < kErrorAxes; ++axis) {
+  const Eigen::VectorXd length = columns.colwise().norm();
+  for (Eigen::Index axis = 0; axis < columns.cols(); ++axis) {
     if (!(length[axis] > kAbsorbed * before[axis])) return std::nullopt;
     columns.col(axis) /= length[axis];
   }
@@ -105,7 +105,72 @@ std::pair<std::size_t, double> BestMove(const LinearProblem& problem,
   return best;
 }
 
+/// The rows with one item's mass increased.
+Dataset WithHeavierItem(Dataset data, const model::PayloadItem& item, double by_kg) {
+  for (const RowIndex row : data.row_indices()) {
+    loads::Payload& payload = data.payloads[row];
+    if (payload.item != item.number) continue;
+    payload.cog_F =
+        (payload.mass_kg * payload.cog_F + by_kg * item.cog_F) / (payload.mass_kg + by_kg);
+    payload.mass_kg += by_kg;
+  }
+  return data;
+}
+
+/// Standard deviation of the prior of an item's mass: half the mass, and at least this.
+constexpr double kLeastMassDeviation_kg = 0.5;  // a judgement
+constexpr double kMassStep = 0.01;              // of the deviation, for the derivative
+
+/// @return  nullopt if the item has none of the rows or all of them, or if the nuisances absorb its
+///          mass
+std::optional<DeclaredErrorColumns> ItemColumns(const LinearProblem& problem, const Model& model,
+                                                int index, int threads) {
+  const Dataset& data = problem.data();
+  const model::PayloadItem& item = data.cell.payload_items[static_cast<std::size_t>(index)];
+  const auto carried =
+      std::count_if(problem.rows().begin(), problem.rows().end(),
+                    [&](RowIndex row) { return data.payloads[row].item == item.number; });
+  if (carried == 0 || static_cast<std::size_t>(carried) == problem.rows().size())
+    return std::nullopt;
+  const double deviation = std::max(kLeastMassDeviation_kg, item.mass_kg / 2);
+  const double step_kg = kMassStep * deviation;
+  const Result<Linearisation> declared = Linearise(data, model, false, threads);
+  const Result<Linearisation> heavier =
+      Linearise(WithHeavierItem(data, item, step_kg), model, false, threads);
+  if (!declared || !heavier) return std::nullopt;
+  const FitLayout& layout = problem.layout();
+  const Whitener whitener(problem.fit());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(problem.response().size(), 1);
+  for (const FitRowIndex j : problem.rows().indices()) {
+    const RowIndex row = problem.rows()[j];
+    const Eigen::MatrixXd slope =
+        (declared->rows[row].residual - heavier->rows[row].residual) / step_kg;
+    whitener[j].Apply(slope, layout.PartOf(columns, j));
+  }
+  DeclaredErrorKind kind{DeclaredErrorKind::What::kItemMass};
+  kind.item = index;
+  kind.choices = static_cast<int>(data.cell.payload_items.size());
+  return Scaled(problem, kind, std::move(columns), deviation);
+}
+
 }  // namespace
+
+bool TestsItems(const Dataset& data) {
+  std::set<int> items;
+  for (const loads::Payload& payload : data.payloads) items.insert(payload.item);
+  return items.size() > 1;
+}
+
+std::vector<DeclaredErrorColumns> ItemErrors(const LinearProblem& problem, const Model& model,
+                                             int threads) {
+  std::vector<DeclaredErrorColumns> errors;
+  if (!TestsItems(problem.data())) return errors;
+  for (int k = 0; k < static_cast<int>(problem.data().cell.payload_items.size()); ++k) {
+    if (auto columns = ItemColumns(problem, model, k, threads))
+      errors.push_back(std::move(*columns));
+  }
+  return errors;
+}
 
 bool TestsTips(const Dataset& data) {
   std::set<int> tools;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/explanation_checks.h"
@@ -54,37 +55,49 @@ std::vector<SupportFit::Unit> UnitsOf(const CandidateSet& candidate_set,
 /// Fit of an error beside those columns of the answer that are worth their cost.
 struct ErrorFit {
   std::vector<ColumnIndex> kept;
-  Vec3 offset;
-  double minimum = 0;  ///< chi2 plus the prior
+  Eigen::VectorXd offset;
+  double first_sd = 0;  ///< standard deviation of the first component, with the columns kept
+  double minimum = 0;   ///< chi2 plus the prior
 };
 
 /// @param lenience  a unit is dropped if chi2 then rises by less than its cost plus this
 ErrorFit FitError(const CandidateSet& candidate_set, const std::vector<ColumnIndex>& columns,
                   const DeclaredErrorColumns& error, double lenience) {
   const auto count = static_cast<int>(columns.size());
+  const auto axes = static_cast<int>(error.columns.cols());
   const Eigen::VectorXd& response = candidate_set.problem().response();
-  Eigen::MatrixXd all(response.size(), count + kErrorAxes);
-  Eigen::VectorXd precision(count + kErrorAxes);
+  Eigen::MatrixXd all(response.size(), count + axes);
+  Eigen::VectorXd precision(count + axes);
   for (int k = 0; k < count; ++k) {
     const ColumnIndex column = columns[static_cast<std::size_t>(k)];
     all.col(k) = candidate_set.columns().col(column.value());
     precision[k] = PrecisionOf(candidate_set, column);
   }
-  all.rightCols(kErrorAxes) = error.columns;
-  precision.tail(kErrorAxes) = (error.deviation * error.length).array().square().inverse();
+  all.rightCols(axes) = error.columns;
+  precision.tail(axes) = (error.deviation * error.length).array().square().inverse();
   Eigen::MatrixXd gram = all.transpose() * all;
   gram.diagonal() += precision;
   std::vector<SupportFit::Unit> units = UnitsOf(candidate_set, columns, lenience);
   // Without a cost, the error is never dropped.
-  units.push_back({BlockIndex(), -1, {count, count + 1, count + 2}, 0});
+  std::vector<int> places(static_cast<std::size_t>(axes));
+  std::iota(places.begin(), places.end(), count);
+  units.push_back({BlockIndex(), -1, std::move(places), 0});
   SupportFit fit(gram, all.transpose() * response, response.squaredNorm(), std::move(units));
   fit.Eliminate();
   ErrorFit found;
   found.minimum = fit.minimum();
-  for (const int place : fit.Places()) {
+  const std::vector<int> kept = fit.Places();
+  for (const int place : kept) {
     if (place < count) found.kept.push_back(columns[static_cast<std::size_t>(place)]);
   }
-  for (int axis = 0; axis < kErrorAxes; ++axis) {
+  const auto first = std::find(kept.begin(), kept.end(), count);
+  if (first != kept.end()) {
+    const Eigen::MatrixXd covariance = Eigen::MatrixXd(gram(kept, kept)).inverse();
+    const auto at = first - kept.begin();
+    found.first_sd = std::sqrt(std::max(0.0, covariance(at, at))) / error.length[0];
+  }
+  found.offset.resize(axes);
+  for (int axis = 0; axis < axes; ++axis) {
     found.offset[axis] = fit.Value(count + axis) / error.length[axis];
   }
   return found;
@@ -101,13 +114,14 @@ ColumnScore ScoreOf(const CandidateSet& candidate_set, const std::vector<ColumnI
   return {fit.score, fit.score - fit.chi2 - fit.prior};
 }
 
-/// Cost of the error: that of an effect with three parameters, and the choice among `choices`.
-double CostOfError(const CandidateSet& candidate_set, int choices) {
+/// Cost of the error: that of an effect with as many parameters, and the choice among `choices`.
+double CostOfError(const CandidateSet& candidate_set, Eigen::Index axes, int choices) {
   const LinearProblem& problem = candidate_set.problem();
   const double rho = problem.fit().row_correlation;
   const double inflation = (1 + rho) / (1 - rho);
-  return inflation * (kErrorAxes * std::log(static_cast<double>(problem.clusters())) +
-                      candidate_set.EffectCost() + 2 * std::log(static_cast<double>(choices)));
+  return inflation *
+         (static_cast<double>(axes) * std::log(static_cast<double>(problem.clusters())) +
+          candidate_set.EffectCost() + 2 * std::log(static_cast<double>(choices)));
 }
 
 std::vector<EffectKey> EffectsOf(const CandidateSet& candidate_set,
@@ -134,10 +148,16 @@ std::optional<DeclaredError> DeclaredErrorFrom(const Answer& answer, const Decla
   const std::vector<ColumnIndex>& columns = answer.explanation.columns;
   const Dataset& data = candidate_set.problem().data();
   const ColumnScore kept = ScoreOf(candidate_set, fit.kept);
-  const double score = fit.minimum + kept.cost + CostOfError(candidate_set, kind.choices);
+  const double score =
+      fit.minimum + kept.cost + CostOfError(candidate_set, fit.offset.size(), kind.choices);
   DeclaredError error;
   error.kind = kind;
-  error.offset = fit.offset;
+  if (kind.what == What::kItemMass) {
+    error.mass_kg = fit.offset[0];
+    error.mass_sd_kg = fit.first_sd;
+  } else {
+    error.offset = fit.offset;
+  }
   error.evidence_gap = score - ScoreOf(candidate_set, columns).score;
   error.sigma_m = data.sigma_m;
   const double left_m =
@@ -165,6 +185,10 @@ std::vector<std::string> NamesOf(const std::vector<EffectKey>& effects) {
   return names;
 }
 
+const model::PayloadItem& ItemOf(const DeclaredError& error, const Dataset& data) {
+  return data.cell.payload_items[static_cast<std::size_t>(error.kind.item)];
+}
+
 /// The error as a clause.
 std::string TextOf(const DeclaredError& error, const Dataset& data) {
   const Vec3 mm = 1e3 * error.offset;
@@ -182,6 +206,14 @@ std::string TextOf(const DeclaredError& error, const Dataset& data) {
           "the tip of tool {} is ({:.2f}, {:.2f}, {:.2f}) mm from the declared one, in the flange "
           "frame",
           data.cell.ToolAt(error.kind.tool).number.value_or(0), mm.x(), mm.y(), mm.z());
+    case What::kItemMass: {
+      const model::PayloadItem& item = ItemOf(error, data);
+      const ValueText mass = ValueTextOf(item.mass_kg + error.mass_kg, error.mass_sd_kg);
+      return fmt::format(
+          "payload item {} has a mass of {} kg (standard deviation {} kg) instead of the declared "
+          "{:.3g} kg",
+          item.number, mass.value, mass.sd, item.mass_kg);
+    }
     case What::kMove:
       break;
   }
@@ -200,6 +232,9 @@ std::string RemedyOf(const DeclaredError& error, const Dataset& data) {
       return fmt::format(
           "measure the TCP of tool {} and correct its tcp_mm (or the tool's length) if it is wrong",
           data.cell.ToolAt(error.kind.tool).number.value_or(0));
+    case What::kItemMass:
+      return fmt::format("weigh payload item {} and correct its mass_kg if it is wrong",
+                         ItemOf(error, data).number);
     case What::kMove:
       break;
   }
@@ -244,13 +279,27 @@ void AddDoubts(const DeclaredError& error, const std::string& sentence, const Id
   }
 }
 
+const char* CheckOf(What what) {
+  switch (what) {
+    case What::kItemMass:
+      return "payload_items";
+    case What::kMove:
+      return "artefact_moves";
+    case What::kTip:
+    case What::kTurn:
+      break;
+  }
+  return "tool_tips";
+}
+
 }  // namespace
 
 bool DeclaredError::certain() const {
   return within_noise && evidence_gap < -kMistakeMargin;
 }
 
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves) {
+std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves,
+                                             int threads) {
   std::optional<DeclaredError> best;
   const auto consider = [&](const Answer& answer, const DeclaredErrorColumns& columns) {
     for (const double lenience : {0.0, kRivalGap}) {
@@ -262,6 +311,10 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_
   };
   const Answer answer{*found.candidate_set, found.best, found.fit.sigma_m};
   for (const DeclaredErrorColumns& columns : TipErrors(answer.candidate_set.problem())) {
+    consider(answer, columns);
+  }
+  for (const DeclaredErrorColumns& columns :
+       ItemErrors(answer.candidate_set.problem(), found.model, threads)) {
     consider(answer, columns);
   }
   if (!with_moves || !TestsMoves(found.fit.data)) return best;
@@ -316,13 +369,14 @@ void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_move
   if (error) {
     const std::string sentence =
         fmt::format("these rows are explained as well if {}", TextOf(*error, data));
-    add(error->kind.what == What::kMove ? "artefact_moves" : "tool_tips", sentence);
+    add(CheckOf(error->kind.what), sentence);
     AddDoubts(*error, sentence, found, diagnosis);
     return;
   }
   if (TestsTips(data)) {
     add("tool_tips", "no wrong tip of a tool and no turned orientation fits as well");
   }
+  if (TestsItems(data)) add("payload_items", "no wrong mass of a payload item fits as well");
   if (with_moves && TestsMoves(data)) add("artefact_moves", "no artefact that moved fits as well");
 }
 

@@ -1,5 +1,6 @@
-// Errors of declarations as rivals of every explanation: the tip of one of several tools is wrong,
-// the measured orientation is turned on the tool, or an artefact moved while it was measured.
+// Errors of declarations as rivals of every explanation: the tip of one of several tools or the
+// mass of a payload item is wrong, the measured orientation is turned on the tool, or an artefact
+// moved while it was measured.
 #pragma once
 
 #include <optional>
@@ -18,6 +19,8 @@ struct DeclaredError {
   /// True minus declared tip [m] or the rotation vector [rad], in the flange frame; or the shift of
   /// the artefact [m], in the frame in which it is declared.
   Vec3 offset = Vec3::Zero();
+  double mass_kg = 0;                 ///< of an item: true minus declared mass
+  double mass_sd_kg = 0;              ///< its standard deviation
   std::vector<EffectKey> beside;      ///< effects of the answer that it needs
   std::vector<EffectKey> instead_of;  ///< effects of the answer that it replaces, all or in part
   double evidence_gap = 0;            ///< its score minus the answer's
@@ -30,20 +33,20 @@ struct DeclaredError {
 };
 
 /// The error that fits best beside the effects of the answer, or some of them. It costs as much as
-/// an effect with three parameters, plus the choice of the tool, or of the artefact and the moment.
+/// an effect with three parameters, or one for a mass, plus the choice of the tool, or of the
+/// artefact and the moment.
 /// @param with_moves  also moves of artefacts; false if a declared distance contradicts the other
-/// data,
-///                    which imitates a move of one of its artefacts
+///                    data, which imitates a move of one of its artefacts
 /// @return  nullopt if the rows can show no such error, or if nothing is `certain` or explains
 ///          effects of the answer so well that it is not ruled out (kRivalGap)
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves);
+std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves, int threads);
 
 /// The mistake and its remedy.
 std::string SentenceOf(const DeclaredError& error, const Identified& found);
 
-/// Adds the checks `tool_tips` and `artefact_moves` of findings whose rows can show such an error.
-/// If there is one, adds only the check that it fails, doubts the findings that it would replace,
-/// and withholds the correction.
+/// Adds the checks `tool_tips`, `payload_items` and `artefact_moves` of findings whose rows can
+/// show such an error. If there is one, adds only the check that it fails, doubts the findings that
+/// it would replace, and withholds the correction.
 /// @param with_moves  as given to DeclaredErrorOf
 void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_moves,
                        const Identified& found, Diagnosis& diagnosis);

@@ -262,7 +262,7 @@ Result<void> StartedDiagnosis::Identify() {
   if (!tested) return tested.failure();
   // A wrong distance imitates a move of one of its artefacts; it is set aside first.
   const bool with_moves = tested->references.contradicting.empty();
-  const std::optional<DeclaredError> error = DeclaredErrorOf(*found_, with_moves);
+  const std::optional<DeclaredError> error = DeclaredErrorOf(*found_, with_moves, options_.threads);
   if (error && error->certain()) return Error{SentenceOf(*error, *found_)};
   Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
   if (!fit) return fit.failure();

@@ -184,14 +184,14 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   }
   if (notes.empty()) return table.Html();
   return table.Html() + "<p class=\"soft\">" +
-         Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength / 2)) +
+         Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength)) +
          "</p>\n";
 }
 
 std::string NotTested(const CertificateInput& input) {
   std::vector<std::string> items;
   if (const std::string fitted = FittedText(input.achieved); !fitted.empty())
-    items.push_back(fitted + ", which the rows determine themselves");
+    items.push_back(fitted + " (fitted to these rows)");
   if (input.achieved.before && input.achieved.other_rows > 0) {
     items.push_back(CountText(static_cast<std::size_t>(input.achieved.other_rows), "row") +
                     " on artefacts against the tolerance");
