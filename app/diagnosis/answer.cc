@@ -35,15 +35,11 @@ Json JsonOf(const Finding& finding) {
   const model::WrittenEffect written =
       effects::WrittenFromActive(finding.effect, finding.covariance);
   Json parameters = Json::array();
-  for (std::size_t k = 0; k < written.parameters.size(); ++k) {
-    parameters.push_back(JsonOf(written.parameters[k]));
-    if (k < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[k] > 0)
-      parameters.back()["tip_rms_mm"] = Millimetres(finding.tip_rms_of_each_m[k]);
-  }
+  for (const model::EffectParameter& parameter : written.parameters)
+    parameters.push_back(JsonOf(parameter));
   Json json = {{"id", written.id},
                {"scope", written.scope},
                {"parameters", parameters},
-               {"tip_rms_mm", Millimetres(finding.tip_rms_m)},
                {"p_value", Number(finding.p_value)},
                {"share_of_residual", Number(finding.share_of_residual)}};
   const std::string line = LinearTrendText(finding.effect);

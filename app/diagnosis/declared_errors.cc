@@ -56,8 +56,7 @@ std::vector<SupportFit::Unit> UnitsOf(const CandidateSet& candidate_set,
 struct ErrorFit {
   std::vector<ColumnIndex> kept;
   Eigen::VectorXd offset;
-  double first_sd = 0;  ///< standard deviation of the first component, with the columns kept
-  double minimum = 0;   ///< chi2 plus the prior
+  double minimum = 0;  ///< chi2 plus the prior
 };
 
 /// @param lenience  a unit is dropped if chi2 then rises by less than its cost plus this
@@ -86,15 +85,8 @@ ErrorFit FitError(const CandidateSet& candidate_set, const std::vector<ColumnInd
   fit.Eliminate();
   ErrorFit found;
   found.minimum = fit.minimum();
-  const std::vector<int> kept = fit.Places();
-  for (const int place : kept) {
+  for (const int place : fit.Places()) {
     if (place < count) found.kept.push_back(columns[static_cast<std::size_t>(place)]);
-  }
-  const auto first = std::find(kept.begin(), kept.end(), count);
-  if (first != kept.end()) {
-    const Eigen::MatrixXd covariance = Eigen::MatrixXd(gram(kept, kept)).inverse();
-    const auto at = first - kept.begin();
-    found.first_sd = std::sqrt(std::max(0.0, covariance(at, at))) / error.length[0];
   }
   found.offset.resize(axes);
   for (int axis = 0; axis < axes; ++axis) {
@@ -154,7 +146,6 @@ std::optional<DeclaredError> DeclaredErrorFrom(const Answer& answer, const Decla
   error.kind = kind;
   if (kind.what == What::kItemMass) {
     error.mass_kg = fit.offset[0];
-    error.mass_sd_kg = fit.first_sd;
   } else {
     error.offset = fit.offset;
   }
@@ -208,11 +199,9 @@ std::string TextOf(const DeclaredError& error, const Dataset& data) {
           data.cell.ToolAt(error.kind.tool).number.value_or(0), mm.x(), mm.y(), mm.z());
     case What::kItemMass: {
       const model::PayloadItem& item = ItemOf(error, data);
-      const ValueText mass = ValueTextOf(item.mass_kg + error.mass_kg, error.mass_sd_kg);
       return fmt::format(
-          "payload item {} has a mass of {} kg (standard deviation {} kg) instead of the declared "
-          "{:.3g} kg",
-          item.number, mass.value, mass.sd, item.mass_kg);
+          "payload item {} has a mass of about {:.2g} kg instead of the declared {:.3g} kg",
+          item.number, item.mass_kg + error.mass_kg, item.mass_kg);
     }
     case What::kMove:
       break;
@@ -313,9 +302,12 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_
   for (const DeclaredErrorColumns& columns : TipErrors(answer.candidate_set.problem())) {
     consider(answer, columns);
   }
-  for (const DeclaredErrorColumns& columns :
-       ItemErrors(answer.candidate_set.problem(), found.model, threads)) {
-    consider(answer, columns);
+  // The effects of the answer may make up for a wrong mass, or be what shows it.
+  for (const Model* const model : {&found.aligned, &found.model}) {
+    for (const DeclaredErrorColumns& columns :
+         ItemErrors(answer.candidate_set.problem(), *model, threads)) {
+      consider(answer, columns);
+    }
   }
   if (!with_moves || !TestsMoves(found.fit.data)) return best;
   // A move may hide behind effects that imitate it, so that it is also sought in the whole

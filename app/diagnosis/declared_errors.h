@@ -20,7 +20,6 @@ struct DeclaredError {
   /// the artefact [m], in the frame in which it is declared.
   Vec3 offset = Vec3::Zero();
   double mass_kg = 0;                 ///< of an item: true minus declared mass
-  double mass_sd_kg = 0;              ///< its standard deviation
   std::vector<EffectKey> beside;      ///< effects of the answer that it needs
   std::vector<EffectKey> instead_of;  ///< effects of the answer that it replaces, all or in part
   double evidence_gap = 0;            ///< its score minus the answer's

@@ -203,7 +203,7 @@ std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) 
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
       "the residual is {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm is not "
-      "explained",
+      "explained, unless repeated points show a larger noise",
       check.figure, 1e3 * noise_m, check.limit);
   return check;
 }

@@ -54,7 +54,12 @@ struct Candidate {
   double p_value = 1;
 };
 
-/// Tries every limit with fewer than twice as many rows beyond it as there are rejected rows.
+/// Rows beyond a limit for one rejected row among them, at most: where the noise is larger, most
+/// rows still pass.
+constexpr int kMostInside = 4;
+
+/// Tries every limit with fewer than `kMostInside` times as many rows beyond it as there are
+/// rejected rows.
 class LimitSearch {
  public:
   LimitSearch(int rows, int rejected) : rows_(rows), rejected_(rejected) {}
@@ -62,12 +67,12 @@ class LimitSearch {
   /// @param sorted  from the side on which the limit is
   void Try(const std::string& column, bool above, const std::vector<SignalRow>& sorted) {
     int inside = 0, rejected_inside = 0;
-    for (std::size_t k = 0; k + 1 < sorted.size() && inside + 1 < 2 * rejected_; ++k) {
+    for (std::size_t k = 0; k + 1 < sorted.size() && inside + 1 < kMostInside * rejected_; ++k) {
       ++inside;
       rejected_inside += sorted[k].rejected ? 1 : 0;
       if (sorted[k].value == sorted[k + 1].value) continue;
       ++trials_;
-      if (inside >= 2 * rejected_inside) continue;
+      if (inside >= kMostInside * rejected_inside) continue;
       const double p = HypergeometricTail(rows_, rejected_, inside, rejected_inside);
       if (!best_ || p < best_->p_value) {
         best_ = Candidate{{column, "", sorted[k].value, above, inside, rejected_inside}, p};
