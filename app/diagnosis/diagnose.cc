@@ -286,11 +286,11 @@ Result<Diagnosis> StartedDiagnosis::Finish() {
   Result<CorrectedModel> validated = Validated(task(), *found_, *fit_, diagnosis_);
   if (!validated) return validated.failure();
   CorrectedModel& corrected = validated.value();
-  CheckExplanation(
-      {found_->fit, corrected.validation.schemes.front(), ParametersOf(*found_, found_->fit.data),
-       RmsBetween(fit_->errors, corrected.errors, fit_->problem.weights),
-       RobustSigma(data_, ResidualsOf(fit_->linear))},
-      diagnosis_);
+  const double parameters = ParametersOf(*found_, found_->fit.data);
+  CheckExplanation({found_->fit, corrected.validation.schemes.front(), parameters,
+                    RmsBetween(fit_->errors, corrected.errors, fit_->problem.weights),
+                    ResidualScatter(fit_->problem, ResidualsOf(fit_->linear), parameters)},
+                   diagnosis_);
   Withhold(*declared_, corrected, diagnosis_);
   AddRows(data_, *searched_, declared_->errors, *fit_, corrected, diagnosis_);
   AddKindErrors(data_, diagnosis_);

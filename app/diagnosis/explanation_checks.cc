@@ -249,12 +249,15 @@ std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Find
   return agree;
 }
 
-/// True if the value is implausible, and the correction is withheld because the points held out do
-/// not confirm it: only orientations support such a finding.
-bool IsUseless(const Finding& finding, const Diagnosis& diagnosis) {
-  return !finding.implausible.empty() && !diagnosis.withheld.empty() &&
-         !diagnosis.held_out_by.empty() &&
-         diagnosis.held_out.after_m >= diagnosis.held_out.before_m;
+/// True if the effects predict points held out no better than the declared model. Orientations may
+/// support an effect that moves no point; then only an implausible value counts, whose correction
+/// is withheld.
+bool IsUseless(const Finding& finding, const Dataset& data, const Diagnosis& diagnosis) {
+  if (diagnosis.held_out_by.empty() || diagnosis.held_out.after_m < diagnosis.held_out.before_m)
+    return false;
+  const bool turned = std::find(data.turned_sessions.begin(), data.turned_sessions.end(), true) !=
+                      data.turned_sessions.end();
+  return !turned || (!finding.implausible.empty() && !diagnosis.withheld.empty());
 }
 
 }  // namespace
@@ -315,9 +318,9 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
     std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
-    if (failed.empty() && IsUseless(finding, diagnosis)) {
-      failed.push_back(finding.implausible +
-                       ", and held-out points are predicted no better than by the declared model");
+    if (failed.empty() && IsUseless(finding, evidence.problem.data, diagnosis)) {
+      failed.push_back((finding.implausible.empty() ? "" : finding.implausible + ", and ") +
+                       "held-out points are predicted no better than by the declared model");
     }
     if (failed.empty()) continue;
     diagnosis.doubts.push_back(

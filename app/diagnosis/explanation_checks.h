@@ -12,7 +12,7 @@ struct ExplanationEvidence {
   const HeldOut& held_out;       ///< held out by blocks of time
   double parameters = 0;         ///< fitted parameters, free frames and places included
   double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
-  double residual_sigma_m = 0;   ///< robust standard deviation of the residual, one axis [m]
+  double residual_sigma_m = 0;   ///< standard deviation of the residual, one axis [m]
 };
 
 /// Mean of the squared held-out residuals over the variance of each row, weighted by the row's

@@ -51,6 +51,18 @@ double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
   return sigmas.empty() ? 0 : statistics::MedianOf(sigmas);
 }
 
+double ResidualScatter(const FitProblem& problem, const PerRow<RowResidual>& residuals,
+                       double parameters) {
+  double square = 0, lengths = 0;
+  for (const RowIndex row : residuals.indices()) {
+    const RowNumbers& numbers = problem.data.numbers[row];
+    if (numbers.count == 0 || problem.weights[row] < kOutlierWeight) continue;
+    square += std::pow(SizeOf(numbers, residuals[row]), 2);
+    lengths += numbers.count;
+  }
+  return std::sqrt(square / std::max(1.0, lengths - parameters));
+}
+
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
   constexpr double kMin_m = 1e-7;
   std::vector<double> sizes;

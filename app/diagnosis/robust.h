@@ -10,6 +10,11 @@ namespace plumbline::diagnosis {
 /// a measurement.
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals);
 
+/// Standard deviation of the residuals of the rows that are not outliers, one axis, with the
+/// degrees of freedom that `parameters` fitted to them leave [m].
+double ResidualScatter(const FitProblem& problem, const PerRow<RowResidual>& residuals,
+                       double parameters);
+
 /// Median of the chi distribution with `count` degrees of freedom, 1..6.
 double MedianOfChi(int count);
 
