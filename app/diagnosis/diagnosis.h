@@ -221,10 +221,10 @@ struct Diagnosis {
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;
-  /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
-  /// use (3-D) then replaces `noise_floor_m`.
   /// The condition that the rejected rows share ("payload_kg of 80 or more"); empty if none.
   std::string outlier_condition;
+  /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
+  /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
   std::string sigma_origin;        ///< "declared", "repeats", "residual"

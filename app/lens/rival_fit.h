@@ -42,8 +42,7 @@ struct RivalPrecision {
   std::vector<double> view_rms_px;  ///< per coordinate
 };
 
-/// What one linear step from a fit says about a rival whose parameters are added to those of the
-/// fit.
+/// Result of one linear step from a fit for a rival whose parameters are added to those of the fit.
 struct ScoreTest {
   Rival rival;  ///< with the parameters of the fit
   /// Decrease of the sum of squares, in units of noise_px^2, less the cost of the priors.
@@ -87,8 +86,8 @@ class RivalProblem {
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
-  /// One linear step for each rival from the fit of `base`; courses are ignored. Empty if a point
-  /// is not in front of the camera.
+  /// One linear step for each rival from the fit of `base`; the weights of the views
+  /// (Rival::course) are ignored. Empty if a point is not in front of the camera.
   std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
                                     const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }

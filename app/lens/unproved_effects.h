@@ -40,8 +40,8 @@ std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, cons
                                             const RivalResult& at, double noise_px,
                                             image::ImageSize size, const DeclaredFacts& declared);
 
-/// Error of the lens by the effects within each candidate radius: the largest of them, and of
-/// `other_px`.
+/// For each candidate radius, the largest error of the lens within it: the maximum over the effects
+/// and `other_px`.
 RadiusErrors ErrorsWith(const std::vector<UnprovedEffect>& effects, RadiusErrors other_px);
 
 /// A lens whose uncertainty the effects widen, and the criterion for it.
@@ -54,9 +54,10 @@ struct WidenedLens {
   double acceptable_px = 0;
 };
 
-/// The effects because of which a lens is not certain enough: without them it would be accepted at
-/// all or, if it is accepted for a part of the image, for all of it. The largest first, one of each
-/// cause; empty if their absence would not suffice.
+/// The effects that prevent the acceptance of a lens: without them it would be accepted or, if it
+/// is accepted for a part of the image already, would be accepted for all of it. Sorted by size,
+/// the largest first, with at most one of each cause; empty if it would not be accepted even
+/// without them.
 std::vector<UnprovedEffect> DecisiveEffects(const WidenedLens& widened,
                                             std::vector<UnprovedEffect> effects);
 

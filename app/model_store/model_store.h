@@ -135,8 +135,8 @@ class ModelStore {
   std::string StateFile() const { return folder_ + "/state.json"; }
   /// @param damaged  set to true if Apply() may write a new state
   Result<ModelState> ReadState(bool& damaged) const;
-  /// The newest version with a declared origin whose facts can be read; 0: none.
-  /// @return  why the folder cannot be listed
+  /// @return  number of the newest version of declared origin whose facts can be read, 0 if there
+  ///          is none; an error if the folder cannot be listed
   Result<int> NewestDeclared() const;
   /// Writes an empty state if there is none, so that a missing file from now on means a lost one.
   Result<void> InitializeState();

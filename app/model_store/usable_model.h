@@ -16,8 +16,9 @@ namespace plumbline::model_store {
 /// effects that depend on a row number or a file column.
 std::optional<std::string> ModelUnusableReason(const model::CellModel& cell);
 
-/// Appends, of the faults found in a stored model, only the warning that it was changed after its
-/// fit. The other warnings concern declared values and are reported with the cell file.
+/// From the faults found in a stored model, appends only the warning that the model was changed
+/// after its fit. The other warnings concern declared values and are reported with the cell file.
+/// @param of_model    the faults of the stored model
 /// @param model_file  path to be shown in the warning
 void AppendChangedModelWarning(const config::FaultList& of_model, const std::string& model_file,
                                config::FaultList& faults);

@@ -139,10 +139,10 @@ struct EffectTraits {
   /// be negative.
   bool adds_compliance = false;
   bool empirical = false;  ///< a curve along a recorded signal without physical model
-  /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
+  /// Revolute joints: largest rotation seen on real arms [rad]; 0 if no source is known.
   double largest_observed_rotation_rad = 0;
-  /// Caused by the arm itself, not by its tool, load, floor or instrument: arms of one model may
-  /// have it in common.
+  /// Caused by the arm itself, not by its tool, load, floor or instrument, so that it may be
+  /// similar in all arms of one model (app/siblings).
   bool of_arm = false;
 
   /// The word names the camera whose rows the effect changes; see Conditions::camera_name.
