@@ -16,7 +16,7 @@ struct PayloadPolicy {
   struct ToolLoad {
     int number = 0;
     double mass_kg = 0;
-    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; absent: that of the cell
+    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; if absent, that of the cell
   };
   Source source = Source::kRobot;
   ToolLoad fixed;               ///< for kFixed

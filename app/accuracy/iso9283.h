@@ -13,7 +13,7 @@ namespace plumbline::accuracy {
 struct Reading {
   int pose = 0;                    ///< readings of one command pose share it
   int session = 0;                 ///< readings of one session are in the same frame
-  std::optional<double> t_s{};     ///< absent: not recorded
+  std::optional<double> t_s{};     ///< absent if not recorded
   Vec3 attained_W = Vec3::Zero();  ///< measured tip [m]
   Vec3 error_W = Vec3::Zero();     ///< attained minus command [m]
 };

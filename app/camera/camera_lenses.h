@@ -30,7 +30,7 @@ class CameraLenses {
   Result<Found> Find(const CameraIdentity& camera, const FrameContext& context);
 
   /// Logs an accepted calibration and appends it to the store.
-  /// @param temp_C  of the robot; NaN: unknown
+  /// @param temp_C  of the robot; NaN if unknown
   /// @return        the id of the lens
   Result<std::int64_t> Store(const CameraIdentity& camera, const FrameContext& context,
                              const BoardSession& session, double temp_C);

@@ -13,7 +13,7 @@ namespace plumbline::camera {
 struct ActiveLens {
   lens::KnownLens known;
   std::int64_t id = 0;        ///< in the lens store; 0: not stored
-  bool calibrated = false;    ///< at this zoom; false: interpolated, only a starting point
+  bool calibrated = false;    ///< at this zoom; if false, interpolated: only a starting point
   double log_focal_sd = 0;    ///< of ln f, for an interpolated lens
   bool contradicted = false;  ///< the tags have contradicted this calibration since it was accepted
   std::optional<std::int32_t> band_counts;  ///< zoom range within which this lens is valid
@@ -21,7 +21,7 @@ struct ActiveLens {
 
 struct TagCheck {
   TagTestOutcome verdict = TagTestOutcome::kNotVisible;
-  std::string message;                  ///< for the log; empty: nothing new
+  std::string message;                  ///< for the log; empty if nothing is new
   std::optional<lens::KnownLens> lens;  ///< replaces the active lens
   std::optional<TagBaseline> baseline;  ///< replaces the previous baseline
   std::vector<int> excluded;            ///< tags that contradict the others

@@ -46,7 +46,7 @@ class Progress {
   Display display_;
   double start_s_;
   double share_ = 0;
-  std::string doing_;  ///< empty: nothing to show
+  std::string doing_;  ///< empty if there is nothing to show
   int last_percent_ = -1;
   std::string shown_;  ///< on the terminal
   bool ended_ = false;

@@ -241,7 +241,7 @@ struct Diagnosis {
   std::vector<std::string> not_recorded;       ///< missing signals and the effects they would show
   std::vector<model::SessionFrames> sessions;  ///< estimated frames, if the cell leaves them free
   model::Domain domain;                        ///< of the rows used
-  std::optional<SiblingEvidence> siblings;     ///< absent: none were given
+  std::optional<SiblingEvidence> siblings;     ///< absent if none were given
 };
 
 /// Options of a diagnosis.
@@ -249,7 +249,7 @@ struct DiagnosisOptions {
   int threads = 2;
   int bootstrap = 200;
   int next_poses = 6;
-  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent: as declared in the cell, or
+  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent if it is as declared in the cell, or
   /// unknown.
   std::optional<double> time_zero_s = std::nullopt;
   /// The robot made unrecorded moves between the rows (probes of a running cell).

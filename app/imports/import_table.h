@@ -66,7 +66,7 @@ struct ImportedTable {
   std::vector<ImportedRow> rows;       ///< in the order of the file, the rejected ones included
   std::vector<RejectedLine> rejected;  ///< whose measurement is left out
   std::vector<std::string> notes;      ///< what was assumed or derived
-  /// The time stamp from which t_s counts [s since 1970]; nullopt: t_s has no known origin.
+  /// The time stamp from which t_s counts [s since 1970]; nullopt if t_s has no known origin.
   std::optional<double> first_stamp_s;
 };
 

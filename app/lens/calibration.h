@@ -16,7 +16,7 @@ namespace plumbline::lens {
 struct CalibrationOptions {
   /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
   double acceptable_px = 0.5;
-  std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: infinity
+  std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt
   /// The residuals can still contradict them: the capture is then refused, and the reason says so.
   DeclaredFacts declared{};
 };

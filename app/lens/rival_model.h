@@ -14,7 +14,7 @@ inline constexpr int kHeightTerms = 18, kPrintTerms = 12;
 /// Most points of a board whose places are estimated.
 inline constexpr int kMaxFreePoints = 66;
 
-/// Parameters beyond SharedVector; all zero: the lens and board of BoardPixels().
+/// Parameters beyond SharedVector; if all are zero, lens and board are those of BoardPixels().
 enum Extra : int {
   kZoom,  ///< d ln f
   kShiftX,

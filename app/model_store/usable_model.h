@@ -27,7 +27,7 @@ void AppendChangedModelWarning(const config::FaultList& of_model, const std::str
 /// force in place of the cell file cannot be used. Warnings: an applied model is set aside, would
 /// be at the next start or reload, or was changed after its fit. Read-only; a store that is missing
 /// or that this user may not read has no faults.
-/// @param cell_file  the configured cell file; empty: not compared
+/// @param cell_file  the configured cell file; not compared if empty
 /// @return           the model in force in place of the cell file, if it has no faults
 std::optional<model::CellModel> CheckModelStore(const std::string& state_directory,
                                                 const std::string& cell_file,

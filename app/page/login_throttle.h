@@ -20,7 +20,7 @@ class LoginThrottle {
   static constexpr double kMaxWait_s = 300, kForgetAfter_s = 3600;
   static constexpr std::size_t kMaxAddresses = 1024;
 
-  /// @return  how long the address still has to wait [s]; 0: it may try now
+  /// @return  how long the address still has to wait [s]; 0 if it may try now
   double Wait_s(const std::string& address, double now_s);
   /// @param token_hash  hash of the wrong token
   void Failed(const std::string& address, std::uint64_t token_hash, double now_s);

@@ -17,8 +17,8 @@ struct ChainJoint {
   model::JointType type = model::JointType::kRevolute;
   Pose X_prev;                ///< joint frame in that of the previous joint (first: base), at q = 0
   Vec3 axis = Vec3::UnitZ();  ///< unit length, in the joint's frame
-  std::optional<model::Interval> limits;  ///< [rad] or [m]; absent: none
-  std::optional<double> mass_kg;          ///< absent: no link attached here has a mass
+  std::optional<model::Interval> limits;  ///< [rad] or [m]; absent if it has none
+  std::optional<double> mass_kg;          ///< absent if no link attached here has a mass
   Vec3 com = Vec3::Zero();                ///< of that mass, in the joint's frame [m]
   double rising = 0;  ///< offset of the reading, contained in X_prev [rad] or [m]
 };

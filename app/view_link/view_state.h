@@ -47,9 +47,10 @@ struct ViewBody {
 struct ViewCamera {
   status::CameraStatus status;
   std::string serial, mode;
-  std::optional<ViewImage> image;  ///< nullopt: no image yet
+  std::optional<ViewImage> image;  ///< nullopt if there is no image yet
   std::optional<lens::Lens> lens;  ///< the lens in use for that image
-  /// Distance from the middle of the image up to which the lens is trusted; nullopt: everywhere.
+  /// Distance from the middle of the image up to which the lens is trusted; nullopt if it is
+  /// trusted everywhere.
   std::optional<double> usable_radius_px;
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;

@@ -42,7 +42,7 @@ struct HidExchange {
 struct HidProfile {
   std::string name;
   std::string source;
-  std::string unconfirmed;  ///< what the source does not specify; empty: nothing
+  std::string unconfirmed;  ///< what the source does not specify; empty if nothing
   int vendor_id = 0, product_id = 0;
   bool silence_is_unchanged = false;  ///< unsolicited device that reports only changes
   std::vector<HidExchange> exchanges;

@@ -115,14 +115,14 @@ class LoadedArm {
   [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
                                  const effects::Conditions& conditions, LoadedState& state) const;
 
-  /// The same with the effects already accumulated; null: no effects.
+  /// The same with the effects already accumulated; null if there are none.
   [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
                                  const effects::Influence<double>* influence,
                                  const model::JointVector& measured_tau,
                                  LoadedStateOf<double>& state) const;
 
   /// The model equations at actual joint positions theta, for double and dual numbers.
-  /// @param influence     accumulated effects; null: none
+  /// @param influence     accumulated effects; null if there are none
   /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
   ///                      empty
   template <typename T>

@@ -68,7 +68,7 @@ struct DeflectionPriors {
   /// a joint that lifts it (SCARA, gantry), whose links and bearings bend instead.
   bool complete = true;
 
-  /// [rad/(N m)]; empty: declared by the cell or by one of its effects, or prismatic.
+  /// [rad/(N m)]; empty if declared by the cell or by one of its effects, or if prismatic.
   std::array<std::optional<LogNormal>, model::kMaxJoints> compliance;
   double common_sigma_ln = 0;  ///< part of every compliance's sigma_ln that is common to the arm
 
