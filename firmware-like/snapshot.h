@@ -99,7 +99,7 @@ struct Probe : model::MeasuredPoint {
   Vec3 predicted_W = Vec3::Zero();    ///< loaded tip predicted by the model in force [m]
   std::uint16_t cameras = 0;          ///< bit k: camera k contributed
   std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0 for a measured tip
-  bool by_gauge = false;              ///< by the button of a gauge, not by a command
+  bool by_gauge = false;              ///< sent by the button of a gauge, not by a command
   bool quarantined = false;           ///< contradicts the model: stored, but used only if accepted
 };
 

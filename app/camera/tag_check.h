@@ -32,7 +32,7 @@ struct TagCheck {
 /// Judges the reference tags and prepares the consequences: a drifted lens is refined, the pose of
 /// a moved camera is solved again, and an interpolated lens takes its focal length from the tags;
 /// that lens is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at
-/// infinity, worst place in the image).
+/// infinity, worst position in the image).
 /// @param baseline  of this lens; null if there is none
 TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
                             const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,

@@ -9,7 +9,7 @@
 namespace plumbline::diagnosis {
 
 /// The columns of all blocks of a candidate set. Free frames are projected out; a column that they
-/// absorb, or that cannot be seen at any plausible size, is zero.
+/// absorb, or that cannot be seen at any plausible value, is zero.
 class CandidateColumns {
  public:
   explicit CandidateColumns(const LinearProblem& problem) : problem_(problem) {}

@@ -65,7 +65,8 @@ class CarriedColumns {
 /// Inverse of a Gram matrix for gains; a direction along which its columns vanish or depend on each
 /// other gains nothing.
 Eigen::MatrixXd InverseForGain(Eigen::MatrixXd gram);
-/// Reduction of chi2 by columns with this Gram matrix and these products with the residual.
+/// Reduction of chi2 from fitting columns with this Gram matrix and these products with the
+/// residual.
 double GainFrom(const Eigen::MatrixXd& gram, const Eigen::Ref<const Eigen::VectorXd>& moments);
 
 }  // namespace plumbline::diagnosis

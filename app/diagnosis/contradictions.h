@@ -25,7 +25,7 @@ struct TestedReferences {
 };
 
 /// Tests each reference by deletion residuals: with e the whitened residual of its equation and h
-/// the leverage of the equation in the fit of frames, places and selected effects,
+/// the leverage of the equation in the fit of frames, artefact positions and selected effects,
 ///   z = e / sqrt(1 - h),   declared - predicted from all other data = sd e / (1 - h)
 ///   [D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, Wiley 1980, section 2.1]
 /// A reference contradicts if |z| of one of its equations exceeds the normal quantile of 0.1 %,

@@ -180,7 +180,7 @@ struct Contradiction {
   std::string sentence;  ///< declared and predicted value
 };
 
-/// Declared distances and places (references.h), as the data test them.
+/// Declared distances and positions (references.h), as the data test them.
 struct References {
   int tested = 0;
   std::vector<Contradiction> contradicting;  ///< in use, the largest first

@@ -10,7 +10,7 @@ namespace plumbline::diagnosis {
 /// between them. Adds, for every line of the answer and of the explanations that score nearly as
 /// well, the explanations with the slowest such lines in its place; `ranked` remains sorted by
 /// score. Nothing is added if the readings are spread.
-/// @param best  the answer, by columns of `candidate_set`
+/// @param best  the answer, as columns of `candidate_set`
 void AddLineAliases(CandidateSet& candidate_set, const Explanation& best,
                     std::vector<Explanation>& ranked);
 

@@ -18,7 +18,7 @@ class CarriedColumns;
 
 /// Rows with the working response y = residual + (d prediction / d influence) influence, so that
 /// the unknowns are the full values of the effects instead of changes. Response and columns are
-/// whitened by sigma and the robust weights, and the nuisances (free frames, places of artefacts)
+/// whitened by sigma and the robust weights, and the nuisances (free frames, artefact positions)
 /// are projected out of both. What is known about the nuisances beside the rows follows the rows in
 /// the response and in the columns.
 class LinearProblem {

@@ -1,4 +1,4 @@
-// Plausibility of effect sizes: whether a healthy machine can show them.
+// Plausibility of the values of effects: whether a healthy machine can show them.
 #pragma once
 
 #include <string>

@@ -64,7 +64,7 @@ struct HandEyeFit {
   std::vector<double> view_rms_px;  ///< per point
   /// Robot error of each view in units of its standard deviation, RMS over three axes.
   std::vector<double> position_misfit, rotation_misfit;
-  /// Variance components by this fit: sums of squares over their redundancy [W. Foerstner 1979].
+  /// Variance components from this fit: sums of squares over their redundancy [W. Foerstner 1979].
   HandEyeNoise noise;
 };
 

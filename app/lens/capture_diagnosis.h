@@ -20,13 +20,13 @@ struct CaptureDiagnosis {
     CaptureCause cause = CaptureCause::kNone;
     std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
-    double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
+    double evidence = 0;  ///< decrease of the Bayesian information criterion it brings
     /// Largest difference between its lens and the plain one within each candidate radius.
     RadiusErrors error_px{};
   };
   std::vector<Finding> findings;
-  /// The lens by an explanation that leaves one lens: the board's shape, the print or further
-  /// distortion are then estimated together with the lens.
+  /// The lens according to an explanation that leaves one lens: the board's shape, the print or
+  /// further distortion are then estimated together with the lens.
   struct Adopted {
     Lens lens;
     RivalPrecision precision;

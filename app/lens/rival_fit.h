@@ -32,8 +32,8 @@ struct RivalResult {
 
 /// Precision of the lens of a fit whose parameters are equal in all views.
 struct RivalPrecision {
-  /// Of the lens parameters, for independent corner errors of the noise's size; the board's shape,
-  /// the print and the poses are eliminated.
+  /// Of the lens parameters, for independent corner errors as large as the noise; the board's
+  /// shape, the print and the poses are eliminated.
   LensCovariance covariance = LensCovariance::Zero();
   /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
   /// the directions of the parameters, and of the part common to all views, in units of the noise.
@@ -53,7 +53,7 @@ struct ScoreTest {
   double occam = 0;
   /// The fit after the step, without the views; only of global parameters.
   RivalResult result;
-  /// Of the lens parameters with the rival's, for corner errors of the noise's size.
+  /// Of the lens parameters with the rival's, for corner errors as large as the noise.
   LensCovariance covariance = LensCovariance::Zero();
   /// Of the last local parameter, if there is one: standard deviation in one view for such errors,
   /// the median; and variance of its values in units of that. A view with wrong corners counts as

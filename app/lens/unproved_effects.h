@@ -30,9 +30,9 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 /// D the difference of its lens, and E the excess of its lens's standard deviation, it adds
 ///   P (D^2 + E^2)
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
-/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations.
-/// A focal length that differs from view to view counts as well, integrated over its size; other
-/// effects that differ from view to view do not.
+/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. A focal
+/// length that differs from view to view counts as well, integrated over its amount; other effects
+/// that differ from view to view do not.
 /// @param scored    tests from the fit of `base`
 /// @param declared  effects that are declared to be absent are left out, unless they are more
 ///                  probable than three standard deviations

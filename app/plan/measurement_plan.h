@@ -61,10 +61,10 @@ struct MeasurementPlan {
 /// D-optimal selection [Fedorov 1972]: the rows maximise
 ///   log det(P^-1 + sum_i X_i^T X_i)
 /// with X_i the whitened derivatives of row i with respect to all parameters of the effects that
-/// the rows can show, in units of their plausible sizes (prior P = 1), and to the nuisances (free
-/// frames, unknown places). Greedy choice, then exchanges of single rows until none gains. Effects
-/// of the order of moves, of time and of speed are not planned for.
-/// @return  an error if the cell has no such artefact, tool or payload item, if the place of an
+/// the rows can show, in units of their plausible values (prior P = 1), and to the nuisances (free
+/// frames, unknown positions). Greedy choice, then exchanges of single rows until none gains.
+/// Effects of the order of moves, of time and of speed are not planned for.
+/// @return  an error if the cell has no such artefact, tool or payload item, if the position of an
 ///          artefact is unknown, or if too few safe postures are found
 Result<MeasurementPlan> PlanMeasurements(const model::CellModel& cell, const PlanTask& task);
 

@@ -90,7 +90,7 @@ struct ViewCycle {
 struct ViewMotion {
   motion::MotionState state = motion::MotionState::kUnknown;
   double age_s = 0;
-  model::JointVector sag{};                    ///< joint deflections by the motion [rad] or [m]
+  model::JointVector sag{};                    ///< joint deflections from the motion [rad] or [m]
   Vec3 acceleration_F = Vec3::Zero();          ///< of the flange [m/s^2]
   Vec3 angular_acceleration_F = Vec3::Zero();  ///< of the flange [rad/s^2]
   double tip_acceleration = 0;                 ///< [m/s^2]

@@ -83,8 +83,8 @@ class LoadedArm {
   /// Reference point of payload moments: (0, 0, length).
   const Vec3& beam_tip_F(int tool = 0) const { return Tool(tool).beam_tip_F; }
 
-  /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
-  /// the mass of a link outboard of it is not declared.
+  /// True if a joint is compliant, as declared or because of an effect, but its torque is unknown
+  /// because the mass of a link outboard of it is not declared.
   /// @param measured  the conditions include measured torques, so effects need no masses
   bool torques_missing(bool measured = false) const {
     return torques_missing_ || (effect_torques_missing_ && !measured);

@@ -105,10 +105,10 @@ struct Measurement {
   /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in
   /// the image.
   std::optional<Pose> X_WC;
-  /// Declared places of the reference tags [m] that rows measured by named cameras rest on; empty:
-  /// these rows are in W without error of the tags.
+  /// Declared positions of the reference tags [m] that rows measured by named cameras rest on. If
+  /// empty, these rows are in W without error of the tags.
   std::vector<Vec3> reference_tags_W;
-  double reference_sd_m = 0;  ///< standard deviation of each place per axis; 0 without tags
+  double reference_sd_m = 0;  ///< standard deviation of each position, per axis; 0 without tags
 };
 
 struct Interval {

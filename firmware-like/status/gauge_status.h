@@ -1,4 +1,4 @@
-// Status of the dial gauges that a person reads by their buttons.
+// Status of the dial gauges whose reading is sent by pressing their button.
 #pragma once
 
 #include <array>
