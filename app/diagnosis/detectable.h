@@ -13,8 +13,8 @@ namespace plumbline::diagnosis {
 /// where the column is whitened and projected orthogonally to the free frames, and `cost` is the
 /// score that naming the effect costs (for a searched shape, including the search over all shapes).
 /// A joint or direction that would require a value beyond the plausible range is undetectable: it
-/// is excluded from the maximum and named in a note. Evaluated for the shapes that the search
-/// proposed, and for one and two cycles on every joint.
+/// is excluded from the maximum and named in a note. Of the shapes, those that the search proposed
+/// are evaluated, and one and two cycles per turn of every joint.
 void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
                    Diagnosis& diagnosis);
 

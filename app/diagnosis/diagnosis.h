@@ -76,8 +76,8 @@ struct RowTrace {
   int fold = 0;          ///< block of time it was held out with; -1: never held out
   double weight = 1;     ///< of the robust fit
   bool outlier = false;  ///< weight below kOutlierWeight; excluded from error figures and plots
-  Vec3 p_measured =
-      Vec3::Zero();            ///< in W [m]; for a range, the predicted point moved along the ray
+  /// In W [m]; for a row without a measured position (a range, an artefact), the predicted tip.
+  Vec3 p_measured = Vec3::Zero();
   Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
   /// Like `before` and `after`, with frames and model estimated without this row's fold

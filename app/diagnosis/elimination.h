@@ -17,9 +17,8 @@ struct RefittedExplanation {
 /// Refits an explanation from its linear values.
 using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
 
-/// Maximum number of blocks of an explanation that is refitted during the search. Larger
-/// explanations have no nameable cause, and refitting each of their parts would take longer than
-/// the search.
+/// Explanations with more blocks than this are not refitted during the search. They have no
+/// nameable cause, and refitting each of their parts would take longer than the search.
 inline constexpr std::size_t kMaxRefittedBlocks = 6;
 
 /// Drops units whose removal raises the refitted chi2 by less than their cost. The linear search

@@ -8,11 +8,11 @@
 
 namespace plumbline::page {
 
-/// After kFreeFailures wrong tokens from an address, the next attempt has to wait 1 s, then 2 s,
-/// 4 s, ... up to kMaxWait_s. A right token, or kForgetAfter_s without an attempt, clears the
-/// address. Repeating the same wrong token counts once, since a browser with an outdated cookie
-/// sends it every second. IPv6 addresses are grouped by /64 network, which a single host may own.
-/// Memory is bounded: beyond kMaxAddresses, the address that was silent longest is dropped.
+/// After kFreeFailures wrong tokens from an address, the next attempt has to wait 1 s, then 2, 4,
+/// ... up to kMaxWait_s. The correct token, or kForgetAfter_s without an attempt, resets the count
+/// of the address. Repeating the same wrong token counts once, since a browser with an outdated
+/// cookie sends it every second. IPv6 addresses are grouped by /64 network, which a single host may
+/// own. Memory is bounded: beyond kMaxAddresses, the address that was silent longest is dropped.
 /// Thread-safe.
 class LoginThrottle {
  public:

@@ -60,7 +60,7 @@ struct ClipPlane {
 /// pixels.
 struct GroundGrid {
   Pose X_CG;          ///< the grid lies in the plane z = 0 of G, with a line through its origin
-  double cell_m = 1;  ///< distance of the lines
+  double cell_m = 1;  ///< distance between the lines
   float opacity = 0.2F;
 };
 
