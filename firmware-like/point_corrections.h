@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// What the corrections of one cycle are computed from.
+/// Inputs of the corrections of one cycle.
 struct PointInputs {
   const std::vector<correction::AssemblyPoint>& points;
   const model::CellModel& cell;

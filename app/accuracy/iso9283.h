@@ -62,8 +62,8 @@ struct Characteristics {
   std::optional<DistanceCharacteristics> distance{};
   double rms_distance_m = 0;  ///< of AD over all pairs of poses within a session
   std::size_t pairs = 0;
-  /// Drift of the pose with the longest time (or the most readings) between two visits; absent if
-  /// no pose was visited again after another one.
+  /// Drift of the pose whose visits are farthest apart in time (or in readings); absent if no pose
+  /// was visited again after another one.
   std::optional<DriftCharacteristics> drift{};
 };
 

@@ -21,7 +21,7 @@ class CameraLenses {
   };
 
   /// @param stores    must outlive this object
-  /// @param declared  a lens that was calibrated with other declarations beside these is not used
+  /// @param declared  a lens that was calibrated under further declarations is not used
   CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
                const lens::DeclaredFacts& declared, log::LogSink sink);
 

@@ -43,7 +43,7 @@ void PrintBeamCsv(const BeamSeries& series, std::ostream& out);
 
 void PrintBeamJson(const BeamSeries& series, std::ostream& out);
 
-/// Table 2 of the paper: this beam model beside the published columns "developed" and "Abaqus".
+/// Table 2 of the paper: this beam model next to the published columns "developed" and "Abaqus".
 void PrintPaperTable2(std::ostream& out);
 
 }  // namespace plumbline::cli

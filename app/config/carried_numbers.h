@@ -12,7 +12,7 @@ namespace plumbline::config {
 std::string ToolNumbersText(const model::CellModel& cell);
 std::string ItemNumbersText(const model::CellModel& cell);
 
-/// What is wrong with a reported number, and what to do.
+/// Problem of a reported number, and its remedy.
 struct NumberAdvice {
   std::string problem;  ///< empty if there is none
   std::string remedy;

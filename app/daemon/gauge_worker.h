@@ -66,7 +66,7 @@ class GaugeWorker {
   void SetState(ReadGauge& gauge);
   void PublishStatus();
   static bool IsContinuous(ReadGauge& gauge, double now_s);
-  /// What the cycle did with a press; nullopt if it did not handle it in time.
+  /// Result of the cycle for a press; nullopt if it did not handle it in time.
   std::optional<correction::CorrectionCode> CodeOf(std::uint32_t number);
 
   GaugeMailbox& mailbox_;

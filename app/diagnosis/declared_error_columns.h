@@ -12,7 +12,7 @@ namespace plumbline::diagnosis {
 /// Components of an error: of a shift or of a rotation vector.
 inline constexpr int kErrorAxes = 3;
 
-/// What is wrong.
+/// One wrong declaration.
 struct DeclaredErrorKind {
   enum class What { kTip, kTurn, kMove };
   What what = What::kTip;

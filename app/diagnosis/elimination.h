@@ -23,9 +23,9 @@ inline constexpr std::size_t kMaxRefittedBlocks = 6;
 
 /// Drops units whose removal raises the refitted chi2 by less than their cost. The linear search
 /// cannot find them: only when time constants, cycles and frames are free can the other effects
-/// absorb what such a unit explained. A unit is kept if the refit without it needs a value beyond
-/// kDiscardRatio or with an excluded sign. Explanations with more than kMaxRefittedBlocks blocks
-/// are returned unchanged.
+/// absorb what such a unit explained. A unit is kept if the refit without it needs a value that is
+/// beyond kDiscardRatio or has an excluded sign. Explanations with more than kMaxRefittedBlocks
+/// blocks are returned unchanged.
 /// @param of  as columns of the candidate set
 RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
                                               RefittedExplanation of,

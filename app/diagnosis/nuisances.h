@@ -14,9 +14,9 @@ namespace plumbline::diagnosis {
 using GroupIndex = TypedIndex<struct GroupTag>;          ///< group of nuisances
 using ComponentIndex = TypedIndex<struct ComponentTag>;  ///< groups that equations connect
 
-/// What is known about the nuisances beside the rows, as one more residual: a known distance, a
-/// position declared with a standard deviation, or, with an empty `of`, one of the six equations
-/// for the frame of the reference tags. In units of its standard deviation.
+/// Prior knowledge of the nuisances, as one more residual: a known distance, a position declared
+/// with a standard deviation, or, with an empty `of`, one of the six equations for the frame of the
+/// reference tags. In units of its standard deviation.
 struct Equation {
   double residual = 0;
   std::vector<std::pair<int, double>> slopes;  ///< nuisance, and d prediction / d nuisance

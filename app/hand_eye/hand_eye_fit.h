@@ -70,7 +70,7 @@ struct HandEyeFit {
 
 /// Pose of the target in C through the robot:
 ///   eye to hand: X_CK = Y^-1 X_BF E X;   eye in hand: X_CK = Y^-1 E X_BF^-1 X
-/// @param E  the robot's pose error at the flange; identity: pose as reported
+/// @param E  the robot's pose error at the flange; the identity for the pose as reported
 Pose ChainPose(const HandEyeOptions& options, const HandEyePoses& poses, const Pose& X_BF,
                const Pose& E);
 

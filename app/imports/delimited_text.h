@@ -8,7 +8,7 @@
 
 namespace plumbline::imports {
 
-/// What a user may state about a layout; the rest is determined from the text.
+/// Properties of a layout that a user may state; the others are determined from the text.
 struct LayoutHints {
   std::optional<char> separator;   ///< ',' ';' '\t', or ' ' for runs of blanks
   std::optional<char> decimal;     ///< '.' or ','

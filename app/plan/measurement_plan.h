@@ -37,8 +37,9 @@ struct PlannedRow {
   bool move_checked = false;
 };
 
-/// What the rows show of one effect: the median over its parameters of the standard deviation after
-/// the measurement relative to the one before it (its plausible value); 1 if they show nothing.
+/// Information of the rows on one effect: the median over its parameters of the standard deviation
+/// after the measurement relative to the one before it (its plausible value); 1 if they show
+/// nothing.
 struct EffectDetermination {
   std::string id;
   int parameters = 0;

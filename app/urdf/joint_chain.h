@@ -40,7 +40,7 @@ struct JointChain {
 /// Faults: an unknown or ambiguous end, links connected in a ring, a joint of a type that a serial
 /// arm cannot have (planar, floating), a joint that mimics another, limits in the wrong order, no
 /// or more than kMaxJoints moving joints. Warnings: a joint without limits, a reference position
-/// that is ignored, masses that hang on moving joints beside the chain and are left out.
+/// that is ignored, masses on moving joints outside the chain, which are left out.
 std::optional<JointChain> ChainFromUrdf(const UrdfFile& urdf, const std::string& file,
                                         const std::string& base, const std::string& tip,
                                         Rising rising, config::FaultList& faults);

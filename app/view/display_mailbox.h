@@ -15,7 +15,7 @@
 
 namespace plumbline::view {
 
-/// What the display shows at one instant, as values, with the state it was derived from.
+/// Content of the display at one instant, as values, with the state it was derived from.
 struct DisplayStatus {
   double time_s = 0;                                  ///< when it was compiled, monotonic
   std::shared_ptr<const view_link::ViewState> state;  ///< the newest; null if none was received yet

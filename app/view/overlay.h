@@ -18,7 +18,7 @@ struct Label {
   std::string shorter;  ///< in place of a text without room; empty: none
 };
 
-/// What the overlay marks in the picture.
+/// Marks of the overlay in the picture.
 struct ImageMarks {
   std::vector<Label> labels;
   std::vector<scene::Area> keep_clear;  ///< tool, tip and points: nothing may cover them [px]

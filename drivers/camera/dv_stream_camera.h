@@ -44,7 +44,7 @@ class DvStreamCamera : public Camera {
   const std::vector<std::uint8_t>* Bgr() override;
 
  private:
-  /// What the draining thread hands over.
+  /// Frame that the draining thread hands over.
   struct Arrived {
     std::vector<std::uint8_t> frame;  ///< empty if none came since the last was taken
     double time_s = 0;

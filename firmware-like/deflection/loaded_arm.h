@@ -93,7 +93,7 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<effects::ActiveEffect>& effects() const { return effects_; }
-  /// What the effects need to know beside posture and load.
+  /// Columns that the effects need in addition to posture and load.
   const std::vector<effects::NeededColumn>& needed_columns() const { return needed_columns_; }
   /// True if an effect adds nothing because such a column is missing; its state is then unknown.
   bool LacksColumn(const effects::Conditions& conditions) const;

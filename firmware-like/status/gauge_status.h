@@ -16,7 +16,7 @@ enum class GaugeState : std::uint16_t {
   kReconnecting = 3,  ///< the connection was lost
 };
 
-/// What became of the latest press.
+/// Outcome of the latest press.
 enum class GaugeOutcome : std::uint16_t {
   kNone = 0,        ///< no press yet
   kRecorded = 1,    ///< the journal has the row
