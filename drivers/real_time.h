@@ -21,7 +21,7 @@ inline void SetRealTimePriority(int priority, const char* name) {
   pthread_setname_np(pthread_self(), name);
 }
 
-/// The last CPU that the calling thread may use; -1: not known.
+/// The last CPU that the calling thread may use; -1 if not known.
 inline int LastAllowedCpu() {
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return -1;

@@ -19,7 +19,7 @@ class ThreadHeartbeat {
     beats_.fetch_add(1, std::memory_order_relaxed);
   }
   std::uint64_t beats() const { return beats_.load(std::memory_order_relaxed); }
-  /// Kernel id of the thread that beats; 0: none has yet.
+  /// Kernel id of the thread that beats; 0 if none has yet.
   pid_t thread() const { return thread_; }
 
  private:

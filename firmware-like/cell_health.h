@@ -75,7 +75,7 @@ struct HealthInputs {
   std::uint16_t alarms = 0, warnings = 0;
   bool extrapolating = false;  ///< a valid point is extrapolated
   std::optional<model::RadiusBasis>
-      weakest_basis{};            ///< among valid points; nullopt: no valid point
+      weakest_basis{};            ///< among valid points; nullopt if there is none
   bool radius_too_large = false;  ///< a valid point's radius exceeds the largest allowed correction
   bool fiducial_moved = false;
   bool required_lens_missing = false;  ///< points are withdrawn until a camera's lens is valid

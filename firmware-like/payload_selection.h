@@ -16,7 +16,7 @@ struct PayloadPolicy {
   struct ToolLoad {
     int number = 0;
     double mass_kg = 0;
-    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; absent: that of the cell
+    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; if absent, that of the cell
   };
   Source source = Source::kRobot;
   ToolLoad fixed;               ///< for kFixed
@@ -27,7 +27,7 @@ struct PayloadPolicy {
 struct UndeclaredNumber {
   enum class Kind : std::uint8_t { kNone, kTool, kItem };
   Kind kind = Kind::kNone;
-  std::optional<int> number{};  ///< absent: the controller reports none
+  std::optional<int> number{};  ///< absent if the controller reports none
   bool operator==(const UndeclaredNumber&) const = default;
 };
 
@@ -39,7 +39,7 @@ class PayloadSelector {
 
   /// Selects the payload by the policy, with the tool and the payload item that the controller
   /// reports.
-  /// @param robot  the latest reading; nullptr: it is not trusted
+  /// @param robot  the latest reading; nullptr if it is not trusted
   void Select(const model::RobotState* robot, const model::CellModel& cell);
 
   /// nullopt if mass or centre of gravity is unknown or implausible, or if the cell requires a tool

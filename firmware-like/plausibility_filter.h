@@ -53,7 +53,7 @@ class PlausibilityFilter {
   /// Checks the latest reading at time now_s (monotonic). Call it every cycle, even if the reading
   /// is unchanged, because its age grows. After a fault, `readings_to_trust` consecutive good
   /// readings are required; until then the original fault is returned.
-  /// @param mounted  index of the tool that the controller reports; nullopt: it reports none that
+  /// @param mounted  index of the tool that the controller reports; nullopt if it reports none that
   ///                 the cell declares
   InputFault Check(const deflection::LoadedArm& arm, const model::RobotState& state, double now_s,
                    std::optional<int> mounted = std::nullopt);
@@ -70,7 +70,8 @@ class PlausibilityFilter {
   /// True once a reported tool pose has agreed with forward kinematics.
   bool decoding_checked() const { return decoding_checked_; }
 
-  /// The tool whose tip the last reading has instead of that of the mounted one; nullopt: none.
+  /// The tool whose tip the last reading has instead of that of the mounted one; nullopt if there
+  /// is none.
   std::optional<int> tip_of_other_tool() const { return tip_of_other_tool_; }
 
  private:

@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// What the corrections of one cycle are computed from.
+/// Inputs of the corrections of one cycle.
 struct PointInputs {
   const std::vector<correction::AssemblyPoint>& points;
   const model::CellModel& cell;
@@ -34,7 +34,8 @@ class PointCorrections {
   /// Until SetTaughtBranch() is called for this point, it is pending and its branch is not
   /// searched.
   void MarkPending(std::size_t index) { branches_[index].search_pending = true; }
-  /// @param found  the branch's joints [rad] or [m]; nullopt: Refresh() searches for one
+  /// @param found  the branch's joints [rad] or [m]; nullopt if none was found: Refresh() then
+  ///               searches for one
   void SetTaughtBranch(std::size_t index, const std::optional<model::JointVector>& found);
   /// Starts from a solution with its radius, so that the point can be valid in the first cycle.
   void Adopt(std::size_t index, const correction::CellCorrector& corrector,

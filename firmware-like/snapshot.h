@@ -98,8 +98,8 @@ struct Probe : model::MeasuredPoint {
   double utc_s = 0;                   ///< since 1970; never stepped within one run of the daemon
   Vec3 predicted_W = Vec3::Zero();    ///< loaded tip predicted by the model in force [m]
   std::uint16_t cameras = 0;          ///< bit k: camera k contributed
-  std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0: none, a measured tip
-  bool by_gauge = false;              ///< by the button of a gauge, not by a command
+  std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0 for a measured tip
+  bool by_gauge = false;              ///< sent by the button of a gauge, not by a command
   bool quarantined = false;           ///< contradicts the model: stored, but used only if accepted
 };
 
@@ -142,7 +142,7 @@ struct Snapshot {
   std::array<CalibrationRequest, model::kMaxCameras>
       calibration_requests{};  ///< requested in this cycle
   bool probe_taken = false;    ///< `probe` was recorded in this cycle
-  /// What became of MachineInput::gauge; nullopt: there was none, or it waits for the next cycle.
+  /// Outcome of MachineInput::gauge; nullopt if there was none, or it waits for the next cycle.
   std::optional<correction::CorrectionCode> gauge_code;
   Probe probe;
   ProbeIntake probes;

@@ -13,7 +13,7 @@ enum class Source { kInstrument, kJointReading, kRepeatability, kModel };
 /// Contributions that the measured poses do not show by themselves. Standard deviations are on one
 /// axis [m].
 struct Contributions {
-  std::optional<double> instrument_m{};  ///< declared; absent: unknown
+  std::optional<double> instrument_m{};  ///< declared; absent if unknown
   double joint_reading_m = 0;            ///< error at the tip due to the resolution of the joints
   /// Scatter of the residual about the best model, and its degrees of freedom.
   double residual_m = 0;

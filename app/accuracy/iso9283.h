@@ -13,7 +13,7 @@ namespace plumbline::accuracy {
 struct Reading {
   int pose = 0;                    ///< readings of one command pose share it
   int session = 0;                 ///< readings of one session are in the same frame
-  std::optional<double> t_s{};     ///< absent: not recorded
+  std::optional<double> t_s{};     ///< absent if not recorded
   Vec3 attained_W = Vec3::Zero();  ///< measured tip [m]
   Vec3 error_W = Vec3::Zero();     ///< attained minus command [m]
 };
@@ -62,8 +62,8 @@ struct Characteristics {
   std::optional<DistanceCharacteristics> distance{};
   double rms_distance_m = 0;  ///< of AD over all pairs of poses within a session
   std::size_t pairs = 0;
-  /// Drift of the pose with the longest time (or the most readings) between two visits; absent if
-  /// no pose was visited again after another one.
+  /// Drift of the pose whose visits are farthest apart in time (or in readings); absent if no pose
+  /// was visited again after another one.
   std::optional<DriftCharacteristics> drift{};
 };
 

@@ -21,7 +21,7 @@ class CameraLenses {
   };
 
   /// @param stores    must outlive this object
-  /// @param declared  a lens that was calibrated with other declarations beside these is not used
+  /// @param declared  a lens that was calibrated under further declarations is not used
   CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
                const lens::DeclaredFacts& declared, log::LogSink sink);
 
@@ -30,7 +30,7 @@ class CameraLenses {
   Result<Found> Find(const CameraIdentity& camera, const FrameContext& context);
 
   /// Logs an accepted calibration and appends it to the store.
-  /// @param temp_C  of the robot; NaN: unknown
+  /// @param temp_C  of the robot; NaN if unknown
   /// @return        the id of the lens
   Result<std::int64_t> Store(const CameraIdentity& camera, const FrameContext& context,
                              const BoardSession& session, double temp_C);

@@ -12,8 +12,8 @@
 namespace plumbline::camera {
 
 /// Thread-safe lens store that is opened on first use and, after a failure, reopened at most every
-/// kRetryInterval_s. All cameras share one connection, so that none keeps using a damaged file that
-/// another has replaced with its backup. Callers block on disk access.
+/// kRetryInterval_s. All cameras share one connection, so that no camera keeps a damaged file open
+/// after it has been replaced by its backup. Callers block on disk access.
 class SharedLensStore {
  public:
   static constexpr double kRetryInterval_s = 5;

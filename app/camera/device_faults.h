@@ -19,7 +19,7 @@ class DeviceFaults {
   void OnSensor(zoom::ZoomResult result, std::string_view problem);
   /// @return  whether this result is a fault that the one before was not
   bool OnCamera(CameraResult result, std::string_view problem, double now_s);
-  /// @param fault  empty: the store works
+  /// @param fault  empty if the store works
   void OnStore(const std::string& fault);
 
   bool camera_lost() const { return camera_ != CameraResult::kFrame; }

@@ -26,7 +26,7 @@ struct FrameContext {
   bool needs_lens = false;        ///< look up the lens for this zoom in the store
   bool search_for_board = false;  ///< a board that comes into view starts a capture
   std::optional<std::int32_t> zoom_counts, focus_counts;  ///< at this standstill
-  std::shared_ptr<const ActiveLens> lens;                 ///< null: none for this zoom
+  std::shared_ptr<const ActiveLens> lens;                 ///< null if there is none for this zoom
   std::shared_ptr<const TagBaseline> baseline;            ///< of that lens
   bool opencv_prints = false;                             ///< see Tracker::AssumeOpenCvPrints
   std::vector<int> set_aside;    ///< reference tags that contradict the others
@@ -68,7 +68,7 @@ class LensSupervisor {
   void CancelBoard(double now_s);
   /// The active lens has been stored under this id.
   void SetStoredId(std::int64_t id);
-  /// @param fault  empty: the store works
+  /// @param fault  empty if the store works
   void OnStoreFault(const std::string& fault) { faults_.OnStore(fault); }
 
   lens::ZoomState state() const { return supervision_.state(); }

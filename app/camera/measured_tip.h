@@ -17,7 +17,8 @@ struct CameraPoint {
   double time_s = 0;  ///< when the image was taken, monotonic
 };
 
-/// Standard deviation of the tags' declared positions on their bodies, per axis [m].
+/// Standard deviation of the declared tag positions, per axis [m]: on the cell's body and on the
+/// tool's body.
 struct TagPositionSd {
   double cell_sd_m = 0, tool_sd_m = 0;
 };

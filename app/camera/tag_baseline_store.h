@@ -12,7 +12,7 @@
 
 namespace plumbline::camera {
 
-/// What is known about the reference tags through each lens, by the id of the lens.
+/// Observations of the reference tags through each lens, by the id of the lens.
 struct TagBaselines {
   std::map<std::int64_t, TagBaseline> by_lens;
   /// Lenses that the tags have contradicted since they were accepted.

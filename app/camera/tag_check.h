@@ -14,7 +14,7 @@ namespace plumbline::camera {
 struct ActiveLens {
   lens::KnownLens known;
   std::int64_t id = 0;        ///< in the lens store; 0: not stored
-  bool calibrated = false;    ///< at this zoom; false: interpolated, only a starting point
+  bool calibrated = false;    ///< at this zoom; if false, interpolated: only a starting point
   double log_focal_sd = 0;    ///< of ln f, for an interpolated lens
   bool contradicted = false;  ///< the tags have contradicted this calibration since it was accepted
   lens::DeclaredFacts declared{};           ///< on which its uncertainty rests
@@ -23,7 +23,7 @@ struct ActiveLens {
 
 struct TagCheck {
   TagTestOutcome verdict = TagTestOutcome::kNotVisible;
-  std::string message;                  ///< for the log; empty: nothing new
+  std::string message;                  ///< for the log; empty if nothing is new
   std::optional<lens::KnownLens> lens;  ///< replaces the active lens
   std::optional<TagBaseline> baseline;  ///< replaces the previous baseline
   std::vector<int> excluded;            ///< tags that contradict the others
@@ -34,7 +34,7 @@ struct TagCheck {
 /// Judges the reference tags and prepares the consequences: a drifted lens is refined, the pose of
 /// a moved camera is solved again, and an interpolated lens takes its focal length from the tags;
 /// that lens is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at
-/// infinity, worst place in the image).
+/// infinity, worst position in the image).
 /// @param baseline  of this lens; null if there is none
 TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
                             const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,

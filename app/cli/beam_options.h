@@ -46,7 +46,7 @@ struct BeamCellError : BeamUsageError {
 /// Adds the options to the command; `options` must outlive it.
 void AddBeamOptions(CLI::App& command, BeamOptions& options);
 
-/// A tool, and which of several tools of a cell it is; empty: the only one.
+/// A tool, and which of several tools of a cell it is; empty if it is the only one.
 struct BeamTool {
   model::Tool tool;
   std::string used;

@@ -23,7 +23,7 @@ struct BeamSeries {
   std::string used_tool{};  ///< which of several tools of a cell; empty: the only one
   BendingAxis axis = BendingAxis::kY;
   std::string loads;                 ///< description of all loads
-  std::optional<double> force_at_m;  ///< place of force and moment if given; may be beyond the tip
+  std::optional<double> force_at_m;  ///< position of force and moment; may be beyond the tip
   std::vector<BeamPoint> points;     ///< points to compensate
   bool stress = false;
   std::vector<BeamCase> cases;
@@ -43,7 +43,7 @@ void PrintBeamCsv(const BeamSeries& series, std::ostream& out);
 
 void PrintBeamJson(const BeamSeries& series, std::ostream& out);
 
-/// Table 2 of the paper: this beam model beside the published columns "developed" and "Abaqus".
+/// Table 2 of the paper: this beam model next to the published columns "developed" and "Abaqus".
 void PrintPaperTable2(std::ostream& out);
 
 }  // namespace plumbline::cli

@@ -11,7 +11,7 @@ namespace plumbline::cli {
 /// Compares the corrected commands of the configured points under two models, at the configured
 /// loads. Without a configuration, reports how far the unloaded tip moves and why the points cannot
 /// be compared.
-/// @param config_file  given by the user; empty: the one that the daemon recorded in the state
+/// @param config_file  given by the user; if empty, the one that the daemon recorded in the state
 ///                     directory
 /// @return the text, or why the given file cannot be used
 Result<std::string> PointMovesText(const std::string& state_directory,

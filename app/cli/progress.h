@@ -16,14 +16,14 @@ namespace plumbline::cli {
 class Progress {
  public:
   struct Display {
-    int columns = 0;     ///< width of the terminal; 0: not a terminal
+    int columns = 0;     ///< width of the terminal; 0 if there is none
     bool quiet = false;  ///< show nothing
     double update_s = 1;
     std::function<double()> clock_s;  ///< default: the monotonic clock
   };
 
   Progress(std::ostream& err, Display display);
-  /// Detects the properties of standard error: the terminal's width, or that it is not a terminal.
+  /// Uses the width of the terminal at standard error, or writes plain lines if it is not one.
   Progress(std::ostream& err, bool quiet);
   ~Progress();
   Progress(const Progress&) = delete;
@@ -46,7 +46,7 @@ class Progress {
   Display display_;
   double start_s_;
   double share_ = 0;
-  std::string doing_;  ///< empty: nothing to show
+  std::string doing_;  ///< empty if there is nothing to show
   int last_percent_ = -1;
   std::string shown_;  ///< on the terminal
   bool ended_ = false;

@@ -11,7 +11,7 @@ namespace plumbline::cli {
 /// Lens and zoom, the board capture, the tracked bodies and the measured tip.
 void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out);
 
-/// What became of a gauge's latest press: "recorded", "not recorded: the robot is moving".
+/// Outcome of a gauge's latest press: "recorded", "not recorded: the robot is moving".
 std::string GaugeOutcomeText(const DaemonRegisters& daemon, int gauge);
 
 /// "gauge dial: connected, waiting for a press, for 5 min; 1.2345 mm, 12 s ago, recorded".

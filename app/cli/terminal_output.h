@@ -15,7 +15,7 @@ class TerminalOutput {
  public:
   /// @param descriptor  STDOUT_FILENO or STDERR_FILENO
   TerminalOutput(std::ostream& stream, int descriptor);
-  /// For a terminal of this width; 0: not a terminal.
+  /// For a terminal of this width; 0 if it is not a terminal.
   TerminalOutput(std::ostream& stream, int columns, bool colours);
   ~TerminalOutput();
   TerminalOutput(const TerminalOutput&) = delete;

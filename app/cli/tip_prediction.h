@@ -18,7 +18,7 @@ struct Prediction {
   Vec3 p_WT;                   ///< in the measurement frame [m]
   model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
-  std::string beyond_linear{};  ///< what linear beam theory does not describe; empty: nothing
+  std::string beyond_linear{};  ///< what linear beam theory does not describe; empty if nothing
 };
 
 /// Predicts every row with the frames of its session (CellOfSession). Without a payload column the

@@ -33,14 +33,14 @@ struct BoardConfig {
   int views = 20, max_views = 60;
   double patience_s = 180;
   double acceptable_px = 0.5;        ///< largest standard deviation of the projection
-  std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: at infinity
+  std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt
   bool by_itself = true;  ///< a requested calibration starts when the board comes into view
 };
 
 struct TagsConfig {
   std::string file, text;
   std::string family = "36h11";
-  std::optional<int> threshold;  ///< grey level 0..255; nullopt: adapts to the local brightness
+  std::optional<int> threshold;  ///< grey level 0..255; adaptive if nullopt
   tracking::TagDatabase database;
   std::string cell = "cell";  ///< the body with the reference tags
   Pose X_WK;                  ///< pose of that body in the measurement frame

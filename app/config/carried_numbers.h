@@ -12,9 +12,9 @@ namespace plumbline::config {
 std::string ToolNumbersText(const model::CellModel& cell);
 std::string ItemNumbersText(const model::CellModel& cell);
 
-/// What is wrong with a reported number, and what to do.
+/// Problem of a reported number, and its remedy.
 struct NumberAdvice {
-  std::string problem;  ///< empty: nothing
+  std::string problem;  ///< empty if there is none
   std::string remedy;
   bool operator==(const NumberAdvice&) const = default;
 };
@@ -25,7 +25,7 @@ NumberAdvice AdviceOn(const UndeclaredNumber& undeclared, const model::CellModel
 /// Names a tool, or a payload item, that the model was not fitted to, and those that it was:
 /// "payload item 3 was not measured (measured: 0, 1)". Empty if it lies in the domain.
 /// @param tool  index, see CellModel::ToolAt
-/// @param item  number; 0: none
+/// @param item  number, or 0 for none
 std::string UnmeasuredToolText(const model::CellModel& cell, int tool);
 std::string UnmeasuredItemText(const model::CellModel& cell, int item);
 /// Both, separated by a semicolon; empty if both lie in the domain.

@@ -6,12 +6,12 @@
 
 namespace plumbline::config {
 
-/// A fault or warning at one place of a file.
+/// A fault or warning, and its position in a file.
 struct Fault {
   enum class Severity { kFault, kWarning };
   Severity severity = Severity::kFault;
   std::string file;
-  int line = 0;      ///< 1-based; 0: the file as a whole
+  int line = 0;      ///< 1-based; 0 for the file as a whole
   std::string key;   ///< dotted path, list elements counted from 1 (`robot.joint[2].a_mm`)
   std::string what;  ///< starts with the faulty value, if any: `900 is outside 0..300`
 };

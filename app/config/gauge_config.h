@@ -11,7 +11,7 @@ namespace plumbline::config {
 struct GaugeConfig {
   std::string artefact;  ///< name of the [[artefact]] of kind "gauge"
   gauge::GaugeOptions connection;
-  std::optional<double> sigma_m;  ///< standard deviation of a reading; nullopt: the cell's
+  std::optional<double> sigma_m;  ///< standard deviation of a reading; if nullopt, the cell's
 
   bool operator==(const GaugeConfig&) const = default;
 };

@@ -12,7 +12,7 @@ inline constexpr double kSecondPerMs = 1e-3;
 inline constexpr NumberRange kPlaceRange{-100000, 100000, kMetrePerMm};
 inline constexpr NumberRange kTurnRange{-360, 360, kRadPerDeg};
 
-/// Standard deviations of measured places, and temperatures [deg C].
+/// Standard deviations of measured positions, and temperatures [deg C].
 inline constexpr NumberRange kSigmaRange{1e-6, 100, kMetrePerMm};
 inline constexpr NumberRange kTemperatureRange{-50, 150};
 

@@ -16,8 +16,9 @@ struct MonitoringConfig {
   std::string session;          ///< label of every probe; the boot number is added
   double probe_sigma_m = 5e-5;  ///< standard deviation of one probe, per axis
   int reference_probes = 20;    ///< 0: the model itself is the reference
-  double reference_sd_m = 0;    ///< if that is 0: standard deviation of the model's mean residual
-  double shift_m = 3e-4;        ///< size of the change to be detected quickly
+  /// Standard deviation of the model's mean residual, used if `reference_probes` is 0.
+  double reference_sd_m = 0;
+  double shift_m = 3e-4;  ///< size of the change to be detected quickly
   double probes_per_day = 24;
   double false_alarms_per_year = 1;
   bool diagnose = true;              ///< run the diagnosis after a drift alarm

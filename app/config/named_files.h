@@ -22,7 +22,8 @@ class NamedFiles {
         files_(files) {}
 
   /// Path and content of the file named by `key`; adds a fault at the key if it cannot be read.
-  /// @param folder  a bare name without suffix means FOLDER/NAME.toml; empty: it is a path
+  /// @param folder  a bare name without suffix means FOLDER/NAME.toml; if empty, every name is a
+  ///                path
   std::optional<std::pair<std::string, std::string>> Read(const TomlTable& table,
                                                           std::string_view key,
                                                           const std::string& folder) const;

@@ -21,11 +21,11 @@ struct OverlayConfig {
 
   Display display = Display::kNone;
   std::string device;                        ///< device of the display; empty: the first one
-  std::optional<status::CameraName> camera;  ///< the camera shown; nullopt: all
-  std::optional<image::ImageSize> size;  ///< picture size; nullopt: the display's, else 1280 x 720
-  std::string objects_file;              ///< object table; empty: only the tool's axis is drawn
-  bool background = true;                ///< draw the camera image behind the objects
-  double exaggeration = 1;               ///< factor by which the deflection is drawn larger
+  std::optional<status::CameraName> camera;  ///< the camera shown; all if nullopt
+  std::optional<image::ImageSize> size;      ///< if nullopt, the display's, else 1280 x 720
+  std::string objects_file;                  ///< object table; empty: only the tool's axis is drawn
+  bool background = true;                    ///< draw the camera image behind the objects
+  double exaggeration = 1;                   ///< factor by which the deflection is drawn larger
   Nominal nominal = Nominal::kHidden;
   bool stress = false;            ///< colour bending objects by stress
   double stress_full_Pa = 250e6;  ///< upper end of the colour scale

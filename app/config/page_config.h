@@ -11,7 +11,7 @@ class TomlTable;
 
 struct PageConfig {
   std::string listen = "127.0.0.1";  ///< IP address of this computer
-  std::optional<int> port;           ///< 0: any free port; nullopt: only a socket passed by systemd
+  std::optional<int> port;           ///< 0 for any free port; nullopt for a socket of systemd only
   std::string token;                 ///< required from every browser; empty: local access only
   std::vector<std::string> hosts;    ///< further accepted host names, in lower case
 

@@ -34,7 +34,7 @@ struct PointSolution {
   correction::Correction
       correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
   correction::PointPosture posture;  ///< set if correction.q is known
-  std::string beyond_linear;         ///< what linear beam theory does not describe; empty: nothing
+  std::string beyond_linear;  ///< what linear beam theory does not describe; empty if nothing
 };
 
 /// Solves every point under each of its payloads, in configured order, like Machine::Prepare().

@@ -18,10 +18,10 @@ inline constexpr std::size_t kAllPostures = std::numeric_limits<std::size_t>::ma
 /// radians, the arm reaches the point in the taught posture; read as degrees, it does not), the
 /// warning is about that key instead.
 ///
-/// The configuration must be free of faults; its points must be those of `root`, in order.
 /// @param robot       [robot] of the cell file; nullopt if its base is not the one in use
+/// @param config      read from `root` without faults
 /// @param max_points  number of points to check, each taking up to tens of milliseconds; a warning
-///                    states how many were skipped. 0: checks nothing, without a warning
+///                    states how many were skipped. If 0, no point is checked and none reported
 void WarnAboutUnlikelyPostures(const TomlTable& root, const std::optional<TomlTable>& robot,
                                const MachineConfig& config, std::size_t max_points = kAllPostures);
 

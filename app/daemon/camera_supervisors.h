@@ -17,7 +17,7 @@ class CameraSupervisors {
  public:
   /// Creates the devices, but starts no thread.
   /// @param mailboxes, display  receive each camera's status and images; must outlive this object
-  /// @return  why a camera's devices cannot be created
+  /// @return  the object, or why a camera's devices cannot be created
   static Result<std::unique_ptr<CameraSupervisors>> Open(const config::DaemonConfig& config,
                                                          CycleMailboxes& mailboxes,
                                                          DisplayFeed& display);

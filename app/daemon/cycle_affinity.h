@@ -26,7 +26,7 @@ class CycleAffinity {
     double period_s = 0;
   };
   /// To be called periodically.
-  /// @param threads  kernel thread ids of both; 0: not started yet. Threads without real-time
+  /// @param threads  kernel thread ids of both, 0 if not started yet. Threads without real-time
   ///                 priority are never pinned, nor is any thread after the release
   void Update(const CycleCount& count, std::array<pid_t, 2> threads, double now_s);
 

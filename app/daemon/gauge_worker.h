@@ -28,7 +28,7 @@ class GaugeWorker {
   /// Starts with the gauges of a configuration. Call it only while the worker is stopped.
   void Start(const config::DaemonConfig& config);
   void Stop();
-  /// For the watchdog; increases also while there is no gauge, and so no thread.
+  /// For the watchdog; also increases while there is no gauge and therefore no thread.
   std::uint64_t beats() const;
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
   /// The configuration of the latest Start().
@@ -66,7 +66,7 @@ class GaugeWorker {
   void SetState(ReadGauge& gauge);
   void PublishStatus();
   static bool IsContinuous(ReadGauge& gauge, double now_s);
-  /// What the cycle did with a press; nullopt if it did not handle it in time.
+  /// Result of the cycle for a press; nullopt if it did not handle it in time.
   std::optional<correction::CorrectionCode> CodeOf(std::uint32_t number);
 
   GaugeMailbox& mailbox_;

@@ -22,7 +22,7 @@ struct ConfigInForce {
 struct RunningDaemon {
   std::string state_directory;          ///< in use since the start, even if the file has changed
   model_store::ModelState models = {};  ///< in force
-  /// False: another daemon maintains the journal and the models of that directory.
+  /// False if another daemon maintains the journal and the models of that directory.
   bool owns_directory = true;
 };
 

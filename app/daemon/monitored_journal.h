@@ -25,8 +25,8 @@ class MonitoredJournal {
  public:
   /// @param config, models  in force; after a change call Reconfigure()
   /// @param step            progress callback, called between steps that take about a second
-  /// @param storage         checked after a failed write; nullptr: the directory is assumed to be
-  ///                        writable
+  /// @param storage         checked after a failed write; if nullptr, the directory is assumed to
+  ///                        be writable
   MonitoredJournal(const config::DaemonConfig& config, const model_store::ModelState& models,
                    log::LogSink sink, std::function<void()> step, StateStorage* storage);
 
@@ -53,7 +53,7 @@ class MonitoredJournal {
   std::uint32_t recorded() const { return recorded_; }  ///< probes written since the start
   std::int64_t alarm_row() const { return monitor_->alarm_row(); }  ///< requires a journal
 
-  /// Number of probes since those that raised the alarm; 0: no alarm that awaits a diagnosis.
+  /// Number of probes since those that raised the alarm; 0 if no alarm awaits a diagnosis.
   std::uint64_t ProbesSinceAlarm() const;
   /// Whether the present alarm needs no diagnosis, because one was started or a proposal waits.
   void SetAlarmHandled(bool handled) { alarm_handled_ = handled; }
@@ -94,7 +94,7 @@ class MonitoredJournal {
   std::int64_t quarantined_ = 0;    ///< rows of the journal that await a person's decision
   std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed
   bool decision_unlogged_ = false;  ///< decision not logged yet: the journal must be reread first
-  std::string decisions_fault_;     ///< why decisions cannot be read; empty: they can
+  std::string decisions_fault_;     ///< why decisions cannot be read; empty if they can
   bool quarantining_ = false;       ///< the newest probe was quarantined, and that was logged
   std::string fault_;               ///< empty: none
   std::uint32_t recorded_ = 0;

@@ -24,7 +24,7 @@ class MonitoringWorker {
  public:
   /// @param reload   called from the thread when another model was applied, and when models can be
   ///                 stored again
-  /// @param storage  polled by the thread; nullptr: the directory is assumed to be writable
+  /// @param storage  polled by the thread; if nullptr, the directory is assumed to be writable
   MonitoringWorker(CycleMailboxes& mailboxes, log::LogSink sink, std::function<void()> reload,
                    StateStorage* storage = nullptr);
   ~MonitoringWorker();

@@ -18,7 +18,7 @@ journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::stri
                                         const std::vector<config::CameraConfig>& cameras);
 
 /// Whether a camera probe's largest standard deviation exceeds that of other probes [m]. Such a
-/// probe is recorded, but would raise drift alarms by its own noise.
+/// probe is recorded, but its noise alone would raise drift alarms.
 bool IsTooUncertain(const journal::JournalRow& row, double probe_sigma_m);
 
 /// Whether the drift monitor may use the row: measured and predicted, finite, not too uncertain.

@@ -28,7 +28,7 @@ class ThreadWatchdog {
   void SetTimeout(const std::string& thread, double timeout_s);
 
   struct StalledThread {
-    std::string name;     ///< empty: every thread is responsive
+    std::string name;     ///< empty if every thread is responsive
     double silent_s = 0;  ///< since its last heartbeat
   };
   /// @return  the first thread, in the order of Add(), that is stalled

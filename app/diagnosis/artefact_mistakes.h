@@ -8,7 +8,7 @@
 namespace plumbline::diagnosis {
 
 /// Adds gauges that read with the opposite sign, and pairs of artefacts of one kind whose declared
-/// places are swapped (of at most 12 artefacts).
+/// positions are swapped (of at most 12 artefacts).
 void AddArtefactMistakes(const Dataset& data, std::vector<Mistake>& mistakes);
 
 }  // namespace plumbline::diagnosis

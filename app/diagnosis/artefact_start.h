@@ -1,4 +1,4 @@
-// Initial places of artefacts, from the predicted TCP at their rows.
+// Initial positions of artefacts, from the predicted TCP at their rows.
 #pragma once
 
 #include <optional>

@@ -22,7 +22,7 @@ struct BlockColumn {
   /// Second driver of an empirical surface, with its degree.
   std::optional<SignalIndex> second_signal = std::nullopt;
   int second_degree = 0;
-  model::Interval plausible{-1e300, 1e300};  ///< plausible sizes of a healthy machine, SI
+  model::Interval plausible{-1e300, 1e300};  ///< plausible values of a healthy machine, SI
 
   /// Largest absolute value of `plausible`.
   double Largest() const;
@@ -46,7 +46,7 @@ bool SameColumns(const Block& a, const Block& b);
 /// moved or is loaded.
 Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word);
 
-/// Plausible sizes of a parameter on a healthy machine, SI.
+/// Plausible values of a parameter on a healthy machine, SI.
 /// @param spec  index into the effect's parameters
 /// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
 model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,

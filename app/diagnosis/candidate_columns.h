@@ -9,7 +9,7 @@
 namespace plumbline::diagnosis {
 
 /// The columns of all blocks of a candidate set. Free frames are projected out; a column that they
-/// absorb, or that cannot be seen at any plausible size, is zero.
+/// absorb, or that cannot be seen at any plausible value, is zero.
 class CandidateColumns {
  public:
   explicit CandidateColumns(const LinearProblem& problem) : problem_(problem) {}
@@ -32,7 +32,7 @@ class CandidateColumns {
   /// 0-based; -1 if the column belongs to no joint.
   int JointOf(ColumnIndex column) const;
 
-  /// Projected length before normalising; 0: not observable.
+  /// Projected length before normalising; 0 if not observable.
   double Length(ColumnIndex column) const { return length_[column]; }
   /// 3-D RMS of the raw column per unit of parameter [m].
   double RawRms_m(ColumnIndex column) const { return raw_rms_m_[column]; }

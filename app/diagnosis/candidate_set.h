@@ -15,7 +15,7 @@
 namespace plumbline::diagnosis {
 
 /// Blocks with their columns and the costs of selecting them. The prior of each value is normal
-/// with mean 0; its standard deviation is the largest size plausible for a healthy machine. The
+/// with mean 0; its standard deviation is the largest value plausible for a healthy machine. The
 /// prior is negligible if the rows determine the value; otherwise it favours the more plausible
 /// explanation.
 class CandidateSet {
@@ -35,8 +35,8 @@ class CandidateSet {
 
   /// Fits a support: removes linearly dependent columns, then eliminates units that cost more than
   /// they explain, and units with impossible values. A value is impossible if it is far beyond the
-  /// plausible size (noise along a direction that the rows hardly determine) or if physics excludes
-  /// its sign.
+  /// plausible value (noise along a direction that the rows hardly determine) or if physics
+  /// excludes its sign.
   Explanation Evaluate(std::vector<BlockIndex> support) const;
   /// Like Evaluate; nullopt if no explanation that keeps every block can score below `worst`. The
   /// lower bound is chi2 before elimination plus the cheapest unit of each block. Explanations with
@@ -50,7 +50,7 @@ class CandidateSet {
   std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const {
     return columns_.ObservableIn(std::move(support));
   }
-  /// Whitened and projected displacement of the residuals by one column at a value in SI.
+  /// Whitened and projected displacement of the residuals that one column causes at a value in SI.
   Eigen::VectorXd Displacement(ColumnIndex column, double value) const;
   /// Whitened and projected residual of an explanation.
   Eigen::VectorXd Residual(const Explanation& explanation) const;
@@ -59,7 +59,7 @@ class CandidateSet {
   /// Fitted values by block and column.
   Coefficients CoefficientsOf(const Explanation& explanation) const;
   /// Smallest 3-D RMS displacement over the rows [m] at which each column alone is detected with
-  /// power 0.9; 0 if that requires a size beyond the plausible one.
+  /// power 0.9; 0 if that requires an implausible value.
   /// @param block_cost  cost of the choice of the block's shape, as BlockCost
   Indexed<BlockColumnIndex, double> MinimumDetectable(BlockIndex block, double block_cost) const;
 

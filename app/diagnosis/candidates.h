@@ -9,7 +9,7 @@ namespace plumbline::diagnosis {
 struct ExcludedCandidate {
   std::string id;
   std::string reason;
-  bool real = false;  ///< the arm may have it: only a recording or a declaration is missing
+  bool real = false;  ///< possible on this arm, but not recorded or declared
 };
 
 struct Candidates {

@@ -7,18 +7,18 @@
 
 namespace plumbline::diagnosis {
 
-/// Columns c_ka = f_k(row) carrier_a(row) of some entries a of the influence, with the nuisances
-/// projected out. What does not depend on the factors is summed over the residuals of each row
-/// once, so that a search can try many factors:
+/// Columns c_ka = f_k(row) carrier_a(row), with the nuisances projected out. carrier_a is the
+/// whitened column of entry a of the influence (LinearProblem::Carrier). The sums that do not
+/// depend on the factors are computed once per row, so that a search can try many factors:
 ///   c_ka . c_lb = sum_i f_k f_l (carrier_a . carrier_b)
 ///               - sum_n (sum_i f_k carrier_a . n) (sum_i f_l carrier_b . n)
-/// with i over the rows and n over the orthonormal basis of the nuisances, of which a place has its
-/// part at its own rows only. Factors are given in the order of `rows()`.
+/// with i over the rows and n over the orthonormal basis of the nuisances, in which the position of
+/// an artefact has a part at its own rows only. Factors are given in the order of `rows()`.
 class CarriedColumns {
  public:
   CarriedColumns(const LinearProblem& problem, const std::vector<int>& entries);
 
-  /// The rows of the problem, those on one place together.
+  /// The rows of the problem, those on one artefact together.
   const std::vector<FitRowIndex>& rows() const { return rows_; }
   int width() const { return static_cast<int>(carriers_.cols()); }
 
@@ -43,7 +43,8 @@ class CarriedColumns {
   /// Rows that a part of the basis covers.
   struct Segment {
     int first = 0;
-    /// carrier_a . n of each row, ordered by a, then n; shape (rows of the segment, any).
+    /// Projection carrier_a . n of each row, a column for each pair, ordered by a, then n; shape
+    /// (rows of the segment, columns).
     Eigen::MatrixXd along_basis;
     Eigen::Index rank = 0;
   };
@@ -64,7 +65,8 @@ class CarriedColumns {
 /// Inverse of a Gram matrix for gains; a direction along which its columns vanish or depend on each
 /// other gains nothing.
 Eigen::MatrixXd InverseForGain(Eigen::MatrixXd gram);
-/// Reduction of chi2 by columns with this Gram matrix and these products with the residual.
+/// Reduction of chi2 from fitting columns with this Gram matrix and these products with the
+/// residual.
 double GainFrom(const Eigen::MatrixXd& gram, const Eigen::Ref<const Eigen::VectorXd>& moments);
 
 }  // namespace plumbline::diagnosis

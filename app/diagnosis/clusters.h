@@ -15,8 +15,8 @@ struct Clusters {
 
 /// Groups rows of one session with the same joints and payload by single linkage: neighbours within
 /// a tolerance (0.2 mrad or mm, 10 g) belong together, so that no grid edge divides replicates. A
-/// chain wider than ten times the tolerance is a slow path instead of a pose and is cut into grid
-/// cells. O(n log n) unless many rows are at one pose.
+/// chain wider than ten times the tolerance is a slow motion, not one pose, and is divided into
+/// grid cells. O(n log n) unless many rows are at one pose.
 Clusters ClustersOf(const std::vector<table::MeasuredRow>& rows,
                     const PerRow<SessionIndex>& session_of);
 

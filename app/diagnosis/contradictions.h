@@ -25,13 +25,13 @@ struct TestedReferences {
 };
 
 /// Tests each reference by deletion residuals: with e the whitened residual of its equation and h
-/// the leverage of the equation in the fit of frames, places and selected effects,
+/// the leverage of the equation in the fit of frames, artefact positions and selected effects,
 ///   z = e / sqrt(1 - h),   declared - predicted from all other data = sd e / (1 - h)
 ///   [D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, Wiley 1980, section 2.1]
 /// A reference contradicts if |z| of one of its equations exceeds the normal quantile of 0.1 %,
-/// divided by the number of tested equations. A place declared as exact (sd_mm = 0), which the fit
-/// keeps, is tested as if it were known to 0.01 mm. Not tested are equations that nothing else
-/// determines (1 - h near 0), and directions.
+/// divided by the number of tested equations. A position declared as exact (sd_mm = 0), which the
+/// fit does not change, is tested as if it were known to 0.01 mm. Not tested are equations that
+/// nothing else determines (1 - h near 0), and directions.
 /// @return  an error if a deflected posture does not converge
 Result<TestedReferences> TestReferences(const Identified& found);
 

@@ -14,7 +14,7 @@ namespace plumbline::diagnosis {
 /// is 1 for ranges, because errors that cancel along the wire need not cancel across it. The factor
 /// is an average over the fitted rows: it says nothing about any single pose.
 /// @param discrepancy_parameters  effective parameters of the written discrepancy model, whose
-///                                covariances are already scaled this way; 0: no such model
+///                                covariances are already scaled this way; 0 if there is none
 double CovarianceShare(const Identified& found, double discrepancy_parameters);
 
 }  // namespace plumbline::diagnosis

@@ -77,8 +77,8 @@ struct Dataset {
   /// unless rows state a sigma of their own.
   double noise_per_row() const;
   int sessions_count() const { return sessions.count(); }
-  /// True for a position by a named camera if the cell declares the reference tags: the error of
-  /// their places is then one unknown that all these rows share.
+  /// True for a position measured by a named camera if the cell declares the reference tags: the
+  /// error of their positions is then one unknown that all these rows share.
   bool rests_on_tags(RowIndex row) const {
     return !cell.measurement.reference_tags_W.empty() && !measured(row).camera.empty() &&
            observations[row].kind == ObservationKind::kPosition;

@@ -12,7 +12,7 @@ namespace plumbline::diagnosis {
 /// Components of a shift or of a rotation vector.
 inline constexpr int kErrorAxes = 3;
 
-/// What is wrong.
+/// One wrong declaration.
 struct DeclaredErrorKind {
   enum class What { kTip, kTurn, kMove, kItemMass };
   What what = What::kTip;
@@ -35,9 +35,9 @@ struct DeclaredErrorColumns {
 /// True if the rows can show a wrong tip or a turned orientation: the tip is declared as known, and
 /// they hold several tools, or orientations.
 bool TestsTips(const Dataset& data);
-/// True if the row touches an artefact at an unknown place, or measures the distance from one.
+/// True if the row touches an artefact at an unknown position, or measures the distance from one.
 bool IsAtUnknownPlace(const Dataset& data, RowIndex row);
-/// True if some artefact at an unknown place was touched at least four times.
+/// True if some artefact at an unknown position was touched at least four times.
 bool TestsMoves(const Dataset& data);
 
 /// The columns of every tool's tip and of a rotation of all orientations, as far as the rows can

@@ -1,4 +1,4 @@
-// Detection limits: the smallest detectable size of each effect, and what the rows cannot show.
+// Detection limits: the smallest detectable value of each effect, and what the rows cannot show.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -12,9 +12,9 @@ namespace plumbline::diagnosis {
 ///   size = max over columns of (sqrt(cost) + 1.28) rms(column) / |projected column|
 /// where the column is whitened and projected orthogonally to the free frames, and `cost` is the
 /// score that naming the effect costs (for a searched shape, including the search over all shapes).
-/// A joint or direction that would require a size beyond the plausible range is undetectable: it
-/// is excluded from the maximum and named in a note. Evaluated for the shapes that the search
-/// proposed, and for one and two cycles on every joint.
+/// A joint or direction that would require a value beyond the plausible range is undetectable: it
+/// is excluded from the maximum and named in a note. Of the shapes, those that the search proposed
+/// are evaluated, and one and two cycles per turn of every joint.
 void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
                    Diagnosis& diagnosis);
 

@@ -80,8 +80,8 @@ struct RowTrace {
   int fold = 0;          ///< block of time it was held out with; -1: never held out
   double weight = 1;     ///< of the robust fit
   bool outlier = false;  ///< weight below kOutlierWeight; excluded from error figures and plots
-  Vec3 p_measured =
-      Vec3::Zero();            ///< in W [m]; for a range, the predicted point moved along the ray
+  /// In W [m]; for a row without a measured position (a range, an artefact), the predicted tip.
+  Vec3 p_measured = Vec3::Zero();
   Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
   /// Like `before` and `after`, with frames and model estimated without this row's fold
@@ -184,7 +184,7 @@ struct Contradiction {
   std::string sentence;  ///< declared and predicted value
 };
 
-/// Declared distances and places (references.h), as the data test them.
+/// Declared distances and positions (references.h), as the data test them.
 struct References {
   int tested = 0;
   std::vector<Contradiction> contradicting;  ///< in use, the largest first
@@ -225,10 +225,10 @@ struct Diagnosis {
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;
-  /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
-  /// use (3-D) then replaces `noise_floor_m`.
   /// The condition that the rejected rows share ("payload_kg of 80 or more"); empty if none.
   std::string outlier_condition;
+  /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
+  /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
   std::string sigma_origin;        ///< "declared", "repeats", "residual"
@@ -245,7 +245,7 @@ struct Diagnosis {
   std::vector<std::string> not_recorded;       ///< missing signals and the effects they would show
   std::vector<model::SessionFrames> sessions;  ///< estimated frames, if the cell leaves them free
   model::Domain domain;                        ///< of the rows used
-  std::optional<SiblingEvidence> siblings;     ///< absent: none were given
+  std::optional<SiblingEvidence> siblings;     ///< absent if none were given
 };
 
 /// Options of a diagnosis.
@@ -253,7 +253,7 @@ struct DiagnosisOptions {
   int threads = 2;
   int bootstrap = 200;
   int next_poses = 6;
-  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent: as declared in the cell, or
+  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent if it is as declared in the cell, or
   /// unknown.
   std::optional<double> time_zero_s = std::nullopt;
   /// The robot made unrecorded moves between the rows (probes of a running cell).

@@ -52,7 +52,7 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 /// @param joint  0-based
 std::string AngleColumn(int joint);
 
-/// Change of a row's prediction by all sizes and curves, including those of named effects.
+/// Change of a row's prediction caused by all sizes and curves, including those of named effects.
 RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                            const Linearisation& linear, RowIndex row);
 

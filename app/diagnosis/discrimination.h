@@ -12,15 +12,15 @@ namespace plumbline::diagnosis {
 /// blocks, if the first explanation is the truth. For a row with the displacement f of the truth
 /// and the columns X of the rival, free frames included (both in units of sigma),
 ///   e = f - X theta,  S = 1 + X H^-1 X^T,  d^2 = e^T S^-1 e
-/// is the increase of the rival's chi2 by the row after refitting (recursive least squares); the
-/// sum over all rows is its total chi2. Columns are scaled by `PriorSizes`, one standard deviation
-/// of the prior, so that H is regular. Linearised about the arm without effects, as the search is.
-/// Two explanations are separated when the lack of fit of each, with the other as the truth,
-/// suffices to rule it out.
+/// is the increase of the rival's chi2 that the row causes after refitting (recursive least
+/// squares); the sum over all rows is its total chi2. Columns are scaled by `PriorSizes`, one
+/// standard deviation of the prior, so that H is regular. Linearised about the arm without effects,
+/// as the search is. Two explanations are separated when the lack of fit of each, with the other as
+/// the truth, suffices to rule it out.
 class Discrimination {
  public:
   /// @param candidate_set          must outlive this object
-  /// @param explanations  two or more, by columns of `candidate_set`; the first is the answer
+  /// @param explanations  two or more, as columns of `candidate_set`; the first is the answer
   Discrimination(const CandidateSet& candidate_set, const std::vector<Explanation>& explanations);
 
   /// Value of measuring a candidate: the sum of d^2 over pairs, weighted by the probability of the

@@ -10,7 +10,7 @@ namespace plumbline::diagnosis {
 /// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
 /// and temperature rise together, for example, both are reported.
 /// @param candidate_set  extended by the blocks of the alternatives
-/// @param best           explanation by columns of `candidate_set`; nothing is added if it has no
+/// @param best           explanation, as columns of `candidate_set`; nothing is added if it has no
 ///                       empirical term
 void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis);
 

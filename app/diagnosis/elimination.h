@@ -17,17 +17,16 @@ struct RefittedExplanation {
 /// Refits an explanation from its linear values.
 using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
 
-/// Maximum number of blocks of an explanation that is refitted during the search. Larger
-/// explanations have no nameable cause, and refitting each of their parts would take longer than
-/// the search.
+/// Explanations with more blocks than this are not refitted during the search. They have no
+/// nameable cause, and refitting each of their parts would take longer than the search.
 inline constexpr std::size_t kMaxRefittedBlocks = 6;
 
 /// Drops units whose removal raises the refitted chi2 by less than their cost. The linear search
 /// cannot find them: only when time constants, cycles and frames are free can the other effects
-/// absorb what such a unit explained. A unit is kept if the refit without it needs a size beyond
-/// kDiscardRatio or with an excluded sign. Explanations with more than kMaxRefittedBlocks blocks
-/// are returned unchanged.
-/// @param of  by columns of the candidate set
+/// absorb what such a unit explained. A unit is kept if the refit without it needs a value that is
+/// beyond kDiscardRatio or has an excluded sign. Explanations with more than kMaxRefittedBlocks
+/// blocks are returned unchanged.
+/// @param of  as columns of the candidate set
 RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
                                               RefittedExplanation of,
                                               const RefitExplanation& refit);

@@ -10,7 +10,7 @@ namespace plumbline::diagnosis {
 struct ExplanationEvidence {
   const FitProblem& problem;
   const HeldOut& held_out;       ///< held out by blocks of time
-  double parameters = 0;         ///< fitted parameters, free frames and places included
+  double parameters = 0;         ///< fitted parameters, free frames and positions included
   double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
   double residual_sigma_m = 0;   ///< standard deviation of the residual, one axis [m]
 };

@@ -18,7 +18,7 @@ struct FoldPlan {
   /// True if free frames are fitted to the held-out rows, too: no other rows determine the
   /// instrument pose of a session that is left out.
   bool aligned = false;
-  /// True if the places of held-out artefacts are fitted to the held-out rows: no other rows
+  /// True if the positions of held-out artefacts are fitted to the held-out rows: no other rows
   /// determine them.
   bool places = false;
 };
@@ -40,9 +40,9 @@ FoldPlan OppositeHalves(const Dataset& data);
 /// One fold per session: tests prediction on another day. No folds if there is only one session.
 FoldPlan Sessions(const Dataset& data);
 
-/// Artefacts whose place is estimated, together with those at a known distance from them, up to ten
-/// folds; other rows are never held out. Tests prediction at another place. No folds for fewer than
-/// three places.
+/// Artefacts whose position is estimated, together with those at a known distance from them, up to
+/// ten folds; other rows are never held out. Tests prediction at another place. No folds for fewer
+/// than three places.
 FoldPlan Places(const Dataset& data);
 
 }  // namespace plumbline::diagnosis

@@ -31,7 +31,7 @@ struct LackOfFit {
 /// @param residuals        of the named effects, measured minus predicted
 /// @param weights          robust weights, 0..1
 /// @param row_correlation  of the noise of successive rows, 0..1
-/// @param parameters       fitted to these rows, free frames and places included
+/// @param parameters       fitted to these rows, free frames and artefact positions included
 /// @return nullopt if fewer than 12 degrees of freedom remain within or between poses
 std::optional<LackOfFit> LackOfFitOf(const Dataset& data, const PerRow<RowResidual>& residuals,
                                      const PerRow<double>& weights, double row_correlation,

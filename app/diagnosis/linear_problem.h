@@ -18,9 +18,9 @@ class CarriedColumns;
 
 /// Rows with the working response y = residual + (d prediction / d influence) influence, so that
 /// the unknowns are the full values of the effects instead of changes. Response and columns are
-/// whitened by sigma and the robust weights, and the nuisances (free frames, places of artefacts)
-/// are projected out of both. What is known about the nuisances beside the rows follows the rows in
-/// the response and in the columns.
+/// whitened by sigma and the robust weights, and the nuisances (free frames, artefact positions)
+/// are projected out of both. Prior knowledge of the nuisances (Equation) follows the rows in the
+/// response and in the columns.
 class LinearProblem {
  public:
   /// @param linear  linearisation at `model`
@@ -50,7 +50,7 @@ class LinearProblem {
   const Eigen::VectorXd& Carrier(int entry) const;
   /// Products of the columns of some entries of the influence, for factors of the rows.
   const CarriedColumns& CarriedBy(const std::vector<int>& entries) const;
-  /// What a search needs for every residual of the problem; computed on first use.
+  /// A value that a search needs for every residual of the problem, computed on first use.
   /// @tparam T    a type of the search's own
   /// @param  key  distinguishes values of the same type
   template <typename T>

@@ -10,8 +10,8 @@
 
 namespace plumbline::diagnosis {
 
-/// The adjustable part of the model: frames of each session, places of artefacts, the frame of the
-/// reference tags, and added effects.
+/// The adjustable part of the model: frames of each session, positions of artefacts, the frame of
+/// the reference tags, and added effects.
 struct Model {
   struct Frames {
     Pose X_WB;

@@ -19,7 +19,7 @@ struct Mistake {
   /// The mistake may move the tip less than effects do; it is tried on all data whose noise is
   /// known.
   bool subtle = false;
-  /// True for the rows that the mistake affects; empty: all rows.
+  /// True for the rows that the mistake affects; empty if it affects all rows.
   std::function<bool(const table::MeasuredRow&)> affects = {};
   bool needs_all_rows = false;  ///< values move from row to row, so the rows must not be thinned
   /// For a wrong scale: neighbouring scales. If one of them fits as well, the mistake is not

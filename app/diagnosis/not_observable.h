@@ -7,8 +7,8 @@
 namespace plumbline::diagnosis {
 
 /// Adds the frames and the scale that rows on artefacts leave free:
-///   base_frame  no instrument and no artefact of known place relates the robot's base to W
-///   scale       all lengths of the arm change in proportion, and unknown places with them
+///   base_frame  no instrument and no artefact of known position relates the robot's base to W
+///   scale       all lengths of the arm change in proportion, and unknown positions with them
 void AddFreeOfArtefacts(const LinearProblem& problem, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -9,9 +9,9 @@
 namespace plumbline::diagnosis {
 
 /// Orthonormal basis of the whitened nuisance columns of a fit, and the projection that removes
-/// them. Each component of places has columns only at its own rows and is orthogonalised there; the
-/// frames of the sessions are orthogonalised to all of them. Directions that the rows do not
-/// determine are not in the basis.
+/// them. Each component of artefact positions has columns only at its own rows and is
+/// orthogonalised there; the frames of the sessions are orthogonalised to all of them. Directions
+/// that the rows do not determine are not in the basis.
 class NuisanceProjection {
  public:
   /// The part of the basis that belongs to one component.
@@ -36,7 +36,8 @@ class NuisanceProjection {
   double Leverage(int residual) const;
 
  private:
-  /// Whitened columns of the frames of the sessions, then of what floats with the places.
+  /// Whitened columns of the frames of the sessions, then of what floats with the artefact
+  /// positions.
   Eigen::MatrixXd FrameColumns(const FitProblem& fit, const Linearisation& linear,
                                const Whitener& whitener, const FitLayout& layout) const;
   void ProjectParts(Eigen::Ref<Eigen::MatrixXd> columns) const;

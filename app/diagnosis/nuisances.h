@@ -1,5 +1,5 @@
-// Nuisance parameters: free frames of the sessions, places of artefacts, orientations of tools, and
-// the frame of the reference tags.
+// Nuisance parameters: free frames of the sessions, positions of artefacts, orientations of tools,
+// and the frame of the reference tags.
 #pragma once
 
 #include <optional>
@@ -14,9 +14,9 @@ namespace plumbline::diagnosis {
 using GroupIndex = TypedIndex<struct GroupTag>;          ///< group of nuisances
 using ComponentIndex = TypedIndex<struct ComponentTag>;  ///< groups that equations connect
 
-/// What is known about the nuisances beside the rows, as one more residual: a known distance, a
-/// place declared with a standard deviation, or, with an empty `of`, one of the six equations for
-/// the frame of the reference tags. In units of its standard deviation.
+/// Prior knowledge of the nuisances, as one more residual: a known distance, a position declared
+/// with a standard deviation, or, with an empty `of`, one of the six equations for the frame of the
+/// reference tags. In units of its standard deviation.
 struct Equation {
   double residual = 0;
   std::vector<std::pair<int, double>> slopes;  ///< nuisance, and d prediction / d nuisance
@@ -27,7 +27,8 @@ struct Equation {
 /// Positions of all nuisances in one vector: for each session its free frames (base translation,
 /// base rotation, tip), then groups. A row depends on the frames of its session and on at most one
 /// group: the constants of its artefact, for a pose the orientation of the session's tool, or for a
-/// position by a named camera the error of the frame of the reference tags (shift and turn).
+/// position measured by a named camera the error of the frame of the reference tags (shift and
+/// turn).
 class Nuisances {
  public:
   explicit Nuisances(const Dataset& data);
@@ -49,15 +50,15 @@ class Nuisances {
   ComponentIndex ComponentOf(GroupIndex group) const { return component_[group]; }
   /// The groups of a component with free parameters, ascending.
   std::vector<GroupIndex> GroupsOf(ComponentIndex component) const;
-  /// Components of places: those of artefacts, without orientations of tools.
+  /// Components of artefact positions, without orientations of tools.
   bool IsPlace(GroupIndex group) const { return group.value() < artefacts_; }
   /// The frame of the reference tags; it exists if rows rest on them.
   bool IsTags(GroupIndex group) const { return group == tags_; }
 
   /// True if nothing relates the robot's base to W, although the cell calls it known: moving the
-  /// base moves all places with it. The base then stays as declared, and no effect that only moves
-  /// it is seen. To first order its columns do not vanish where the rows of one place scatter, so
-  /// that a search must project them out, too.
+  /// base moves all positions with it. The base then stays as declared, and no effect that only
+  /// moves it is seen. To first order its columns do not vanish where the rows of one artefact
+  /// scatter, so that a search must project them out, too.
   bool FloatWithBase() const;
 
   /// Number of equations, and the equations of each component at a model.
@@ -71,7 +72,7 @@ class Nuisances {
   void MoveSessions(const double* step, Model& model) const;
   void MoveGroup(GroupIndex group, const double* step, Model& model) const;
 
-  /// Change of a row's prediction by a step of all nuisances, to first order.
+  /// Change of a row's prediction caused by a step of all nuisances, to first order.
   RowResidual Change(const LinearRow& at, RowIndex row, const Eigen::VectorXd& step) const;
 
   /// Writes d prediction / d nuisance of a row; other columns of `X` are not touched.

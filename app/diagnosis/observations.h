@@ -12,7 +12,7 @@ namespace plumbline::diagnosis {
 
 using ArtefactIndex = TypedIndex<struct ArtefactTag>;  ///< position in the cell's list
 
-/// What a row measures. It follows from the cells of the row that are filled.
+/// Quantity that a row measures. It follows from the cells of the row that are filled.
 enum class ObservationKind {
   kNone,           ///< joints only
   kPosition,       ///< x, y, z of the TCP in W

@@ -9,7 +9,7 @@
 
 namespace plumbline::diagnosis {
 
-/// Rows on one side of a value of a recorded signal, on one artefact, or by one camera.
+/// Rows on one side of a value of a recorded signal, on one artefact, or measured by one camera.
 struct OutlierCondition {
   std::string column;
   std::string name;            ///< of the artefact or camera, if `column` is one of these
@@ -25,7 +25,7 @@ struct OutlierCondition {
 /// because an instrument may fail in one region or for a while. For the same reason a run of
 /// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
 /// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
-/// pose is one error. Rows on one artefact or by one camera are such a condition, too, as it may
+/// pose is one error. Rows on one artefact or from one camera are such a condition, too, as it may
 /// have moved; runs of rows count in full there, with P(X = m) that all rejected rows are on it.
 /// nullopt if there are fewer than three rejected rows by this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,

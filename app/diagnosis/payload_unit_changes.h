@@ -13,8 +13,8 @@ namespace plumbline::diagnosis {
 /// Payloads in pounds or grams on one side of a change. Requires recorded payloads.
 std::vector<Mistake> PayloadUnitChanges(const Dataset& data);
 
-/// Detects that some payloads are in grams, as read larger than any robot carries. The reader has
-/// excluded their rows (MeasuredTable::excessive_payloads).
+/// Detects payloads entered in grams: read as kilograms, they exceed what any robot carries. The
+/// reader has excluded their rows (MeasuredTable::excessive_payloads).
 /// @return  a sentence with the evidence and a remedy
 std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table);
 

@@ -1,4 +1,4 @@
-// Place of an artefact, and those of its constants that are estimated.
+// Position of an artefact, and those of its constants that are estimated.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Plausibility of effect sizes: whether a healthy machine can show them.
+// Plausibility of the values of effects: whether a healthy machine can show them.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace plumbline::diagnosis {
 
 struct Implausible {
-  std::string sentence;  ///< empty: every value is plausible
+  std::string sentence;  ///< empty if every value is plausible
   double times = 0;      ///< value divided by the exceeded bound; infinite for a wrong sign
 };
 

@@ -28,7 +28,7 @@ struct DesignPoint {
   model::JointVector q;  ///< [rad] or [m]
   double payload_kg = 0;
   /// Direction (-1, 0, 1) of each joint's last move, from a via pose at a distance of
-  /// `DesignSpace::reach`. All zero: directly from the previous pose.
+  /// `DesignSpace::reach`. All zero if the robot comes directly from the previous pose.
   model::JointVector side;
   double wait_s = 0;
   std::size_t motion = 0;  ///< index into DesignSpace::motions

@@ -15,7 +15,7 @@ struct DesignTask {
   const Model& model;
   Dataset rows;  ///< rows that the answer does not reject
   std::vector<Explanation>
-      explanations;          ///< by columns of `candidate_set`; the first is the answer
+      explanations;          ///< as columns of `candidate_set`; the first is the answer
   double lowest_m = -1e300;  ///< lowest height of a proposed tip in W [m]
   int poses = 6;             ///< maximum number of poses
   int threads = 1;

@@ -8,9 +8,9 @@
 namespace plumbline::diagnosis {
 
 /// Standard deviation of a zero-mean prior of each column of a block [SI of its parameter]: from a
-/// published size on real machines if there is one (EffectTraits::largest_observed_rotation_rad),
-/// otherwise the largest plausible size. Published sizes are rotations of a joint; the parameter is
-/// scaled so that it causes this rotation at the row where it rotates the joint most.
+/// published value on real machines if there is one (EffectTraits::largest_observed_rotation_rad),
+/// otherwise the largest plausible value. Published values are rotations of a joint; the parameter
+/// is scaled so that it causes this rotation at the row where it rotates the joint most.
 /// @param problem  linearised with the gradients of all entries of the influence
 Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block);
 

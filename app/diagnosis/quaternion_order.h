@@ -1,4 +1,4 @@
-// Detection of quaternions that are written in another order than the header states.
+// Detection of quaternions whose numbers are in another order than the header states.
 #pragma once
 
 #include <optional>

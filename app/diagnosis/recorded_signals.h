@@ -6,7 +6,7 @@
 namespace plumbline::diagnosis {
 
 /// Finds the signals that effects may depend on: time, row number, temperature, payload, further
-/// columns and the joints' quantities. The conditions of the rows must be set.
+/// columns and the joints' quantities. Call it after the conditions of the rows are set.
 void FindSignals(Dataset& data);
 
 /// Finds the joints that never moved, with a note for each.

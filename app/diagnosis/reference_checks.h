@@ -6,8 +6,8 @@
 
 namespace plumbline::diagnosis {
 
-/// A [[distance]] or the declared place, direction and radius of an artefact are references: rows
-/// on artefacts are compared with them. Repeats the evaluation of the named effects with each
+/// A [[distance]] or the declared position, direction and radius of an artefact are references:
+/// rows on artefacts are compared with them. Repeats the evaluation of the named effects with each
 /// reference in turn treated as unknown. If a finding is then no longer worth its cost, an error of
 /// that one value would have the same consequence as the effect, and nothing in the data
 /// contradicts it: the check `references` of the finding fails, the finding is doubtful, and the

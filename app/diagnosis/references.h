@@ -1,4 +1,4 @@
-// References: declared distances, places, directions and radii that rows on artefacts rely on.
+// References: declared distances, positions, directions and radii that rows on artefacts rely on.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace plumbline::diagnosis {
 
-/// A [[distance]] between artefacts, or what is declared of one artefact: place, direction and
+/// A [[distance]] between artefacts, or what is declared of one artefact: position, direction and
 /// radius. Exactly one of the two is set.
 struct Reference {
   std::optional<int> distance;  ///< position in `distances` of the cell

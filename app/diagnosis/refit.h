@@ -22,7 +22,7 @@ struct RefitOptions {
   int iterations = 8;
   bool frames_only = false;  ///< do not adjust effects
   /// d prediction / d influence of every row of the data at a model near the start, used throughout
-  /// and for the covariance; nullptr: computed at the start and at the solution.
+  /// and for the covariance; if nullptr, they are computed at the start and at the solution.
   const PerRow<Gradient>* gradients = nullptr;
 };
 

@@ -26,7 +26,7 @@ struct RowNumbers {
   /// Number of residuals: 0 (no measurement), 1 (range), 3 (position) or 6 (pose).
   int count = 0;
   /// Covariance of the residuals divided by the variance of the noise on one axis; [rad^2/m^2] for
-  /// orientations. Shape (count, count), positive definite; empty: identity.
+  /// orientations. Shape (count, count), positive definite; empty for the identity.
   Eigen::MatrixXd covariance;
 
   /// Number of residuals that are lengths.

@@ -5,9 +5,9 @@
 
 namespace plumbline::diagnosis {
 
-/// Correlation of the residuals of successive rows over all axes and sessions, 0..0.95; 0 unless
-/// significant at the 0.1 % level. Pairs within one cluster are ignored, since they share the model
-/// error at their pose, as are rejected rows.
+/// Lag-1 autocorrelation of the residuals, pooled over all axes and sessions, 0..0.95; 0 unless
+/// significant at the 0.1 % level. Pairs within one cluster are ignored, since both rows share the
+/// model error at their pose, and so are pairs with a rejected row.
 double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
                       const PerRow<double>& weights);
 

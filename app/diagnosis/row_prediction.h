@@ -21,7 +21,7 @@ struct TipAtRow {
 ///   sphere       r = radius - |p - a|
 ///   plane        r = n . (a - p)
 ///   gauge        r = reading - d . (p - a)
-/// with p the TCP and a the artefact's place. Rows on an artefact involve no errors of an
+/// with p the TCP and a the artefact's position. Rows on an artefact involve no errors of an
 /// instrument's frame; an artefact of the base frame moves with the base.
 void SetRow(const Dataset& data, const Model& model, RowIndex row, const TipAtRow& tip,
             LinearRow& result, Gradient& gradient);

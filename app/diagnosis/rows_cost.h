@@ -40,7 +40,7 @@ Model Moved(const RefitLayout& layout, const Model& start, const double* x);
 class RowsCost final : public ceres::CostFunction {
  public:
   /// The arguments must outlive this object.
-  /// @param component  nullopt: rows that depend on none
+  /// @param component  nullopt for rows that depend on none
   /// @param gradients  RefitOptions::gradients
   RowsCost(const FitProblem& problem, const Model& start, const RefitLayout& layout,
            const Whitener& whitener, std::vector<FitRowIndex> rows,
@@ -92,7 +92,7 @@ class RowsCost final : public ceres::CostFunction {
   std::vector<GroupIndex> groups_;
   FitLayout residuals_;  ///< of rows_, then of the equations
   int common_ = 0, own_ = 0, threads_;
-  mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty: nothing is cached
+  mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty if nothing is cached
 };
 
 /// The rows of a problem as cost functions, one for each component of the nuisances.

@@ -31,7 +31,7 @@ class SelectionCosts {
 
   /// Minimum cost of an explanation with at least one unit of each block of these columns.
   double Minimum(const CandidateColumns& of, const std::vector<ColumnIndex>& columns) const;
-  /// Cost of the blocks and effects of an explanation, beside its units.
+  /// Cost of the blocks and effects of an explanation, in addition to its units.
   double OfBlocks(const CandidateColumns& of, const std::set<BlockIndex>& blocks) const;
 
  private:

@@ -64,9 +64,9 @@ class ShapeSearch {
     return false;
   }
 
-  /// False if the rows cannot tell the fitted shape from its constant limit, such as a drift that
-  /// was over before the first row. The effect is then not observable as such: the constant is the
-  /// simpler explanation.
+  /// False if the rows cannot distinguish the fitted shape from its constant limit, such as a drift
+  /// that was over before the first row. The effect is then not observable as such: the constant is
+  /// the simpler explanation.
   virtual bool Visible(const LinearProblem& /*problem*/,
                        const effects::ActiveEffect& /*effect*/) const {
     return true;

@@ -13,7 +13,7 @@ struct NormalEquations {
   double square = 0;       ///< y^T y
   double freedom = 0;      ///< size of y less the number of directions projected out
   /// Upper limit of the prior variance of each coefficient; the smallest limit of its columns
-  /// applies to a group. Empty: no limits.
+  /// applies to a group. Empty if there are no limits.
   Eigen::VectorXd most_variance{};
 };
 

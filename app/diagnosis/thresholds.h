@@ -31,7 +31,7 @@ inline constexpr double kMinGainToGrow = 2;
 
 // --- Significance levels: probabilities of a wrong decision under noise alone.
 
-/// Of keeping any joint without effect: family-wise, over all joints of the effect.
+/// Of keeping at least one joint without effect among all joints of an effect (family-wise).
 inline constexpr double kJointFamilyError = 0.01;
 /// Largest accepted p-value of an effect; equal to the family-wise level of its joints.
 inline constexpr double kMaxPValue = 0.01;

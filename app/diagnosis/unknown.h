@@ -26,7 +26,7 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
 /// The best explanation with or without one empirical block, in addition to or instead of catalogue
 /// effects.
 /// @param candidate_set    extended by empirical blocks
-/// @param ranked  explanations by the catalogue alone, best first; not empty
+/// @param ranked  explanations from the catalogue alone, best first; not empty
 Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanation>& ranked);
 
 }  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 
 namespace plumbline::diagnosis {
 
-/// Held-out predictions by every fold plan that the rows permit.
+/// Held-out predictions for every fold plan that the rows permit.
 struct Validation {
   std::vector<HeldOut> schemes;      ///< blocks of time first
   std::vector<HeldOutError> errors;  ///< of the schemes with predicted rows

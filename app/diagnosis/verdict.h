@@ -12,8 +12,8 @@ namespace plumbline::diagnosis {
 /// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
-/// Number of parameters fitted to the rows: of the named effects, free frames and places of
-/// artefacts, minus what is known about the places.
+/// Number of parameters fitted to the rows: of the named effects, free frames and positions of
+/// artefacts, minus what is known about the positions.
 double ParametersOf(const Identified& found, const Dataset& data);
 
 /// Sets the verdict before the checks of the explanation (explanation_checks.h), the driver signals

@@ -17,9 +17,10 @@ CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc);
 /// Whether the camera is connected, uniquely identified and accessible.
 CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,
                         const camera::DeviceTree& tree = {});
-/// Access to the sensor's device. A HID sensor is found by its own driver only and is not checked.
+/// Whether the sensor's device is accessible. Not checked for a HID sensor, which only its own
+/// driver finds.
 CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account);
-/// Access to the gauge's serial line, or whether its HID device can be opened.
+/// Whether the gauge's serial line is accessible, or its HID device can be opened.
 CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account);
 /// Whether the MQTT broker accepts a connection and the files configured for it are readable.
 CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account);

@@ -43,10 +43,10 @@ class BrokerLink {
   BrokerLink& operator=(const BrokerLink&) = delete;
 
   struct Status {
-    /// Number of the connection: the UTC time of the attempt [ms]; 0: not connected.
+    /// Number of the connection: the UTC time of the attempt [ms]; 0 if not connected.
     std::int64_t connection = 0;
     std::vector<std::int64_t> acknowledged;  ///< since the last call
-    std::string problem;                     ///< why there is no connection; empty: connected
+    std::string problem;                     ///< why there is no connection; empty while connected
   };
   Status TakeStatus();
   /// Discards the messages if `connection` is not the current one.

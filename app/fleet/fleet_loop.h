@@ -70,7 +70,7 @@ class FleetLoop {
   std::size_t in_flight_ = 0;
   std::vector<std::int64_t> acknowledged_;  ///< not removed from the queue yet
   std::string queue_problem_, journal_problem_, link_problem_, feed_problem_;
-  std::int64_t backlog_ = 0;  ///< messages queued when the connection was made; 0: all forwarded
+  std::int64_t backlog_ = 0;  ///< queued when the connection was made; 0 once all are forwarded
   double connected_s_ = 0;
   FleetQueue::Dropped dropped_reported_{};  ///< counts already reported to the plant
   bool dropping_ = false;

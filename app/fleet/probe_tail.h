@@ -34,7 +34,7 @@ class ProbeTail {
     std::vector<ProbeRow> probes;
     ProbeMark mark;  ///< after these probes
   };
-  /// @param mark  nullopt: first use; only rows added from now on are returned
+  /// @param mark  nullopt at the first use: only rows added from now on are returned
   /// @return      the new rows, or why the journal cannot be read; a missing journal has no rows
   Result<Taken> ReadNew(const std::optional<ProbeMark>& mark);
 

@@ -64,13 +64,13 @@ struct HandEyeFit {
   std::vector<double> view_rms_px;  ///< per point
   /// Robot error of each view in units of its standard deviation, RMS over three axes.
   std::vector<double> position_misfit, rotation_misfit;
-  /// Variance components by this fit: sums of squares over their redundancy [W. Foerstner 1979].
+  /// Variance components from this fit: sums of squares over their redundancy [W. Foerstner 1979].
   HandEyeNoise noise;
 };
 
 /// Pose of the target in C through the robot:
 ///   eye to hand: X_CK = Y^-1 X_BF E X;   eye in hand: X_CK = Y^-1 E X_BF^-1 X
-/// @param E  the robot's pose error at the flange; identity: pose as reported
+/// @param E  the robot's pose error at the flange; the identity for the pose as reported
 Pose ChainPose(const HandEyeOptions& options, const HandEyePoses& poses, const Pose& X_BF,
                const Pose& E);
 

@@ -17,7 +17,7 @@ namespace plumbline::hand_eye {
 /// The target: a board or a body of tags.
 struct Target {
   lens::Board board;
-  const tracking::Body* body = nullptr;  ///< null: the board
+  const tracking::Body* body = nullptr;  ///< null for the board
   tracking::TagFamily family;            ///< of the body's tags
 };
 

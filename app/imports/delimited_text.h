@@ -8,11 +8,11 @@
 
 namespace plumbline::imports {
 
-/// What a user may state about a layout; the rest is determined from the text.
+/// Properties of a layout that a user may state; the others are determined from the text.
 struct LayoutHints {
   std::optional<char> separator;   ///< ',' ';' '\t', or ' ' for runs of blanks
   std::optional<char> decimal;     ///< '.' or ','
-  std::optional<int> header_line;  ///< line of the column names, from 1; 0: none
+  std::optional<int> header_line;  ///< line of the column names, from 1; 0 for none
 };
 
 /// One line of data, split into trimmed fields without quotes. A quoted field ends with its line.
@@ -27,7 +27,7 @@ struct DelimitedText {
   /// True if nothing in the text decides the decimal sign: every comma that could be one is
   /// followed by three digits.
   bool decimal_assumed = false;
-  int header_line = 0;                ///< 0: the file has no column names
+  int header_line = 0;                ///< 0 if the file has no column names
   std::vector<std::string> names;     ///< of the columns; empty names where there is no header
   std::vector<std::string> units;     ///< of a line of units below the names; else empty
   std::vector<std::string> preamble;  ///< lines before the names, or before the data

@@ -18,7 +18,7 @@ struct PermissibleError {
   double per_metre_mm = 0;
 };
 
-/// What a user states beside the file.
+/// Statements of the user in addition to the file.
 struct ImportOptions {
   std::string length_unit, angle_unit, temperature_unit;  ///< of columns that state none
   std::string artefact;                                   ///< of every row with a gauge or a range
@@ -26,7 +26,7 @@ struct ImportOptions {
   std::optional<char> decimal;  ///< ',' or '.', if the file leaves it open; a mapping outranks it
 };
 
-/// What a file is expected to hold; decides the meaning of columns without names.
+/// Expected content of a file; decides the meaning of columns without names.
 enum class FileRole { kMeasured, kJoints };
 
 /// A file as it was understood, before its rows are read.
@@ -66,7 +66,7 @@ struct ImportedTable {
   std::vector<ImportedRow> rows;       ///< in the order of the file, the rejected ones included
   std::vector<RejectedLine> rejected;  ///< whose measurement is left out
   std::vector<std::string> notes;      ///< what was assumed or derived
-  /// The time stamp from which t_s counts [s since 1970]; nullopt: t_s has no known origin.
+  /// The time stamp from which t_s counts [s since 1970]; nullopt if t_s has no known origin.
   std::optional<double> first_stamp_s;
 };
 

@@ -28,7 +28,7 @@ struct JournalFilter {
 class Journal {
  public:
   /// Opens or creates the file.
-  /// @param max_bytes  maximum size of the file; 0: unlimited
+  /// @param max_bytes  maximum size of the file; 0 if unlimited
   /// @return           why it cannot be used: not a journal, of a newer version, not writable
   static Result<Journal> Open(const std::string& path, std::int64_t max_bytes = 0);
   /// Opens an existing journal for reading; creates nothing.

@@ -23,7 +23,7 @@ struct JournalRow : model::MeasuredPoint {
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
   std::optional<Vec3> predicted_W;       ///< tip predicted by the model in force [m]
-  std::optional<int> model_version;      ///< of the prediction; absent: none
+  std::optional<int> model_version;      ///< of the prediction; absent if there is none
   bool wild = false;                     ///< far from the drift monitor's reference
   bool alarm = false;                    ///< raised the drift alarm
   Quarantine quarantine = Quarantine::kNone;

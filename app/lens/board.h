@@ -69,7 +69,7 @@ struct BoardView {
   std::string name;              ///< of the frame, for messages
   double time_s = 0;             ///< monotonic, or the frame's number if there is no clock
   std::vector<Vec2> corners_px;  ///< Board::corners() points, row by row
-  std::vector<bool> seen;        ///< false: hidden or outside; the point's position is meaningless
+  std::vector<bool> seen;        ///< if false, hidden or outside: the position is meaningless
   double blur_px = 0;            ///< width of the edges, standard deviation
 };
 

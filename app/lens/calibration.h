@@ -16,7 +16,7 @@ namespace plumbline::lens {
 struct CalibrationOptions {
   /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
   double acceptable_px = 0.5;
-  std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: infinity
+  std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt
   /// The residuals can still contradict them: the capture is then refused, and the reason says so.
   DeclaredFacts declared{};
 };
@@ -45,11 +45,14 @@ struct LensCalibration : KnownLens {
   std::vector<RefusedFrame> frames_refused;
 };
 
-/// Fits the lens and accepts it by criteria that a small RMS does not guarantee: the projection
-/// uncertainty over the image, or over a region that is at least half of it, a lens and board that
-/// did not change between the first and the last view, a board shape within its model, and corners
-/// all over the image. The covariance is widened for errors that all views share (an uneven print)
-/// and for changes too small to be detected.
+/// Fits the lens and accepts it by criteria that a small RMS does not guarantee:
+///  - the projection uncertainty is acceptable over the image, or over a region of at least half of
+///    it;
+///  - lens and board did not change between the first and the last view;
+///  - the shape of the board is within its model;
+///  - corners were seen all over the image.
+/// The covariance is widened for errors that all views share (an uneven print) and for changes too
+/// small to be detected.
 /// @param views  in any order; their times decide which view is the last, since the lens after it
 ///               is the one that is used. Views of equal time keep the order given.
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,

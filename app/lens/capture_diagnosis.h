@@ -20,13 +20,13 @@ struct CaptureDiagnosis {
     CaptureCause cause = CaptureCause::kNone;
     std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
-    double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
+    double evidence = 0;  ///< decrease of the Bayesian information criterion it brings
     /// Largest difference between its lens and the plain one within each candidate radius.
     RadiusErrors error_px{};
   };
   std::vector<Finding> findings;
-  /// The lens by an explanation that leaves one lens: the board's shape, the print or further
-  /// distortion are then estimated together with the lens.
+  /// The lens according to an explanation that leaves one lens: the board's shape, the print or
+  /// further distortion are then estimated together with the lens.
   struct Adopted {
     Lens lens;
     RivalPrecision precision;
@@ -40,8 +40,8 @@ struct CaptureDiagnosis {
   /// In the order of preference; empty unless the best explanation leaves one lens. If it is the
   /// board, all its points are free, in the second entry with a bend of its own in each view.
   std::vector<Adopted> adopted;
-  /// Effects beside the plain lens that the residuals neither show nor exclude, if there are no
-  /// findings.
+  /// Effects in addition to the plain lens that the residuals neither show nor exclude, if there
+  /// are no findings.
   std::vector<UnprovedEffect> unproved;
   /// Largest difference between the plain lens and that of explanations that contain one of the
   /// findings, within each candidate radius.
@@ -59,10 +59,10 @@ struct CaptureDiagnosis {
 /// ranks them by
 ///   BIC = N / d ln(S / N) + chi^2 of the priors + p ln(N / d)
 /// with S the sum of squares, N the observations and d >= 1 the ratio of the best fit's variance to
-/// the corners' noise: unexplained smooth patterns are counted as correlated noise.
-/// [G. Schwarz, Ann. Stat. 6 (1978) 461]
-/// A declaration removes an effect only where the residuals do not show it: from the unproved ones,
-/// and from what stays credible beside a board that explains them better.
+/// the corners' noise: unexplained smooth patterns are counted as correlated noise. [G. Schwarz,
+/// Ann. Stat. 6 (1978) 461] A declaration removes an effect only where the residuals do not show
+/// it: from the unproved ones, and from what remains credible although a board explains them
+/// better.
 /// @param force  fit all rivals, because something else already refuses the capture
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,

@@ -46,7 +46,7 @@ SharedVector SharedOfLens(const Lens& lens);
 ///   pixel = Project(lens, X_CK p_K)
 /// with optional derivatives.
 /// @param turn      rotation vector w of X_CK.R = R_start exp(w)
-/// @param d_shared  shape (2 n, kSharedCount) row-major; null: no derivatives
+/// @param d_shared  shape (2 n, kSharedCount) row-major; null if no derivatives are needed
 /// @param d_pose    shape (2 n, 6) row-major, with respect to (w, p_CK); used if d_shared is not
 ///                  null
 /// @return          false if a corner is not in front of the camera

@@ -41,8 +41,8 @@ void StatePlainUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationO
                            LensVerdict& verdict);
 
 /// Replaces the verdict by that of an adopted lens if that is acceptable in a larger region.
-/// @param plain  numbers of the capture
-/// @return       effects but for which an adopted lens would be acceptable, if none is
+/// @param plain  the calibration with the plain lens
+/// @return       if no lens is acceptable, the effects without which an adopted lens would be
 std::vector<UnprovedEffect> AdoptBest(const CaptureDiagnosis& diagnosis,
                                       const ConsistentFit& fitted, std::span<const BoardView> kept,
                                       const CalibrationOptions& options,

@@ -12,7 +12,7 @@ namespace plumbline::lens {
 
 /// One standard deviation of the projection on a grid of pixels, row by row from the top left.
 struct ProjectionUncertainty {
-  std::optional<double> distance_m;  ///< nullopt: at infinity
+  std::optional<double> distance_m;  ///< infinity if nullopt
   int columns = 0, rows = 0;
   std::vector<double> sd_px;  ///< in the worst direction, at each grid point
   double max_px = 0;          ///< the largest within the radius

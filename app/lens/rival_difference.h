@@ -6,10 +6,10 @@
 
 namespace plumbline::lens {
 
-/// Largest distance between the pixels of equal directions by a lens and by that of a rival,
-/// after the rotation that minimizes the sum of squares, within each candidate radius [px]. A
-/// camera that varies has another lens in each view: the largest over all views. Infinite where a
-/// pixel has no direction.
+/// Largest distance between the pixels to which a lens and that of a rival map one direction, after
+/// the rotation that minimizes the sum of squares, within each candidate radius [px]. A camera that
+/// varies has another lens in each view; the largest over all views is then returned. Infinite
+/// where a pixel has no direction.
 RadiusErrors LensDifferences(const Lens& lens, const Rival& rival, const RivalResult& result,
                              image::ImageSize size);
 

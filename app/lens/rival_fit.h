@@ -32,8 +32,8 @@ struct RivalResult {
 
 /// Precision of the lens of a fit whose parameters are equal in all views.
 struct RivalPrecision {
-  /// Of the lens parameters, for independent corner errors of the noise's size; the board's shape,
-  /// the print and the poses are eliminated.
+  /// Of the lens parameters, for independent corner errors as large as the noise; the board's
+  /// shape, the print and the poses are eliminated.
   LensCovariance covariance = LensCovariance::Zero();
   /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
   /// the directions of the parameters, and of the part common to all views, in units of the noise.
@@ -42,8 +42,7 @@ struct RivalPrecision {
   std::vector<double> view_rms_px;  ///< per coordinate
 };
 
-/// What one linear step from a fit says about a rival whose parameters are added to those of the
-/// fit.
+/// Result of one linear step from a fit for a rival whose parameters are added to those of the fit.
 struct ScoreTest {
   Rival rival;  ///< with the parameters of the fit
   /// Decrease of the sum of squares, in units of noise_px^2, less the cost of the priors.
@@ -54,7 +53,7 @@ struct ScoreTest {
   double occam = 0;
   /// The fit after the step, without the views; only of global parameters.
   RivalResult result;
-  /// Of the lens parameters with the rival's, for corner errors of the noise's size.
+  /// Of the lens parameters with the rival's, for corner errors as large as the noise.
   LensCovariance covariance = LensCovariance::Zero();
   /// Of the last local parameter, if there is one: standard deviation in one view for such errors,
   /// the median; and variance of its values in units of that. A view with wrong corners counts as
@@ -87,8 +86,8 @@ class RivalProblem {
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
-  /// One linear step for each rival from the fit of `base`; courses are ignored. Empty if a point
-  /// is not in front of the camera.
+  /// One linear step for each rival from the fit of `base`; the weights of the views
+  /// (Rival::course) are ignored. Empty if a point is not in front of the camera.
   std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
                                     const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }

@@ -11,10 +11,10 @@ namespace plumbline::lens {
 /// Number of smooth functions over the board: products of cosines up to degree 5 (heights) and 4
 /// (print).
 inline constexpr int kHeightTerms = 18, kPrintTerms = 12;
-/// Most points of a board whose places are estimated.
+/// Largest number of points of a board whose positions are estimated.
 inline constexpr int kMaxFreePoints = 66;
 
-/// Parameters beyond SharedVector; all zero: the lens and board of BoardPixels().
+/// Parameters beyond SharedVector; if all are zero, lens and board are those of BoardPixels().
 enum Extra : int {
   kZoom,  ///< d ln f
   kShiftX,
@@ -78,7 +78,7 @@ class RivalBoard {
 ///   (x, y) += stretch u, skew v, print(u, v);   z = bow + bend + height(u, v)
 ///   (x, y, z) += displacement of the point
 ///   p_C = R p_K + p + t (velocity + spin x (p_K - centre)),  t = row / height - 1/2
-///   glass: parallel offset of the ray by Snell's law with an index of 1.5
+///   glass: parallel offset of the ray from Snell's law with an index of 1.5
 ///   lens: the five coefficients of Lens with a denominator 1 + k4 r^2 + k5 r^4 + k6 r^6 and thin
 ///   prism terms [OpenCV], or r = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
 ///   [J. Kannala and S. Brandt, PAMI 28 (2006) 1335]; then zoom and shift.
@@ -88,14 +88,14 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
                  const SharedVector& shared, const ExtraVector& extra, const Pose& X_CK,
                  const std::vector<double>& rows_px, std::vector<Vec2>& pixels);
 
-/// Pixel of a direction in the camera frame by the lens part of the model; d.z() > 0.
+/// Pixel of a direction in the camera frame according to the lens part of the model; d.z() > 0.
 Vec2 RivalPixelOf(bool fisheye, const SharedVector& shared, const ExtraVector& extra,
                   const Vec3& d);
 
 /// The lens part of the model; zoom and shift do not count.
 Lens LensOfRival(bool fisheye, const SharedVector& shared, const ExtraVector& extra);
 
-/// Plausible size of each extra parameter: standard deviation of its prior.
+/// Plausible value of each extra parameter: standard deviation of its prior.
 ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size);
 
 }  // namespace plumbline::lens

@@ -30,9 +30,9 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 /// D the difference of its lens, and E the excess of its lens's standard deviation, it adds
 ///   P (D^2 + E^2)
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
-/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations.
-/// A focal length that differs from view to view counts as well, integrated over its size; other
-/// effects that differ from view to view do not.
+/// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. A focal
+/// length that differs from view to view counts as well, integrated over its amount; other effects
+/// that differ from view to view do not.
 /// @param scored    tests from the fit of `base`
 /// @param declared  effects that are declared to be absent are left out, unless they are more
 ///                  probable than three standard deviations
@@ -40,8 +40,8 @@ std::vector<UnprovedEffect> UnprovedEffects(const ScoredCandidates& scored, cons
                                             const RivalResult& at, double noise_px,
                                             image::ImageSize size, const DeclaredFacts& declared);
 
-/// Error of the lens by the effects within each candidate radius: the largest of them, and of
-/// `other_px`.
+/// For each candidate radius, the largest error of the lens within it: the maximum over the effects
+/// and `other_px`.
 RadiusErrors ErrorsWith(const std::vector<UnprovedEffect>& effects, RadiusErrors other_px);
 
 /// A lens whose uncertainty the effects widen, and the criterion for it.
@@ -54,9 +54,10 @@ struct WidenedLens {
   double acceptable_px = 0;
 };
 
-/// The effects because of which a lens is not certain enough: without them it would be accepted at
-/// all or, if it is accepted for a part of the image, for all of it. The largest first, one of each
-/// cause; empty if their absence would not suffice.
+/// The effects that prevent the acceptance of a lens: without them it would be accepted or, if it
+/// is accepted for a part of the image already, would be accepted for all of it. Sorted by size,
+/// the largest first, with at most one of each cause; empty if it would not be accepted even
+/// without them.
 std::vector<UnprovedEffect> DecisiveEffects(const WidenedLens& widened,
                                             std::vector<UnprovedEffect> effects);
 

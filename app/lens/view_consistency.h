@@ -10,8 +10,8 @@
 namespace plumbline::lens {
 
 /// Residuals of a fit, separated into noise and smooth patterns. The noise is estimated from second
-/// differences along rows and columns, which a smooth displacement (of a moved lens, a bent board)
-/// hardly changes.
+/// differences along rows and columns, because they are insensitive to smooth displacements (a
+/// moved lens, a bent board).
 struct ViewConsistency {
   double noise_px = 0;                  ///< median over the views, of a coordinate
   std::vector<double> view_noise_px;    ///< per view

@@ -17,14 +17,14 @@ namespace plumbline::lens_files {
 /// the mapping of directions to pixels. [artoolkitX, param.h and paramFile.c]
 bool IsArToolKitFile(std::string_view bytes);
 
-/// @return  an error for an older version, a number that is not finite, and a focal length or image
-///          size that is not positive
+/// @return  an error if the version is older, a number is not finite, or the focal length or the
+///          image size is not positive
 Result<lens::KnownLens> LensFromArToolKit(std::string_view bytes);
 
 /// Version 4 if only k1, k2, p1, p2 are not zero, otherwise version 5, with s = 1. The covariance
 /// is not stored.
-/// @return  an error for a fisheye, and for a lens with a usable region, which the file cannot
-///          state
+/// @return  an error for a fisheye and for a lens with a usable region, since the file can hold
+///          neither
 Result<std::string> ArToolKitBytes(const lens::KnownLens& lens);
 
 }  // namespace plumbline::lens_files

@@ -15,11 +15,12 @@ extern const char* const kSelectLens;  ///< all rows, unordered
 
 inline constexpr int kLensSchemaVersion = 4;
 /// Migrates the tables of an older version within the caller's transaction. Every lens retains its
-/// id. Schema 1 stored a pupil shift that had not been measured (0) and no uncertainty; schema 2
-/// lenses of five distortion coefficients only, which are trusted in the whole image; schema 3 no
-/// declarations, which its lenses lack.
+/// id. Older schemas:
+///  - 1 stored a pupil shift that had not been measured (0) and no uncertainty;
+///  - 2 stored lenses of five distortion coefficients only, which are trusted in the whole image;
+///  - 3 stored no declarations: its lenses have none.
 /// @param damaged  set to true if a row fails its checksum
-/// @return         an error if that happens or the database fails
+/// @return         an error if a row fails its checksum or the database fails
 Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged);
 
 /// Inserts under the entry's id, or the next free one if that is 0.

@@ -11,7 +11,7 @@ constexpr EventEntry kCameraEntries[] = {
     {Event::kLensStale, "lens-stale", LogLevel::kWarning, "8a08d9e7bfc54fc28beeadbf3dcd9f7f",
      "camera", "camera stale: ..., camera: lens N of this zoom is not used: ...",
      "no trustworthy lens model for the current zoom",
-     "show the calibration board; the states are described in \"The camera\""},
+     "show the calibration board; the states are described in \"The camera in operation\""},
     {Event::kLensRefused, "lens-refused", LogLevel::kWarning, "cb684c8e53c14d2eb4df27838ee06a39",
      "camera", "camera refused: ...", "the calibration was not good enough, or the zoom is digital",
      "show the board again, or switch digital zoom off"},

@@ -19,7 +19,7 @@ std::string_view TitleOf(std::string_view component) {
          : component == "plc"        ? "PLC"
          : component == "monitoring" ? "Probes and models"
          : component == "camera"
-             ? "Camera and lens (more in \"The camera\"); lines of a named camera "
+             ? "Camera and lens (more in \"The camera in operation\"); lines of a named camera "
                "include the name, \"camera rear stale: ...\", "
                "\"camera rear: zoom sensor: ...\""
          : component == "display" ? "Display and page"

@@ -158,7 +158,7 @@ struct EventEntry {
   const char* component;  ///< service, robot, points, plc, monitoring, camera, display, fleet
   const char* line;       ///< how the line starts; "..." stands for the variable parts
   const char* means;      ///< empty if the line is self-explanatory
-  const char* remedy;     ///< what to do; empty: nothing to do
+  const char* remedy;     ///< what to do; empty if nothing
 };
 
 const EventEntry& EntryOf(Event event);

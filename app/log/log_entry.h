@@ -24,7 +24,7 @@ struct LogEntry {
 /// Receiver of log entries, for code that may run without the process-wide log.
 using LogSink = std::function<void(const LogEntry&)>;
 
-/// Fields that every entry carries; empty or 0: left out.
+/// Fields of every entry; those that are empty or 0 are left out.
 struct LogContext {
   std::string cell;  ///< name of the arm
   int model_version = 0;

@@ -22,12 +22,13 @@ struct ModelFacts {
   std::vector<std::string> effects;                   ///< ids that the diagnosis added
   std::string report;                                 ///< file name in the store; empty: none
   std::optional<double> rms_before_mm, rms_after_mm;  ///< on held-out rows
-  std::vector<std::string>
-      implausible;  ///< findings that are implausible for a healthy machine, as text
-  std::optional<double>
-      discrepancy_share;  ///< share of the correction not explained by named effects; absent: none
+  /// Findings that are implausible for a healthy machine, as text.
+  std::vector<std::string> implausible;
+  /// Share of the correction that named effects do not explain; absent if there is none.
+  std::optional<double> discrepancy_share;
   std::optional<double> change_mm;  ///< largest change of a predicted tip, over the rows used
-  /// Largest displacement of a configured point's corrected command, at its loads; absent: unknown.
+  /// Largest displacement of a configured point's corrected command, at its loads; absent if
+  /// unknown.
   std::optional<double> points_change_mm = std::nullopt;
 };
 
@@ -39,7 +40,7 @@ struct ModelVersion {
 /// An applied version that is no longer in force, because the cell file was edited or the store was
 /// found empty.
 struct SupersededVersion {
-  /// The applied version; 0: unknown, because the store was empty.
+  /// The applied version; 0 if unknown, because the store was empty.
   int version = 0;
   int declared = 0;                  ///< the declared version that it was applied to
   std::vector<std::string> changes;  ///< in the cell file since then, from CellDifferences()
@@ -48,7 +49,7 @@ struct SupersededVersion {
   bool operator==(const SupersededVersion&) const = default;
 };
 
-/// Roles of the versions. 0: none.
+/// The version in each role, or 0 if there is none.
 struct ModelState {
   int declared = 0;          ///< the latest content of the configured cell file
   int applied = 0;           ///< in force
@@ -119,7 +120,7 @@ class ModelStore {
                       Expected expected = Expected::kNothing);
 
   /// Stores a model as a new version and marks it as proposed.
-  /// @param report  path of a report to be stored with it; empty: none
+  /// @param report  path of a report to be stored with it; empty if there is none
   Result<int> Propose(const std::string& text, ModelFacts facts, const std::string& report);
 
   /// Puts a version in force, and clears `set_aside` and any proposal. If the state cannot be read,
@@ -135,8 +136,8 @@ class ModelStore {
   std::string StateFile() const { return folder_ + "/state.json"; }
   /// @param damaged  set to true if Apply() may write a new state
   Result<ModelState> ReadState(bool& damaged) const;
-  /// The newest version with a declared origin whose facts can be read; 0: none.
-  /// @return  why the folder cannot be listed
+  /// @return  number of the newest version of declared origin whose facts can be read, 0 if there
+  ///          is none; an error if the folder cannot be listed
   Result<int> NewestDeclared() const;
   /// Writes an empty state if there is none, so that a missing file from now on means a lost one.
   Result<void> InitializeState();

@@ -31,7 +31,7 @@ struct PointMove {
 /// A load that the robot has reported.
 struct ReportedLoad {
   double mass_kg = 0;
-  std::optional<Vec3> cog_F;  ///< absent: as declared in the cell
+  std::optional<Vec3> cog_F;  ///< if absent, as declared in the cell
 };
 
 struct PointMoves {

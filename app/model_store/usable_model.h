@@ -16,8 +16,9 @@ namespace plumbline::model_store {
 /// effects that depend on a row number or a file column.
 std::optional<std::string> ModelUnusableReason(const model::CellModel& cell);
 
-/// Appends, of the faults found in a stored model, only the warning that it was changed after its
-/// fit. The other warnings concern declared values and are reported with the cell file.
+/// From the faults found in a stored model, appends only the warning that the model was changed
+/// after its fit. The other warnings concern declared values and are reported with the cell file.
+/// @param of_model    the faults of the stored model
 /// @param model_file  path to be shown in the warning
 void AppendChangedModelWarning(const config::FaultList& of_model, const std::string& model_file,
                                config::FaultList& faults);
@@ -26,7 +27,7 @@ void AppendChangedModelWarning(const config::FaultList& of_model, const std::str
 /// force in place of the cell file cannot be used. Warnings: an applied model is set aside, would
 /// be at the next start or reload, or was changed after its fit. Read-only; a store that is missing
 /// or that this user may not read has no faults.
-/// @param cell_file  the configured cell file; empty: not compared
+/// @param cell_file  the configured cell file; not compared if empty
 /// @return           the model in force in place of the cell file, if it has no faults
 std::optional<model::CellModel> CheckModelStore(const std::string& state_directory,
                                                 const std::string& cell_file,

@@ -17,7 +17,7 @@ struct Credential {
 
 class Authentication {
  public:
-  /// @param token  empty: every request is admitted
+  /// @param token  if empty, every request is admitted
   explicit Authentication(std::string token);
   /// Cookies are shared between all ports of a host, so their name contains the port. Call it
   /// before the first request.
@@ -28,7 +28,7 @@ class Authentication {
 
   /// Counts an attempt against the limit of the client's address. Thread-safe.
   /// @return  time for which the address has to wait after too many wrong tokens [s], even if this
-  ///          token is right: the response must not reveal that; 0: none
+  ///          token is right, because the response must not reveal that; 0 if it need not wait
   double Attempt(const HttpRequest& request, const Credential& credential, double now_s);
 
   /// Value of Set-Cookie that replaces the token.

@@ -18,7 +18,7 @@ using HttpFields = std::vector<std::pair<std::string, std::string>>;
 /// For methods other than GET and HEAD only `method` is set.
 struct HttpRequest {
   std::string method;     ///< as sent: "GET"
-  std::string host;       ///< with its port; empty: no Host header or several
+  std::string host;       ///< with its port; empty without a Host header, or with several
   std::string path;       ///< without the query, percent-decoded; begins with a slash
   HttpFields parameters;  ///< of the query, decoded
   HttpFields headers;     ///< names in lower case
@@ -35,7 +35,7 @@ struct HttpRequest {
 constexpr std::size_t kMaxHeaders = 100;
 
 struct ParsedRequest {
-  int refusal = 0;  ///< HTTP status with which to refuse the request; 0: it can be served
+  int refusal = 0;  ///< HTTP status with which to refuse the request; 0 if it can be served
   std::string why;
   HttpRequest request;  ///< if refused, what was parsed before the fault
 };

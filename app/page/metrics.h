@@ -41,7 +41,7 @@ class MetricsWriter {
 
 /// All metrics, in SI units. A value that is unknown now has no sample, since a stale one would
 /// look current. plumbline_up is 1 while DaemonReports().
-/// @param now    null: no status yet
+/// @param now    null if there is no status yet
 /// @param now_s  monotonic
 std::string MetricsText(const view::DisplayStatus* now, const PageCounts& page, double now_s);
 

@@ -13,7 +13,7 @@ namespace plumbline::page {
 
 struct TrendPoint {
   std::int64_t id = 0;             ///< row of the journal
-  std::optional<double> utc_s;     ///< nullopt: imported without a date
+  std::optional<double> utc_s;     ///< nullopt if imported without a date
   Vec3 residual_W = Vec3::Zero();  ///< measured minus predicted [m]
   std::optional<int> model_version;
   std::optional<double> payload_kg;

@@ -12,7 +12,7 @@ namespace plumbline::page {
 
 /// Picture and server as reported by the page.
 struct PictureFacts {
-  image::ImageSize size{0, 0};  ///< 0: no picture was drawn
+  image::ImageSize size{0, 0};  ///< 0 if no picture was drawn
   double age_s = 0;
   std::string server_start;  ///< unique for each start; a change means that streams have ended
 };
@@ -22,7 +22,7 @@ inline constexpr int kStatusSchema = 1;
 
 /// @return  one JSON object: headline and panels as on the display ("tone": plain, good, attention,
 ///          bad, faded), and the values behind them in SI units; unknown values are null
-/// @param now    null: no status yet
+/// @param now    null if there is no status yet
 /// @param now_s  monotonic
 std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& picture,
                        const std::vector<RecentLogEntry>& log, double now_s);

@@ -17,7 +17,7 @@ double MoveCost(const model::JointVector& from, const model::JointVector& to,
 /// reversals of parts of the path while one makes it shorter (2-opt) [Croes 1958]. The nearest
 /// neighbour is chosen among those that can be reached by a move for which `is_free` is true, if
 /// there are any; a reversal adds no other move.
-/// @param speeds  empty: displacements count
+/// @param speeds  if empty, displacements count
 /// @return        indices into `postures`; deterministic
 std::vector<std::size_t> VisitOrder(
     const std::vector<model::JointVector>& postures, const model::JointVector& speeds,

@@ -13,7 +13,7 @@ enum class Component { kX, kY, kZ, kRadial, kTangential };
 const char* NameOf(Component component);
 
 struct DecidingSignal {
-  const diagnosis::SignalTrace* signal = nullptr;  ///< null: none was recorded
+  const diagnosis::SignalTrace* signal = nullptr;  ///< null if none was recorded
   Component component = Component::kZ;
   Cloud cloud, rejected;  ///< rejected: outliers, drawn only if they may show the cause
   double share_before = 0, share_after = 0;  ///< of the mean square

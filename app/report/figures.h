@@ -13,7 +13,7 @@ struct Panel {
   std::string title;  ///< above the panel; plain text
   std::string note;   ///< below the title; may be empty
   std::string script;
-  std::string svg;  ///< for embedding in HTML, once drawn; empty: could not be drawn
+  std::string svg;  ///< for embedding in HTML, once drawn; empty if it could not be drawn
 };
 
 /// Panels with a common caption.

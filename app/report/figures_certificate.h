@@ -19,15 +19,16 @@ struct CertificateFigure {
 /// Error at each measured pose before and after correction with its expanded uncertainty, and the
 /// tolerance. The axis is logarithmic if the errors before correction would otherwise press those
 /// after it against the axis. Empty panel if there are no errors.
-/// @param tolerance_m  [m]; absent: none was stated
+/// @param tolerance_m  [m]; absent if none was stated
 /// @param height       of the panel [px]
 CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m,
                                int height = FigureHeights{}.points);
 
 /// The residual against the signal that decides the verdict, before and after correction at one
-/// scale. The signal is the driver of an unknown cause; otherwise the one whose binned means
-/// explain most of the residual before correction, along x, y, z of W or, if the base is known,
-/// radially or tangentially to its axis. Empty panel if no signal was recorded.
+/// scale. If the cause is unknown, the signal is its driver. Otherwise it is the signal and the
+/// direction whose binned means explain most of the residual before correction; the directions are
+/// x, y, z of W and, if the base is known, radial and tangential to its axis. Empty panel if no
+/// signal was recorded.
 /// @param height  of the panel [px]
 CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
                                  const model::CellModel& cell,

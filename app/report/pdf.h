@@ -14,7 +14,7 @@ struct PdfOptions {
   std::chrono::milliseconds limit{300000};  ///< time limit
 };
 
-/// Why no PDF can be printed, with a remedy; empty: the program is installed.
+/// Why no PDF can be printed, with a remedy; empty if the program is installed.
 std::string WhyNoPdf(const PdfOptions& options = {});
 
 /// Prints a self-contained HTML document with its print style.

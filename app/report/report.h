@@ -13,7 +13,7 @@ namespace plumbline::report {
 /// Details of the measurement that the rows do not contain. Empty texts are printed as blanks to be
 /// filled in by hand.
 struct CertificateDetails {
-  std::optional<double> tolerance_m{};  ///< largest permitted error of a pose; absent: not stated
+  std::optional<double> tolerance_m{};  ///< largest permitted error of a pose; absent if not stated
   std::string instrument, serial;       ///< measuring instrument and its serial number
   std::string approved_by;
 };

@@ -21,7 +21,7 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis);
 /// Correlation matrix of the parameters; for many parameters, the strongest pairs.
 std::string CorrelationBlock(const diagnosis::Diagnosis& diagnosis);
 
-/// Smallest detectable size of each effect.
+/// Smallest detectable value of each effect.
 std::string DetectableTable(const diagnosis::Diagnosis& diagnosis);
 
 /// All candidate effects with the outcome for each, sorted by evidence.

@@ -12,7 +12,7 @@ struct BoxNode {
   Eigen::Matrix3f axes;  ///< its columns
   Vec3f centre;
   Vec3f half;       ///< half edge lengths
-  int first_child;  ///< index of the first child; negative: a leaf, -1 - index of its triangle
+  int first_child;  ///< index of the first child; of a leaf: -1 - index of its triangle
 };
 static_assert(sizeof(BoxNode) == 64);
 

@@ -51,7 +51,7 @@ class BvhSolid {
   bool consistently_oriented_;  ///< neighbouring triangles are consistently oriented
   std::vector<std::array<std::uint32_t, 6>> ends_;  ///< extreme vertices of each part (MeshFacts)
   std::vector<Triangle> triangles_;
-  std::vector<Vec3> straight_K_, vertices_K_;    ///< before and after bending; empty: never bent
+  std::vector<Vec3> straight_K_, vertices_K_;    ///< before and after bending; empty if never bent
   std::vector<BoxNode> straight_nodes_, nodes_;  ///< trees around them
   Vec3 low_K_, high_K_;
 };

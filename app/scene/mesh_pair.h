@@ -9,7 +9,7 @@
 
 namespace plumbline::scene {
 
-/// Triangle indices; -1: none.
+/// Triangle indices, -1 for none.
 struct TrianglePair {
   int a = -1, b = -1;
 };

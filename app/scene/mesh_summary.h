@@ -10,7 +10,7 @@
 namespace plumbline::scene {
 
 /// Possible problems of the mesh, each with its remedy.
-/// @param unit  stated unit; nullopt: lengths are in the file's own unit
+/// @param unit  stated unit; if nullopt, lengths are in the file's own unit
 std::vector<std::string> MeshWarnings(const MeshFile& file, const std::optional<std::string>& unit);
 
 /// One line per topic, then the warnings. Lengths in mm, or in the file's unit if none was stated.

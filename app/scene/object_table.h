@@ -101,7 +101,7 @@ inline constexpr std::size_t kMostSceneObjects = 100;
 
 /// Reads an object table and reports all faults; config/objects.toml shows every key.
 /// @param file  the table's file name; mesh files are relative to its folder
-/// @param tags  known tags and bodies, to check carriers against; null: no check
+/// @param tags  known tags and bodies, to check carriers against; no check if null
 /// @return      nullopt if there is a fault
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
                                                const tracking::TagDatabase* tags,

@@ -23,13 +23,13 @@ FileStamp StampOfFile(const std::string& path);
 
 /// Result of reading the table again.
 struct ObjectTableUpdate {
-  bool accepted = false;     ///< false: it has faults, and the previous table stays in use
+  bool accepted = false;     ///< if false, it has faults, and the previous table stays in use
   config::FaultList faults;  ///< including warnings
 };
 
 class ObjectTableFile {
  public:
-  /// @param tags  must outlive this object; null: tags and bodies are not checked
+  /// @param tags  must outlive this object; if null, tags and bodies are not checked
   ObjectTableFile(std::string path, const tracking::TagDatabase* tags)
       : path_(std::move(path)), tags_(tags) {}
 

@@ -1,4 +1,4 @@
-// Sizes of given effects in one arm, fitted to its measured rows.
+// Values of given effects in one arm, fitted to its measured rows.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace plumbline::siblings {
 
-/// One size of an effect, the same in every arm of a model.
+/// One parameter of an effect with the role kSize, as it occurs in every arm of a model.
 struct SizeKey {
   const effects::Effect* effect = nullptr;
   std::string_view word;  ///< of the effect; empty: the first choice
@@ -43,8 +43,8 @@ struct SizeFit {
 
 /// Least squares fit of the sizes, together with the other effects that the arm's own diagnosis
 /// found; rows that it rejected have no weight. The covariance is scaled by the scatter of the
-/// residuals if that exceeds the noise. The result
-/// lacks sizes that the rows do not determine.
+/// residuals if that exceeds the noise. Sizes that the rows do not determine are missing from the
+/// result.
 /// @param start  value of each key at the start, SI
 /// @param own    whether the other findings of the arm take part; they must not if `start` is to be
 ///               corrected by rows that were not used to select anything

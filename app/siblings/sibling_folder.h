@@ -18,7 +18,7 @@ Result<Arm> ReadArm(const std::string& folder, config::FaultList& faults);
 
 /// Why the second cell is not declared like the first: another number of joints, nominal kinematics
 /// (a, d beyond 1 mm, angles beyond 0.1 degrees), declared compliances or link masses (1 %), or
-/// effects of its own. Empty: it is.
+/// effects of its own. Empty if it is declared alike.
 std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b);
 
 }  // namespace plumbline::siblings

@@ -8,7 +8,7 @@
 
 namespace plumbline::siblings {
 
-/// What the siblings know of one size, and what the rows of the arm made of it.
+/// Prior of one size: the estimate pooled over the siblings.
 struct SizePrior {
   SizeKey key;
   Pooled pooled;
@@ -16,7 +16,7 @@ struct SizePrior {
 
 /// Sizes that at least two, and at least half, of the arms show, fitted jointly in every arm, so
 /// that arms in which a size was not selected take part, too. A mean near zero is knowledge as
-/// well: it says which sizes differ from arm to arm, and by how much.
+/// well: it shows which sizes differ from arm to arm, and by how much.
 /// @param notes  receives a sentence for each arm in which they cannot be fitted
 std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
                                  std::vector<std::string>& notes);
@@ -28,7 +28,7 @@ std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& p
 /// The prior updated by the rows of an arm: precision-weighted mean of the pooled sizes and a least
 /// squares fit of all of them. Sizes that the rows do not determine keep their prior.
 struct Posterior {
-  /// With covariance; that between sizes of different effects is lost.
+  /// With the covariance within each effect; that between sizes of different effects is lost.
   std::vector<effects::ActiveEffect> effects;
   double parameters = 0;  ///< effective number of fitted ones
   /// Probability that an arm of this model differs from its siblings by as much as the rows show:

@@ -60,8 +60,8 @@ model::CellModel With(model::CellModel cell, const std::vector<effects::ActiveEf
   return cell;
 }
 
-/// Adds the siblings' effects to the findings. Their causes were told from rivals by the siblings'
-/// rows, not by those of this arm, so that each is in doubt here.
+/// Adds the siblings' effects to the findings. The siblings' rows separated their causes from
+/// rivals, those of this arm did not, so that each is in doubt here.
 void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::string& origin,
                  diagnosis::Diagnosis& answer) {
   std::vector<diagnosis::Finding> findings;

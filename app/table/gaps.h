@@ -12,17 +12,17 @@ namespace plumbline::table {
 /// Finds where lines were lost, and adds those places to `table.breaks` and to its notes:
 ///  - an additional column of integers that increases by one in at least half of the steps is a row
 ///    counter: rows are missing where it increases by more. It is not a signal, and is removed;
-///  - if the intervals of t_s scatter by less than 0.15 of their median (1.4826 times the median
-///    absolute deviation), an interval beyond 1.6 medians, four of those deviations, lacks a row.
+///  - if the robust standard deviation of the intervals of t_s (1.4826 times the median absolute
+///    deviation) is less than 0.15 of their median, at least one row was lost in an interval longer
+///    than 1.6 medians (the median plus four such deviations).
 /// Without a row counter and with an irregular clock, lost lines remain undetected.
 /// @param rows  all rows with joint values, measured or not, in file order
 void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table);
 
-/// Fills empty cells (NaN), sacrificing as little as possible:
-///  - t_s, temp_C, additional signals: interpolated between the neighbouring rows of the session
-///  (over
-///    t_s, otherwise over the row index), constant before the first and after the last. A column
-///    that is empty in more than half of the rows is dropped instead, as not recorded;
+/// Fills empty cells (NaN), discarding as few measurements as possible:
+///  - t_s, temp_C, additional signals: interpolated between the neighbouring rows of the session,
+///    over t_s or else over the row index, and constant before the first and after the last. A
+///    column that is empty in more than half of the rows is dropped instead, as not recorded;
 ///  - payload_kg: that of the neighbours if they agree; otherwise the payload is unknown, and the
 ///    row counts as unmeasured;
 ///  - qd, qdd: the row's vector becomes empty (not recorded in that row);

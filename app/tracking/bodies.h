@@ -30,7 +30,7 @@ inline constexpr double kPlaceSdOnOnePlate_m = 2e-5;
 struct Body {
   std::string name;
   std::vector<BodyTag> tags;
-  /// Standard deviation of a tag's declared position, per axis; nullopt: not configured.
+  /// Standard deviation of a tag's declared position, per axis; nullopt if not configured.
   std::optional<double> place_sd_m = {};
 };
 

@@ -23,10 +23,10 @@ struct RefinedCorners {
 ///   I(p) = B + b s + (A + a s) Phi(d / sigma),  d = n . p - bow(s) - d0 (1 - s) - d1 s
 /// over the pixels p near the side, with s in 0..1 along it, d outwards [px], and Phi the normal
 /// distribution function; d0, d1, sigma, B, b, A, a are estimated by Gauss-Newton. Blur from pixel
-/// area, optics and motion is symmetric and does not shift the edge. bow is the curvature of the
-/// side by lens distortion (a parabola, zero at both corners). The corners are the intersections of
-/// the sides; their covariance follows from the residual grey levels. The initial corners must be
-/// accurate to about half a pixel.
+/// area, optics and motion is symmetric and does not shift the edge. bow(s) is the deviation of the
+/// side from a straight line caused by lens distortion (a parabola, zero at both corners). The
+/// corners are the intersections of the sides; their covariance follows from the residual grey
+/// levels. The initial corners must be accurate to about half a pixel.
 /// @param cells  per side, including the border
 /// @param lens   null if unknown: sides are then assumed to be straight in the image
 /// @return       nullopt if a side has too few pixels or its edge cannot be fitted

@@ -30,8 +30,7 @@ class QuadFinder {
   }
   void Find(const SearchImage& search, const Limits& limits, std::vector<Corners>& quads);
 
-  /// Whether the last image had more than max_regions regions, so that the smaller ones were
-  /// skipped.
+  /// True if the last image had more than max_regions regions: the smaller ones were skipped.
   bool limited() const { return limited_; }
 
  private:

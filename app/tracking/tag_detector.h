@@ -24,7 +24,7 @@ struct SeenTag {
 SeenTag Turned(const SeenTag& tag, int quarters);
 
 struct DetectorSettings {
-  std::optional<int> threshold = {};  ///< fixed, 0..255; nullopt: adaptive
+  std::optional<int> threshold = {};  ///< fixed, 0..255; adaptive if nullopt
   bool small_tags = true;  ///< also search at full resolution: down to 14 px, twice the time
   /// Demand a clean print of families in which random cells often match (TagFamily::strict). Not
   /// needed where the layout of the tags is known, as on a board.

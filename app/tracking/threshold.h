@@ -50,8 +50,8 @@ void MakeSearchImage(const image::LumaView& image, const ImageBox& box, Reductio
 /// Classifies pixels as dark or bright.
 class Threshold {
  public:
-  /// @param fixed  grey level below which a pixel is dark (0..255); nullopt: halfway between the
-  ///               darkest and the brightest pixel of the surrounding tiles
+  /// @param fixed  grey level below which a pixel is dark (0..255); if nullopt, it is halfway
+  ///               between the darkest and the brightest pixel of the surrounding tiles
   explicit Threshold(std::optional<int> fixed) : fixed_(fixed) {}
 
   /// Fills search.dark with 1 (dark) and 0. Nothing is dark where the grey levels within three by

@@ -17,8 +17,8 @@ struct ChainJoint {
   model::JointType type = model::JointType::kRevolute;
   Pose X_prev;                ///< joint frame in that of the previous joint (first: base), at q = 0
   Vec3 axis = Vec3::UnitZ();  ///< unit length, in the joint's frame
-  std::optional<model::Interval> limits;  ///< [rad] or [m]; absent: none
-  std::optional<double> mass_kg;          ///< absent: no link attached here has a mass
+  std::optional<model::Interval> limits;  ///< [rad] or [m]; absent if it has none
+  std::optional<double> mass_kg;          ///< absent if no link attached here has a mass
   Vec3 com = Vec3::Zero();                ///< of that mass, in the joint's frame [m]
   double rising = 0;  ///< offset of the reading, contained in X_prev [rad] or [m]
 };
@@ -40,7 +40,7 @@ struct JointChain {
 /// Faults: an unknown or ambiguous end, links connected in a ring, a joint of a type that a serial
 /// arm cannot have (planar, floating), a joint that mimics another, limits in the wrong order, no
 /// or more than kMaxJoints moving joints. Warnings: a joint without limits, a reference position
-/// that is ignored, masses that hang on moving joints beside the chain and are left out.
+/// that is ignored, masses on moving joints outside the chain, which are left out.
 std::optional<JointChain> ChainFromUrdf(const UrdfFile& urdf, const std::string& file,
                                         const std::string& base, const std::string& tip,
                                         Rising rising, config::FaultList& faults);

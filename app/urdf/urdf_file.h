@@ -1,4 +1,4 @@
-// Reader of URDF files: links, joints and their places as plain values.
+// Reader of URDF files: links, joints and their poses as plain values.
 #pragma once
 
 #include <optional>

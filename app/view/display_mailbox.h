@@ -15,12 +15,12 @@
 
 namespace plumbline::view {
 
-/// What the display shows at one instant, as values, with the state it was derived from.
+/// Content of the display at one instant, as values, with the state it was derived from.
 struct DisplayStatus {
   double time_s = 0;                                  ///< when it was compiled, monotonic
-  std::shared_ptr<const view_link::ViewState> state;  ///< the newest; null: none received yet
-  std::string link_problem;                           ///< why no states arrive; empty: they do
-  std::string picture_problem;                        ///< why nothing is drawn; empty: it is
+  std::shared_ptr<const view_link::ViewState> state;  ///< the newest; null if none was received yet
+  std::string link_problem;                           ///< why no states arrive; empty if they do
+  std::string picture_problem;                        ///< why nothing is drawn, or empty
   StateStrip strip;
   PanelLine headline;  ///< the strip as one line
   std::vector<PointTile> tiles;
@@ -28,8 +28,8 @@ struct DisplayStatus {
   std::vector<Panel> panels;
   std::vector<view_link::ViewLine> viewer_lines;  ///< the viewer's own log
   std::map<int, std::string> point_names;         ///< by point id; named points only
-  std::vector<model::JointType> joints;           ///< of the displayed model; empty: no model
-  std::vector<MeasuredPair> pairs;                ///< empty: no recent measurement
+  std::vector<model::JointType> joints;           ///< of the displayed model; empty without one
+  std::vector<MeasuredPair> pairs;                ///< empty without a recent measurement
   std::vector<double> frames_per_s;               ///< received frame rate of each camera
 };
 

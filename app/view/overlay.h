@@ -18,7 +18,7 @@ struct Label {
   std::string shorter;  ///< in place of a text without room; empty: none
 };
 
-/// What the overlay marks in the picture.
+/// Marks of the overlay in the picture.
 struct ImageMarks {
   std::vector<Label> labels;
   std::vector<scene::Area> keep_clear;  ///< tool, tip and points: nothing may cover them [px]
@@ -29,8 +29,8 @@ struct OverlayInput {
   const ViewFacts& facts;  ///< must contain a state and carriers
   const config::OverlayConfig& config;
   const std::vector<int>& meshes;  ///< renderer's mesh number of each table object; 0: none
-  std::vector<const std::uint8_t*> pixels = {};  ///< of each camera's image; null: none
-  /// Properties of each table object's mesh, for its extent; empty or null: unknown.
+  std::vector<const std::uint8_t*> pixels = {};  ///< of each camera's image; null if none
+  /// Properties of each table object's mesh, for its extent; empty or null if unknown.
   std::vector<const scene::MeshFacts*> mesh_facts = {};
 };
 

@@ -21,7 +21,7 @@ inline constexpr scene::Colour kAdvisory = FromRgb(0x86c4f4), kWarning = FromRgb
                                kAlarm = FromRgb(0xff9c96);
 /// Areas filled with the colour of an abnormal state, under kDarkText.
 inline constexpr scene::Colour kWarningFill = FromRgb(0xf0b429), kAlarmFill = FromRgb(0xff7a75);
-/// Marks in the image: told apart by shape, too.
+/// Marks in the image, which also differ in shape.
 inline constexpr scene::Colour kTaught = FromRgb(0xffffff), kUncorrected = FromRgb(0xdcb0ff),
                                kCorrected = FromRgb(0x6fe0ff);
 

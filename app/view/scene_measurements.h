@@ -15,7 +15,7 @@ struct MeasuredPair {
   std::string a, b;
   int number_a = 0, number_b = 0;  ///< object numbers of the object table
   scene::Proximity state = scene::Proximity::kApart;
-  std::optional<scene::Separation> separation;  ///< nullopt: an object has no pose or no mesh
+  std::optional<scene::Separation> separation;  ///< nullopt if an object has no pose or no mesh
 };
 
 struct MeasuredDistance {
@@ -27,7 +27,7 @@ struct MeasuredDistance {
 /// A named point of the object table at its present position.
 struct PlacedPoint {
   std::string name;
-  std::optional<Vec3> p_W;  ///< nullopt: its carrier has no pose
+  std::optional<Vec3> p_W;  ///< nullopt if its carrier has no pose
 };
 
 struct MeasuredSweep {

@@ -13,7 +13,7 @@ inline constexpr double kStateOld_s = 1.0;      ///< limit once the connection i
 inline constexpr double kDaemonSilent_s = 2.0;  ///< limit while connected: the daemon hangs
 
 /// Whether the daemon has ended or hangs; nothing it reported may then be shown as current.
-/// @param link_problem  why no states arrive; empty: connected
+/// @param link_problem  why no states arrive; empty while connected
 bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_problem,
                     double now_s);
 

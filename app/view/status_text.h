@@ -20,7 +20,7 @@ struct PanelLine {
 
 /// Everything that the texts and the overlay are derived from.
 struct ViewFacts {
-  const view_link::ViewState* state = nullptr;  ///< null: none received yet
+  const view_link::ViewState* state = nullptr;  ///< null if none was received yet
   std::span<const Carriers> carriers;           ///< of each camera of the state; at least one
   std::vector<std::size_t> shown = {0};         ///< indices of the displayed cameras
   const ViewModel* model = nullptr;
@@ -28,7 +28,7 @@ struct ViewFacts {
   const SceneMeasurements* measured = nullptr;
   std::vector<PanelLine> objects;  ///< remarks on the object table and its mesh files
   std::vector<view_link::ViewLine> viewer_lines;  ///< the viewer's own log
-  std::string link_problem;                       ///< why no states arrive; empty: they do
+  std::string link_problem;                       ///< why no states arrive; empty if they do
   double now_s = 0;
   std::vector<double> frames_per_s;  ///< received frame rate of each camera
 };

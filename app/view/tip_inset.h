@@ -15,9 +15,9 @@ namespace plumbline::view {
 struct TipInset {
   std::string name;                                ///< of the point
   lens::Vec2 uncorrected_mm = lens::Vec2::Zero();  ///< relative to the taught position
-  double radius_mm = 0;          ///< 95 %, of the corrected position; 0: its basis is unknown
+  double radius_mm = 0;          ///< 95 %, of the corrected position; 0 if its basis is unknown
   Mat3 R_VW = Mat3::Identity();  ///< directions of the axes
-  double image_px_per_mm = 0;    ///< scale of the picture at the point; 0: not in the picture
+  double image_px_per_mm = 0;    ///< scale of the picture at the point; 0 if not in it
 };
 
 /// The valid point nearest to the tip. Positions are those of AddOverlay(), without exaggeration.

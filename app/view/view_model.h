@@ -18,7 +18,8 @@ struct ViewModel {
 
 /// Reads the configuration with the model version that the daemon reports as in force. Writes
 /// nothing: the model store belongs to the daemon.
-/// @param version  view_link::ViewState::model_version; 0: the cell file named by the configuration
+/// @param version  view_link::ViewState::model_version; 0 for the cell file named by the
+///                 configuration
 /// @return         nullopt if the configuration, a file it names or that version has a fault
 std::optional<ViewModel> ReadViewModel(const std::string& path, int version,
                                        config::FaultList& faults);

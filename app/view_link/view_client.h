@@ -17,7 +17,7 @@ namespace plumbline::view_link {
 /// A state with the viewer's own copy of its images.
 struct View {
   ViewState state;
-  /// Image of one camera, in the format that its ViewImage states; empty: no image.
+  /// Image of one camera, in the format that its ViewImage states; empty if there is no image.
   struct Pixels {
     std::vector<std::uint8_t> bytes;
     std::uint32_t stamp = 0;  ///< stamp of the image
@@ -30,7 +30,7 @@ struct View {
 /// older ones in the socket are discarded. Used by one thread.
 class ViewClient {
  public:
-  /// @param images  false: states only; nothing is copied and View::pixels stays empty
+  /// @param images  if false, only states are read: nothing is copied and View::pixels stays empty
   explicit ViewClient(std::string path, bool images = true)
       : path_(std::move(path)), images_(images) {}
   ~ViewClient();

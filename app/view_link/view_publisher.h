@@ -55,7 +55,7 @@ class ViewPublisher {
   void Send(const ViewState& state);
 
   /// The newest scene message from a viewer of the daemon's own user, stamped with its time of
-  /// arrival; nullopt: none yet. Other users' messages and malformed ones are discarded.
+  /// arrival; nullopt if there is none yet. Other users' messages and malformed ones are discarded.
   const std::optional<status::SceneStatus>& scene() const { return scene_; }
 
  private:

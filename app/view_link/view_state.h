@@ -47,9 +47,10 @@ struct ViewBody {
 struct ViewCamera {
   status::CameraStatus status;
   std::string serial, mode;
-  std::optional<ViewImage> image;  ///< nullopt: no image yet
+  std::optional<ViewImage> image;  ///< nullopt if there is no image yet
   std::optional<lens::Lens> lens;  ///< the lens in use for that image
-  /// Distance from the middle of the image up to which the lens is trusted; nullopt: everywhere.
+  /// Distance from the middle of the image up to which the lens is trusted; nullopt if it is
+  /// trusted everywhere.
   std::optional<double> usable_radius_px;
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;
@@ -89,7 +90,7 @@ struct ViewCycle {
 struct ViewMotion {
   motion::MotionState state = motion::MotionState::kUnknown;
   double age_s = 0;
-  model::JointVector sag{};                    ///< joint deflections by the motion [rad] or [m]
+  model::JointVector sag{};                    ///< joint deflections from the motion [rad] or [m]
   Vec3 acceleration_F = Vec3::Zero();          ///< of the flange [m/s^2]
   Vec3 angular_acceleration_F = Vec3::Zero();  ///< of the flange [rad/s^2]
   double tip_acceleration = 0;                 ///< [m/s^2]

@@ -27,7 +27,7 @@ class Drawing {
   bool Ready(double now_s);
 
   /// Loads new meshes and drops unused ones.
-  /// @return  the renderer's mesh number of each object; 0: none
+  /// @return  the renderer's mesh number of each object, 0 for none
   const std::vector<int>& Meshes(const std::shared_ptr<const SceneSnapshot>& scene);
 
   /// @return  whether a picture was drawn

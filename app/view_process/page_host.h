@@ -48,7 +48,7 @@ class PageHost {
   const log::LogSink sink_;
   std::optional<Settings> settings_;  ///< of the last Open()
   std::string file_;                  ///< configuration file
-  std::string problem_;               ///< last logged problem; empty: served, or not configured
+  std::string problem_;               ///< last logged problem; empty if served or not configured
   double tried_s_ = -1e300;
   std::unique_ptr<page::Page> page_;
 };

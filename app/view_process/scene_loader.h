@@ -22,7 +22,7 @@ using MeshOfObject = std::shared_ptr<const scene::CheckedMesh>;
 struct SceneSnapshot {
   std::uint64_t version = 0;  ///< changes with every change of the scene
   std::optional<scene::ObjectTable> table;
-  std::vector<MeshOfObject> meshes;      ///< of each object of the table; null: not read or refused
+  std::vector<MeshOfObject> meshes;  ///< of each object of the table; null if not read, or refused
   std::vector<view::PanelLine> remarks;  ///< problems and progress, for the display
   bool complete = true;                  ///< no mesh is being read
 };
@@ -32,8 +32,8 @@ class SceneLoader {
  public:
   static constexpr double kPollPeriod_s = 0.5;
 
-  /// @param objects_file  empty: no table
-  /// @param tags          known tags and bodies, to check the table against; nullopt: no check
+  /// @param objects_file  empty if there is no table
+  /// @param tags          known tags and bodies, to check the table against; no check if nullopt
   /// @param sink          receives log entries
   SceneLoader(std::string objects_file, std::optional<tracking::TagDatabase> tags,
               log::LogSink sink);
@@ -45,7 +45,7 @@ class SceneLoader {
  private:
   using Key = std::pair<std::string, double>;  ///< file and unit [m]
   struct LoadedMesh {
-    std::optional<scene::FileStamp> read;  ///< of the file when it was read; nullopt: not yet
+    std::optional<scene::FileStamp> read;  ///< of the file when it was read; nullopt until then
     MeshOfObject mesh;
     std::string problem;
   };

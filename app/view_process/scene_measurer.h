@@ -40,7 +40,7 @@ class SceneMeasurer {
   void MeasureSweeps(const view::Carriers& carriers, double now_s);
   void LogTransition(const view::MeasuredPair& pair, scene::Proximity before);
   struct Endpoint {
-    std::optional<std::size_t> object;  ///< index in `objects`; nullopt: a point
+    std::optional<std::size_t> object;  ///< index in `objects`; nullopt for a point
     Vec3 p_W = Vec3::Zero();            ///< position of a point
   };
   std::optional<Endpoint> ResolveEndpoint(const scene::SceneDistance::End& end) const;

@@ -25,7 +25,8 @@ class SceneWorker {
 
   void Submit(MeasureInput input);
   std::shared_ptr<const SceneSnapshot> Scene() const;
-  std::shared_ptr<const view::SceneMeasurements> Newest() const;  ///< null: no measurement yet
+  /// @return  null before the first measurement
+  std::shared_ptr<const view::SceneMeasurements> Newest() const;
 
  private:
   void Run();

@@ -46,7 +46,7 @@ class ViewLoop {
   std::unique_ptr<AlarmPictures> alarms_;
   view::DisplayMailbox& shown_;
   std::unique_ptr<display::Display> display_;
-  std::string display_problem_;  ///< empty: it shows pictures, or was not used yet
+  std::string display_problem_;  ///< empty if it shows pictures, or was not used yet
   bool fresh_ = false;           ///< there is a state that has not been drawn
   double drawn_s_ = -1e300, trimmed_s_ = 0;
   double status_s_ = -1e300;  ///< when the status was last published

@@ -11,7 +11,7 @@
 
 namespace plumbline::camera {
 
-/// What a frame of the 25 Mbit/s format says about its picture.
+/// Properties of the picture that a frame of the 25 Mbit/s format states.
 ///
 /// A frame has 10 (525 lines, 60 Hz) or 12 (625 lines, 50 Hz) sequences of 150 blocks of 80 bytes:
 /// one header block, 2 of subcode, 3 of auxiliary video data, then 9 times one of audio and 15 of
@@ -49,7 +49,7 @@ std::optional<std::size_t> DifFrameBytesOfHeader(std::span<const std::uint8_t> b
 /// @return nullopt if they are not the 6 blocks of header, subcode and auxiliary data
 std::optional<std::size_t> DifFrameBytesOfStart(std::span<const std::uint8_t> bytes);
 
-/// What DifFrameBytesOfStart() needs.
+/// Number of bytes that DifFrameBytesOfStart() needs.
 inline constexpr std::size_t kDifStartBytes = 6 * kDifBlockBytes;
 
 /// Checks a whole frame before anything decodes it: its size, the identification of every block,

@@ -46,7 +46,8 @@ class DvDecoder {
   Result<void> Start();
   bool Send(std::span<const std::uint8_t> bytes, double until_s);
   bool Receive(std::span<std::uint8_t> bytes, double until_s);
-  /// @return false if the process did not answer; then `picture_` is undefined. Empty: damaged
+  /// @return  false if the process did not answer; `picture_` is then undefined. After an answer it
+  ///          is empty if the frame is damaged
   bool Exchange(std::span<const std::uint8_t> frame, const DifFormat& format);
   Error OnProcessLost();
 

@@ -17,7 +17,7 @@ namespace plumbline::camera {
 /// Exit codes of plumbline-dv.
 inline constexpr int kDvNoLibrary = 3, kDvNoSandbox = 4;
 
-/// Start of an answer. `rows` of 720 pixels as Y U Y V follow; no rows: the frame is damaged.
+/// Start of an answer. `rows` rows of 720 pixels as Y U Y V follow; none if the frame is damaged.
 struct DvAnswerHeader {
   std::uint32_t magic = kMagic;
   std::uint32_t rows = 0;
@@ -26,9 +26,10 @@ struct DvAnswerHeader {
 
 inline constexpr std::size_t kDvRowBytes = std::size_t{2} * kDvWidth_px;
 
-/// What follows the header of an answer. A damaged frame may have taken over plumbline-dv, so the
-/// answer is untrusted: only one whose size is that of the frame's field is accepted.
-/// @return  bytes that follow: 0 if the frame is damaged; nullopt if this is not an answer
+/// Number of bytes that follow the header of an answer. A malicious frame may have compromised
+/// plumbline-dv, so the answer is untrusted: it is accepted only if its size is that of the frame's
+/// field.
+/// @return  0 if the frame is damaged; nullopt if this is not an answer
 std::optional<std::size_t> DvAnswerBytes(
     const std::array<std::uint8_t, sizeof(DvAnswerHeader)>& header, const DifFormat& format);
 

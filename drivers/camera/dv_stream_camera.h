@@ -44,9 +44,9 @@ class DvStreamCamera : public Camera {
   const std::vector<std::uint8_t>* Bgr() override;
 
  private:
-  /// What the draining thread hands over.
+  /// Frame that the draining thread hands over.
   struct Arrived {
-    std::vector<std::uint8_t> frame;  ///< empty: none since the last was taken
+    std::vector<std::uint8_t> frame;  ///< empty if none came since the last was taken
     double time_s = 0;
     std::uint64_t sequence = 0;  ///< counts complete and damaged frames
     std::uint64_t damaged = 0;

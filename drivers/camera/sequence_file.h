@@ -11,7 +11,7 @@ namespace plumbline::camera {
 
 struct SequenceFrame {
   double t_s = 0;    ///< time since the start of the recording
-  std::string file;  ///< image file, relative to the sequence file; empty: the camera was lost
+  std::string file;  ///< image file, relative to the sequence file; empty if the camera was lost
 };
 
 /// Parses a table "t_s,file" with ascending times, one frame per line; the file name is the rest of

@@ -28,7 +28,7 @@ struct V4l2Device {
   std::string serial;   ///< serial number of the camera; empty: none
   std::string model;    ///< "046d:0825" for a USB camera, otherwise the driver's name
   std::string port;     ///< USB port "1-2.3", otherwise the bus
-  std::string problem;  ///< why it cannot be used, and the remedy; empty: usable
+  std::string problem;  ///< why it cannot be used, and the remedy; empty if usable
 };
 
 /// All video nodes that sysfs lists, in the order of their numbers, without opening them: for

@@ -20,7 +20,7 @@ namespace plumbline::display {
 /// missing and the next picture starts with an empty atlas.
 class FlatPass {
  public:
-  /// @param font  nullopt: boxes and strokes only
+  /// @param font  if nullopt, only boxes and strokes are drawn
   static Result<FlatPass> Create(std::optional<Font> font);
 
   void Draw(const scene::DisplayList& list);

@@ -68,7 +68,7 @@ class GlProgram {
   GLuint name_ = 0;
 };
 
-/// Text of the first OpenGL error since the last call; empty: none.
+/// Text of the first OpenGL error since the last call; empty if there was none.
 std::string GlProblem();
 
 }  // namespace plumbline::display

@@ -30,7 +30,7 @@ struct KmsOutput {
 };
 
 /// Probes the connectors of an open card, which can take up to a second, and chooses an output.
-/// @param connector  name; empty: the first one with a monitor
+/// @param connector  name; if empty, the first one with a monitor
 /// @param size       of the mode; {0, 0} or a size that the monitor lacks: its preferred mode
 /// @return           the output, or why there is none
 Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector, image::ImageSize size);

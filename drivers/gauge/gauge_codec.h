@@ -44,14 +44,14 @@ struct GaugeFormat {
 };
 
 std::span<const GaugeFormat> GaugeFormats();
-/// nullptr: there is no such format.
+/// @return  nullptr if there is no such format
 const GaugeFormat* FindGaugeFormat(std::string_view name);
 
 /// Splits received bytes into lines at CR, LF or both.
 class LineReceiver {
  public:
-  /// @return  the line that this byte ends, without blanks around it; nullopt: none, or an empty
-  ///          one. Valid until the next call. A line of kMaxLineBytes or more ends with a
+  /// @return  the line that this byte ends, without blanks around it; nullopt if it ends none, or
+  ///          an empty one. Valid until the next call. A line of kMaxLineBytes or more ends with a
   ///          character that no format accepts.
   std::optional<std::string_view> Push(char byte);
   void Clear() { pending_.clear(); }

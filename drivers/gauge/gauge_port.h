@@ -13,12 +13,12 @@ class GaugePort {
   GaugePort(const GaugePort&) = delete;
   GaugePort& operator=(const GaugePort&) = delete;
 
-  /// False: it cannot be opened; see problem().
+  /// @return  false if it cannot be opened; see problem()
   virtual bool Open() = 0;
   virtual void Close() = 0;
   virtual bool is_open() const = 0;
   /// Waits up to `timeout_s` for data and appends them to `text`. Requires an open port.
-  /// @return  false: the connection was lost; see problem()
+  /// @return  false if the connection was lost; see problem()
   virtual bool Receive(double timeout_s, std::string& text) = 0;
 
   /// Device, as messages name it.

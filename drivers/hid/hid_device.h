@@ -22,7 +22,7 @@ inline constexpr const char* kOpenRemedy =
 inline constexpr const char* kLostRemedy = "lost. Check its cable.";
 
 /// Device files that the driver of such a device opens: /dev/hidraw0 of the first device of that
-/// name and, if it types, its input devices. Empty: it is not connected.
+/// name and, if it types, its input devices. Empty if it is not connected.
 std::vector<std::string> DeviceFilesOf(const HidName& name);
 
 /// Not thread-safe. Does not reconnect by itself.
@@ -33,17 +33,17 @@ class HidDevice {
   HidDevice(const HidDevice&) = delete;
   HidDevice& operator=(const HidDevice&) = delete;
 
-  /// Opens the first device of that name. False: there is none, or it cannot be opened.
+  /// Opens the first device of that name. False if there is none, or it cannot be opened.
   bool Open(const HidName& name);
   /// Also discards reports that were not read.
   void Close();
   explicit operator bool() const { return device_ != nullptr; }
 
-  /// Waits up to `timeout_s` (0: not at all) for an input report; a device with report ids sends
+  /// Waits up to `timeout_s` (not at all if 0) for an input report; a device with report ids sends
   /// the id as the first byte. Requires an open device, like the functions below.
-  /// @return  length; 0: none in time; negative: the device was lost
+  /// @return  length; 0 if there was no report in time; negative if the device was lost
   int Read(std::span<std::uint8_t> report, double timeout_s);
-  /// Sends an output report. False: the device was lost.
+  /// Sends an output report. False if the device was lost.
   bool Write(std::span<const std::uint8_t> report);
 
   /// Device file, such as /dev/hidraw0; empty if it is not known.

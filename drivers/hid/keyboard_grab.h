@@ -29,8 +29,8 @@ class KeyboardGrab {
 
   /// Grabs every input device that belongs to a hidraw device.
   /// @param hidraw  its device file, /dev/hidraw0
-  /// @return        empty: all are grabbed, or there is none. Otherwise the reason with the remedy;
-  ///                then none is grabbed.
+  /// @return        empty if all are grabbed or there is none; otherwise the reason with the
+  ///                remedy, and none is grabbed
   std::string Grab(const std::string& hidraw);
   void Release() { grabbed_.clear(); }
   std::size_t count() const { return grabbed_.size(); }

@@ -20,7 +20,7 @@ class RequestHandler {
   /// @param client    sender of the request
   /// @param request   PDU of the request, at least one byte
   /// @param response  receives the PDU of the response
-  /// @return          size of the response [bytes]; 0: send none
+  /// @return          size of the response [bytes]; 0 if none is to be sent
   virtual std::size_t Handle(const Client& client, std::span<const std::uint8_t> request,
                              std::span<std::uint8_t, kMaxPduBytes> response) = 0;
 };

@@ -23,7 +23,7 @@ class TcpConnection {
   };
   struct Answered {
     std::size_t requests = 0;
-    bool intact = true;  ///< false: framing is lost, close the connection
+    bool intact = true;  ///< if false, framing is lost: close the connection
   };
 
   /// Takes ownership of a non-blocking socket.
@@ -42,7 +42,7 @@ class TcpConnection {
   bool between_requests() const { return in_size_ == 0 && !sending_; }
   std::int64_t last_request_ns() const { return last_request_ns_; }  ///< or time of connection
   /// Deadline for completing the partial frame or the pending response, one second after its first
-  /// byte; 0: none.
+  /// byte; 0 if there is neither.
   std::int64_t deadline_ns() const { return deadline_ns_; }
 
   /// Calls recv() once.

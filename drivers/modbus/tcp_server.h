@@ -125,12 +125,12 @@ class TcpServer {
   const std::function<void(const TcpServerEvent&)> on_event_;
   const bool offers_connections_;
   std::vector<TcpConnection> clients_;
-  std::vector<std::atomic<int>> offered_;  ///< per slot: duplicate not taken yet; -1: none
+  std::vector<std::atomic<int>> offered_;  ///< per slot: duplicate not taken yet, or -1
   const os::TcpListener listener_;
   const os::Descriptor epoll_, wake_;
   os::Descriptor spare_;
   std::int64_t now_ns_ = 0;       ///< time of this pass
-  std::int64_t earliest_ns_ = 0;  ///< lower bound of all deadlines; 0: none
+  std::int64_t earliest_ns_ = 0;  ///< lower bound of all deadlines; 0 without one
   std::int64_t listen_again_ns_ = 0;
   AtomicCounters counters_;
   ThreadHeartbeat heartbeat_;

@@ -31,8 +31,8 @@ struct ExitStatus {
   /// Exit code of a child whose program could not be executed.
   static constexpr int kNotRun = 127;
 
-  std::optional<int> exit_code;  ///< nullopt: killed by a signal
-  int signal = 0;                ///< that killed it; 0: unknown, because other code has reaped it
+  std::optional<int> exit_code;  ///< nullopt if killed by a signal
+  int signal = 0;                ///< that killed it; 0 if unknown, because other code has reaped it
 
   bool ok() const { return exit_code == 0; }
 };
@@ -57,7 +57,7 @@ class ChildProcess {
 
   /// Its exit status, once; nullopt while it runs, or if there is no child.
   std::optional<ExitStatus> Poll();
-  /// Sends `signal` (0: none), waits at most `timeout_s` for the child to exit, then kills it.
+  /// Sends `signal` (none if 0), waits at most `timeout_s` for the child to exit, then kills it.
   /// @return  its exit status; if there is no child, that of a killed one
   ExitStatus End(double timeout_s = 0, int signal = 0);
 

@@ -13,7 +13,7 @@ namespace plumbline::os {
 class Descriptor {
  public:
   Descriptor() = default;
-  explicit Descriptor(int fd) : fd_(fd) {}  ///< takes ownership; negative: none
+  explicit Descriptor(int fd) : fd_(fd) {}  ///< takes ownership; negative for none
   Descriptor(Descriptor&& other) noexcept : fd_(other.Release()) {}
   Descriptor& operator=(Descriptor&& other) noexcept {
     Reset(other.Release());
@@ -40,7 +40,7 @@ class Descriptor {
   /// @return false with errno set
   bool CloseWritten() { return close(Release()) == 0; }
 
-  /// Gives ownership to the caller. @return -1: there was none
+  /// Gives ownership to the caller. @return  -1 if there was none
   [[nodiscard]] int Release() { return std::exchange(fd_, -1); }
 
  private:

@@ -14,7 +14,7 @@ struct SerialSettings {
   bool operator==(const SerialSettings&) const = default;
 };
 
-/// What is wrong with the settings: "baud 100 is not one of 1200, 2400, ..."; empty: nothing.
+/// What is wrong with the settings: "baud 100 is not one of 1200, 2400, ..."; empty if nothing.
 std::string FaultOf(const SerialSettings& settings);
 
 /// "9600 8N1".

@@ -12,7 +12,7 @@ namespace plumbline::os {
 
 /// One end of a TCP connection.
 struct TcpEndpoint {
-  std::string address;  ///< "192.168.0.3", "fe80::1"; empty: not a TCP address
+  std::string address;  ///< "192.168.0.3", "fe80::1"; empty if not a TCP address
   int port = 0;
 
   std::string Text() const;  ///< "192.168.0.3:8080", "[fe80::1]:8080"
@@ -27,7 +27,7 @@ TcpEndpoint EndpointOf(const sockaddr_storage& end);
 class TcpListener {
  public:
   /// @param address        IPv4 or IPv6; "::" accepts both
-  /// @param port           0: the kernel chooses
+  /// @param port           if 0, the kernel chooses one
   /// @param if_privileged  remedy if the port needs a privilege that this process lacks
   /// @return               why it cannot listen, with a remedy
   static Result<TcpListener> Open(const std::string& address, int port,

@@ -23,8 +23,8 @@ int RegisterCount(FieldType type);
 const char* NameOf(FieldType type);
 
 /// Masters that write commands, each identified by the last two bytes of its IPv4 address (third
-/// byte high, fourth byte low) so that a PLC program can recognise its own. 0: none, or the serial
-/// line.
+/// byte high, fourth byte low) so that a PLC program can recognise its own. 0 for none, or for the
+/// serial line.
 struct PlcMasters {
   std::uint16_t executed = 0;       ///< client whose command was executed last
   std::uint16_t executed_port = 0;  ///< its TCP port

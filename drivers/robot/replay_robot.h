@@ -28,7 +28,7 @@ struct ReplayRow {
 struct ReplayRows {
   std::vector<ReplayRow> rows;
   double rows_per_s = 1;  ///< recorded poses are separate stations, not a trajectory
-  bool loop = true;       ///< false: hold the last row
+  bool loop = true;       ///< if false, the last row is held
 
   bool operator==(const ReplayRows&) const = default;
 };

@@ -29,10 +29,10 @@ struct HidField {
   std::uint32_t mask = 0xFFFFFFFF;  ///< a flag is set if any bit under the mask is set
 };
 
-/// Reports to send in sequence, and the report that answers them.
+/// Request reports, sent in this order, and the report that is expected as the answer.
 struct HidExchange {
-  std::vector<std::vector<std::uint8_t>> send;  ///< empty: the device reports unsolicited
-  std::optional<std::uint8_t> answer_id;        ///< byte 0 of the answer; nullopt: no report ids
+  std::vector<std::vector<std::uint8_t>> send;  ///< empty if the device reports unsolicited
+  std::optional<std::uint8_t> answer_id;        ///< byte 0 of the answer; nullopt without ids
   int answer_bytes = 0;                         ///< a shorter answer is rejected
   std::optional<int> count_at;                  ///< byte that holds the amount of valid data
   int count = 0;                                ///< smaller values at count_at mean "not ready yet"
@@ -42,7 +42,7 @@ struct HidExchange {
 struct HidProfile {
   std::string name;
   std::string source;
-  std::string unconfirmed;  ///< what the source does not specify; empty: nothing
+  std::string unconfirmed;  ///< what the source does not specify; empty if nothing
   int vendor_id = 0, product_id = 0;
   bool silence_is_unchanged = false;  ///< unsolicited device that reports only changes
   std::vector<HidExchange> exchanges;

@@ -57,7 +57,7 @@ BeamMatrix4 StiffnessMatrix(const PlaneElement& element);
 Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load);
 
 /// Section at s, integrated from the section at s = 0 by the equations above; exact for the loads
-/// of the element. Where s is the place of a point load, the section is the one just inboard of
+/// of the element. Where s is the position of a point load, the section is the one just inboard of
 /// the load.
 PlaneState StateAt(const PlaneElement& element, const PlaneLoad& load, const PlaneState& start,
                    double s_m);

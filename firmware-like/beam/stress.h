@@ -31,7 +31,7 @@ struct ElementStress {
     double z_m = 0;
     SectionStress stress;
   };
-  std::optional<Peak> peak;  ///< where the von Mises stress is largest; nullopt: unknown
+  std::optional<Peak> peak;  ///< where the von Mises stress is largest; nullopt if unknown
 };
 
 /// Largest moment, shear force and stress of one element, evaluated at both ends, on both sides of
@@ -40,9 +40,9 @@ ElementStress StressInElement(const BeamSolution& solution, int element);
 
 /// Largest stress of the beam and its location.
 struct LargestStress {
-  std::optional<ElementStress::Peak> peak;  ///< nullopt: unknown in every element
+  std::optional<ElementStress::Peak> peak;  ///< nullopt if unknown in every element
   int element = 0;                          ///< index of the element
-  bool complete = true;  ///< false: some sections have an unknown outermost fibre
+  bool complete = true;  ///< false if the outermost fibre of a section is unknown
 };
 LargestStress LargestStressOf(const BeamSolution& solution);
 

@@ -15,7 +15,7 @@ struct AssemblyPoint {
   Vec3 p_TP = Vec3::Zero();  ///< tool point in the tip frame T [m]; rotates with the loaded tip
   bool orientation_free = false;             ///< only the position matters
   std::optional<model::JointVector> near_q;  ///< taught joints [rad] or [m]; select the branch
-  std::optional<double> payload_kg;  ///< payload at this point; absent: the robot's present one
+  std::optional<double> payload_kg;  ///< payload at this point; if absent, the robot's present one
 };
 
 }  // namespace plumbline::correction

@@ -22,7 +22,7 @@ namespace plumbline::deflection {
 /// Processing I (1993), ch. 12]. Allocates only on construction.
 class DistanceGrowth {
  public:
-  /// @param domain  of the cell; null if it has none: share 1, no added variance
+  /// @param domain  of the cell; null if it has none, which means share 1 and no added variance
   DistanceGrowth(const kinematics::Chain& chain, const Vec3& tip_F, const model::Domain* domain);
 
   /// Share of the correction that is applied at q.

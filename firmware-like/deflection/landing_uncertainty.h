@@ -48,13 +48,13 @@ class LandingUncertainty {
   ~LandingUncertainty();
   LandingUncertainty(LandingUncertainty&&) noexcept;
 
-  /// @param arm           the arm that this object was constructed with
+  /// @param arm           must be the arm passed to the constructor
   /// @param q             commanded joints [rad] or [m]
   /// @param load          the modelled load and what is known about it
   /// @param extrapolated  outside the domain; ignored if the cell has no domain
   /// @param p_TP          tool point in the tip frame [m]; the covariance of a fitted model is
   ///                      always that of the tip
-  /// @return              not known() if the loaded posture does not converge
+  /// @return              a radius whose known() is false if the loaded posture does not converge
   model::StatedRadius At(const LoadedArm& arm, const model::JointVector& q,
                          const LoadStatement& load, const effects::Conditions& conditions,
                          bool extrapolated, const Vec3& p_TP = Vec3::Zero());

@@ -83,8 +83,8 @@ class LoadedArm {
   /// Reference point of payload moments: (0, 0, length).
   const Vec3& beam_tip_F(int tool = 0) const { return Tool(tool).beam_tip_F; }
 
-  /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
-  /// the mass of a link outboard of it is not declared.
+  /// True if a joint is compliant, as declared or because of an effect, but its torque is unknown
+  /// because the mass of a link outboard of it is not declared.
   /// @param measured  the conditions include measured torques, so effects need no masses
   bool torques_missing(bool measured = false) const {
     return torques_missing_ || (effect_torques_missing_ && !measured);
@@ -93,7 +93,7 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<effects::ActiveEffect>& effects() const { return effects_; }
-  /// What the effects need to know beside posture and load.
+  /// Columns that the effects need in addition to posture and load.
   const std::vector<effects::NeededColumn>& needed_columns() const { return needed_columns_; }
   /// True if an effect adds nothing because such a column is missing; its state is then unknown.
   bool LacksColumn(const effects::Conditions& conditions) const;
@@ -115,14 +115,14 @@ class LoadedArm {
   [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
                                  const effects::Conditions& conditions, LoadedState& state) const;
 
-  /// The same with the effects already accumulated; null: no effects.
+  /// The same with the effects already accumulated; null if there are none.
   [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
                                  const effects::Influence<double>* influence,
                                  const model::JointVector& measured_tau,
                                  LoadedStateOf<double>& state) const;
 
   /// The model equations at actual joint positions theta, for double and dual numbers.
-  /// @param influence     accumulated effects; null: none
+  /// @param influence     accumulated effects; null if there are none
   /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
   ///                      empty
   template <typename T>

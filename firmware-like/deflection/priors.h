@@ -44,10 +44,10 @@ enum class ArmClass {
 /// is common to all joints of an arm.
 ///
 /// Rated payload. On arms from 5 to 500 kg, the payload's share of T_2 is 43 to 59 %: the rated
-/// payload loads the stretched shoulder about as much as the links do. Without any link mass, the
-/// rated payload is estimated from the reach R from shoulder to flange: 8 kg (R / m)^1.8 up to 1.5
-/// m and 16.6 kg (R / 1.5 m)^4.5 beyond, fitted to manufacturers' data sheets from 3 to 500 kg;
-/// sigma of ln 0.4.
+/// payload loads the shoulder of the stretched arm about as much as the links do. Without any link
+/// mass, the rated payload is estimated from the reach R from shoulder to flange: 8 kg (R / m)^1.8
+/// up to 1.5 m and 16.6 kg (R / 1.5 m)^4.5 beyond, fitted to manufacturers' data sheets from 3 to
+/// 500 kg; sigma of ln 0.4.
 ///
 /// Undeclared link masses: 30, 35, 20 and 15 % of the arm in base, upper arm, forearm and wrist,
 /// sigma of ln 0.35; centre at half the length of the link, with a standard deviation of a fifth of
@@ -68,7 +68,7 @@ struct DeflectionPriors {
   /// a joint that lifts it (SCARA, gantry), whose links and bearings bend instead.
   bool complete = true;
 
-  /// [rad/(N m)]; empty: declared by the cell or by one of its effects, or prismatic.
+  /// [rad/(N m)]; empty if declared by the cell or by one of its effects, or if prismatic.
   std::array<std::optional<LogNormal>, model::kMaxJoints> compliance;
   double common_sigma_ln = 0;  ///< part of every compliance's sigma_ln that is common to the arm
 

@@ -43,7 +43,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 /// fitted time span of a time-dependent effect, or no fitted row had this tool or payload item.
 /// Without a domain: true if q is outside the joint limits.
 /// @param tool  index, see CellModel::ToolAt
-/// @param item  number of the payload item; 0: none
+/// @param item  number of the payload item, or 0 for none
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
                    std::optional<double> t_s = std::nullopt, int tool = 0, int item = 0);

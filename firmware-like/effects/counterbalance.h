@@ -6,9 +6,9 @@
 namespace plumbline::effects {
 
 /// tau_i += amplitude sin(q_i + phase), a torque that moves the arm only through that joint's
-/// compliance, declared or fitted. Units: N m, rad. An absent phase is 0. On the same data,
-/// equivalent to gear_periodic with one cycle [formats.md]. Valid for a spring or gas cylinder
-/// whose lever is short compared with its length.
+/// compliance, declared or fitted. Units: N m, rad. An absent phase is 0. Cannot be separated from
+/// gear_periodic with one cycle per turn [formats.md]. Valid for a spring or gas cylinder whose
+/// lever is short compared with its length.
 const Effect& Counterbalance();
 
 }  // namespace plumbline::effects

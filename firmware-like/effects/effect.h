@@ -61,7 +61,7 @@ struct ParameterSpec {
   std::string_view words{};  ///< for kWord: comma-separated choices; the first one is the default
   bool inverse = false;      ///< the SI value is 1 / (file value); absent means infinite (kappa)
   /// For a size that acts nonlinearly: the value whose effect equals `linear` times the derivative
-  /// at zero. Null: the size acts linearly, and that value is `linear` itself.
+  /// at zero. Null if the size acts linearly: that value is then `linear` itself.
   double (*value_of_linear)(double linear) = nullptr;
   /// Considered between parallel axes only; elsewhere it is equivalent to other parameters.
   bool parallel_axes_only = false;
@@ -82,8 +82,8 @@ bool IsOfJointAndLink(const ParameterSpec& spec);
 /// True for the number of cycles per turn of an effect that repeats with the joint angle.
 bool IsCycles(const ParameterSpec& spec);
 
-/// Identifies one parameter of a term: its spec, its joint (0-based; -1: none), its harmonic (from
-/// 1) and the second joint or link.
+/// Identifies one parameter of a term: its spec, its joint (0-based, -1 for none), its harmonic
+/// (from 1) and the second joint or link.
 struct TermParameter {
   int spec = 0;
   int joint = -1;
@@ -139,10 +139,10 @@ struct EffectTraits {
   /// be negative.
   bool adds_compliance = false;
   bool empirical = false;  ///< a curve along a recorded signal without physical model
-  /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
+  /// Revolute joints: largest rotation seen on real arms [rad]; 0 if no source is known.
   double largest_observed_rotation_rad = 0;
-  /// Caused by the arm itself, not by its tool, load, floor or instrument: arms of one model may
-  /// have it in common.
+  /// Caused by the arm itself, not by its tool, load, floor or instrument, so that it may be
+  /// similar in all arms of one model (app/siblings).
   bool of_arm = false;
 
   /// The word names the camera whose rows the effect changes; see Conditions::camera_name.

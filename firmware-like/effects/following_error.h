@@ -9,11 +9,11 @@ namespace plumbline::effects {
 /// fixed fraction of the leading joint's speed:
 ///   s_i -= value_i u_i,   u_i = dq_i / max_j |dq_j|                        [rad]
 /// with dq the change of q in the last move. A position loop with gain K_v lags by qd / K_v
-/// (Siciliano et al., Robotics, ch. 8). The part of this lag that remains when the point is
-/// measured, or that static friction retains on arrival, is proportional to that fraction. Unlike
-/// `approach_lag` it does not grow with the move; unlike `backlash` by move it is smaller in a
-/// joint that turned little. Valid for arms with joints of one type, moves at one programmed speed,
-/// and moves long enough to reach it.
+/// (Siciliano et al., Robotics, ch. 8). Whatever part of the lag is left when the point is measured
+/// (not yet settled, or retained by static friction) is proportional to u_i. Unlike `approach_lag`
+/// it does not grow with the move; unlike `backlash` by move it is smaller in a joint that turned
+/// little. Valid for arms with joints of one type, moves at one programmed speed, and moves long
+/// enough to reach it.
 const Effect& FollowingError();
 
 }  // namespace plumbline::effects

@@ -15,9 +15,9 @@ namespace plumbline::effects {
 /// frame after rotation of joint k and before the twist alpha ("dh"), or of its own frame ("mdh").
 /// The component along the joint's axis is attributed to the previous link [Atkeson, An &
 /// Hollerbach 1986, Int. J. Robot. Res. 5(3); Khalil & Dombre 2002, Modeling, Identification and
-/// Control of Robots, ch. 9]. Frames are evaluated at the command; the error is second order in the
-/// sag. Revolute joints only. The first moment of links beyond a prismatic joint changes with that
-/// joint, which is not modelled.
+/// Control of Robots, ch. 9]. Frames are evaluated at the commanded joints; the error is of second
+/// order in the sag. Revolute joints only. The first moment of links beyond a prismatic joint
+/// changes with that joint, which is not modelled.
 const Effect& GravitySag();
 
 }  // namespace plumbline::effects

@@ -1,4 +1,4 @@
-// Step event: sudden displacement of the base or the tip by a slip, a collision or an exchange.
+// Step event: sudden displacement of the base or the tip after a slip, a collision or an exchange.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

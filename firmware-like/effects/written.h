@@ -39,7 +39,7 @@ std::vector<ActiveEffect> ActiveEffectsOf(const model::CellModel& cell);
 /// in file units. Numeric parameters come first, then the word, if the effect has one. The scope
 /// lists the joints of its parameters. The caller fills in the origin (from_file, from_date,
 /// from_rows).
-/// @param covariance_SI  of active.values; empty: unknown. For an inverse parameter (kappa) it is
+/// @param covariance_SI  of active.values; empty if unknown. For an inverse parameter (kappa) it is
 ///                       converted by the delta method, sd(1/v) = sd(v) / v^2.
 model::WrittenEffect WrittenFromActive(const ActiveEffect& active,
                                        const Eigen::MatrixXd& covariance_SI);

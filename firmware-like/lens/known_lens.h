@@ -45,7 +45,7 @@ Eigen::Matrix<double, 2, kLensParameters> PixelByLens(const Lens& lens, const Ve
 struct KnownLens {
   Lens lens;
   LensCovariance covariance = LensCovariance::Zero();  ///< in the order of LensVector
-  image::ImageSize size{};  ///< size of the calibration images; 0 x 0: unknown
+  image::ImageSize size{};  ///< size of the calibration images; 0 x 0 if unknown
   /// Usable region: the lens is trusted up to this distance from the middle of the image [px].
   double usable_radius_px = std::numeric_limits<double>::infinity();  ///< infinite: everywhere
 };

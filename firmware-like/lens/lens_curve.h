@@ -47,11 +47,11 @@ struct InterpolatedLens {
 /// prediction, across a gap G of two intervals, implies an error
 ///   e (w / G)^2 4 t (1 - t)
 /// at the fraction t of an adjacent interval of width w. This is second order, the worst case of
-/// the cubic, which occurs where a slope is limited. Widths are measured by the change of ln f,
-/// plus a tenth of its range distributed evenly over the counts. An interval takes the largest
-/// error of its two nodes, but at least half of the largest error of all nodes; an outermost
-/// interval, whose end slope is one-sided, kEndFactor times that. With fewer than four nodes,
-/// leave-one-out is not informative enough: the error of ln f is then at least kUnseenOfTwo
+/// the cubic, which occurs where a slope is limited. The width of an interval is the change of ln f
+/// in it, plus a tenth of the range of ln f distributed evenly over the counts. An interval takes
+/// the largest error of its two nodes, but at least half of the largest error of all nodes; an
+/// outermost interval, whose end slope is one-sided, kEndFactor times that. With fewer than four
+/// nodes, leave-one-out is not informative enough: the error of ln f is then at least kUnseenOfTwo
 /// (kUnseenOfThree) times its range over the nodes, and that of the other parameters at least their
 /// range. The covariances of the two nodes, weighted with 1 - t and t, are added.
 ///

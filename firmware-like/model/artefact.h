@@ -15,7 +15,7 @@ enum class ArtefactKind {
   kGauge,   ///< a dial gauge; it reads direction . (p - place) for a TCP at p
 };
 
-/// An artefact as declared. What is absent is an unknown constant of the artefact.
+/// An artefact as declared. An absent value is an unknown constant of the artefact.
 struct Artefact {
   std::string name;
   ArtefactKind kind = ArtefactKind::kPoint;

@@ -44,9 +44,9 @@ struct Joint {
   int sign = 1;
   double min = -std::numeric_limits<double>::infinity();  ///< limits of q_i [rad] or [m]
   double max = std::numeric_limits<double>::infinity();
-  std::optional<double> link_mass_kg;           ///< absent: torques of joints 1..i are unknown
-  std::optional<Vec3> link_com_m;               ///< in the link's DH frame; absent: estimated
-  std::optional<double> compliance_rad_per_Nm;  ///< absent: rigid
+  std::optional<double> link_mass_kg;           ///< if absent, torques of joints 1..i are unknown
+  std::optional<Vec3> link_com_m;               ///< in the link's DH frame; estimated if absent
+  std::optional<double> compliance_rad_per_Nm;  ///< rigid if absent
 };
 
 struct Robot {
@@ -99,16 +99,16 @@ struct Measurement {
   Vec3 anchor_W = Vec3::Zero();     ///< origin of measured ranges [m]
   bool frame_known = true;          ///< the pose of the base in W is known ("aligned")
   bool tool_known = true;           ///< the position of the tip on the flange is known
-  std::optional<double> sigma_m;    ///< standard deviation per axis; absent: estimated from repeats
-  std::optional<double> sigma_rad;  ///< the same of measured orientations; absent: these are unused
+  std::optional<double> sigma_m;    ///< standard deviation per axis; if absent, from repeats
+  std::optional<double> sigma_rad;  ///< the same of measured orientations, unused if absent
   std::optional<double> reference_temperature_C;
   /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in
   /// the image.
   std::optional<Pose> X_WC;
-  /// Declared places of the reference tags [m] that rows measured by named cameras rest on; empty:
-  /// these rows are in W without error of the tags.
+  /// Declared positions of the reference tags [m] that rows measured by named cameras rest on. If
+  /// empty, these rows are in W without error of the tags.
   std::vector<Vec3> reference_tags_W;
-  double reference_sd_m = 0;  ///< standard deviation of each place per axis; 0 without tags
+  double reference_sd_m = 0;  ///< standard deviation of each position, per axis; 0 without tags
 };
 
 struct Interval {
@@ -166,7 +166,8 @@ struct Domain {
   std::vector<JointCombination> combinations;  ///< that hardly varied over the fitted rows
   std::optional<Interval> payload_kg;
   /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that
-  /// the deflection is proportional to the load. Empty: every load within `payload_kg` is covered.
+  /// the deflection is proportional to the load. If empty, every load within `payload_kg` is
+  /// covered.
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
   /// Standard deviation per axis of the residual of held-out rows at the measured poses, instrument
@@ -174,7 +175,7 @@ struct Domain {
   std::optional<double> residual_sigma_m;
   /// Growth of that deviation per radian of distance d from the measured poses:
   ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, with d from kinematics/pose_distance.h.
-  /// Absent: no growth.
+  /// Absent if there is no growth.
   std::optional<double> distant_sigma_m;
   /// Factor applied to the sum of the effects' covariances. Each effect is written with its own
   /// covariance only; the sum overstates the uncertainty of effects that are nearly collinear.
@@ -186,13 +187,13 @@ struct Domain {
   /// correction are not confirmed; the correction then fades with distance towards the declared
   /// model, see distance_growth.h.
   std::optional<double> declared_sigma_m;
-  /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent: unknown;
+  /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent if unknown;
   /// time-dependent effects are then meaningless outside those rows.
   std::optional<double> time_zero_s;
   /// False if the model was changed after its fit; the residual then belongs to another model.
   bool as_validated = true;
   std::vector<int> tools{};  ///< numbers of the tools in the fitted rows; empty: one, unnumbered
-  /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent: the fit
+  /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent if the fit
   /// states nothing about items, so every item is outside.
   std::optional<std::vector<int>> payload_items{};
 };
@@ -201,7 +202,7 @@ struct CellModel {
   Robot robot;
   Tool tool;                          ///< the only tool, or the first
   std::vector<Tool> further_tools;    ///< the others; each tool then has a number
-  std::optional<Vec3> payload_cog_F;  ///< absent: a payload mass cannot be used
+  std::optional<Vec3> payload_cog_F;  ///< if absent, a payload mass cannot be used
   std::vector<PayloadItem> payload_items;
   Measurement measurement;
   std::vector<Artefact> artefacts;
@@ -211,7 +212,7 @@ struct CellModel {
   std::optional<Domain> domain;
 
   int tools() const { return 1 + static_cast<int>(further_tools.size()); }
-  /// @param index  0: `tool`; k: the k-th of `further_tools`
+  /// @param index  0 for `tool`, k for the k-th of `further_tools`
   const Tool& ToolAt(int index) const {
     return index == 0 ? tool : further_tools[static_cast<std::size_t>(index - 1)];
   }

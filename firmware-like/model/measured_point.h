@@ -30,7 +30,8 @@ struct MeasuredPoint {
   std::string artefact;           ///< touched, or measured against (formats.md); empty: none
   std::optional<double> gauge_m;  ///< reading of the dial gauge `artefact`
   std::optional<double> sigma_m;  ///< standard deviation of this point on one axis
-  /// Cameras that measured it: "side", "side+rear" (their mean); empty: unnamed, or no camera.
+  /// Cameras that measured it: "side", "side+rear" (their mean); empty if unnamed, or without a
+  /// camera.
   std::string camera;
 };
 

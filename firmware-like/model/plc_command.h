@@ -34,13 +34,13 @@ struct PlcCommand {
   std::uint16_t sequence = 0;
   PlcCommandCode code = PlcCommandCode::kNone;
   std::uint16_t point_id = 0;  ///< for kProbeTouch and kProbeReading: artefact, from 1
-  /// For kStartCalibration, kCancelCalibration and kProbeByCamera: camera number from 1; 0: not
+  /// For kStartCalibration, kCancelCalibration and kProbeByCamera: camera number from 1; 0 if not
   /// specified, see Machine.
   std::uint16_t camera = 0;
   bool pose_valid = false;           ///< every number of the pose is finite
   Pose X_BP;                         ///< for kCorrectPose*, kPredictLanding: tool point in B
-  std::optional<Vec3> probe_W;       ///< for kProbe*: measured tip in W [m]; absent: not finite
-  std::optional<double> reading_m;   ///< for kProbeReading; absent: not finite
+  std::optional<Vec3> probe_W;       ///< for kProbe*: measured tip in W [m]; absent if not finite
+  std::optional<double> reading_m;   ///< for kProbeReading; absent if not finite
   std::optional<double> payload_kg;  ///< overrides the payload carried by the robot
   bool acknowledge = false;          ///< a rising edge releases the result, like kAcknowledge
   std::uint16_t heartbeat = 0;       ///< any change shows that the PLC is running

@@ -21,8 +21,9 @@ enum class RobotMode : std::uint8_t {
 /// that it provides but that are implausible (NaN, out of limits) are present, and
 /// PlausibilityFilter rejects them.
 struct RobotState {
-  double timestamp_s = 0;      ///< monotonic arrival time of the last response of this reading
-  std::uint64_t sequence = 0;  ///< counts readings; 0: none yet; unchanged: no new reading
+  double timestamp_s = 0;  ///< monotonic arrival time of the last response of this reading
+  /// Counts readings; 0 before the first, unchanged if there is no new reading.
+  std::uint64_t sequence = 0;
   JointVector q;               ///< joint positions [rad] or [m]
   double q_resolution = 0;     ///< resolution of the joint registers [rad]; 0: negligible
   std::optional<Pose> X_BT;    ///< reported tool pose in B

@@ -14,7 +14,7 @@ struct Section {
   double iy_m4 = 0;
   double shear_x = 5.0 / 6;    ///< shear coefficient kappa for a force along x
   double shear_y = 5.0 / 6;    ///< the same along y
-  double reach_x_m = 0;        ///< distance of the outermost fibre along x; 0: unknown, no stress
+  double reach_x_m = 0;        ///< distance of the outermost fibre along x; 0 if unknown: no stress
   double reach_y_m = 0;        ///< the same along y
   bool round = false;          ///< the outermost fibres lie on a circle rather than in corners
   double peak_shear_x_m2 = 0;  ///< largest shear stress = force along x / this area
@@ -26,7 +26,7 @@ struct Material {
   double youngs_modulus_Pa = 0;
   double poisson_ratio = 0;
   double density_kg_m3 = 0;
-  std::optional<double> yield_strength_Pa{};  ///< absent: stress is not compared with it
+  std::optional<double> yield_strength_Pa{};  ///< if absent, stress is not compared with it
 
   double ShearModulus() const { return youngs_modulus_Pa / (2 * (1 + poisson_ratio)); }
 };

@@ -61,10 +61,11 @@ struct ProbeVerdict {
 ///             degrees of freedom, than occur in 99 % of references in which each probe is an
 ///             outlier with probability kOutlierShare; 2 of 5, 3 of 10 and 4 of 20 are accepted;
 ///   scatter   s > kMaxScatterRatio sigma: two populations of similar size, or a wrong sigma;
-///   trend     s > 2 sigma, and von Neumann's ratio of the clipped members,
+///   trend     a step or a drift while the reference was taken: s > 2 sigma, and von Neumann's
+///             ratio of the clipped members,
 ///             eta = sum |r_i+1 - r_i|^2 / sum |r_i - mean|^2, below its 0.01 % quantile
 ///             2 - 3.72 sqrt(4 (N - 2) / (3 (N^2 - 1)))   [J. von Neumann, Ann. Math. Stat. 12
-///             (1941) 367]: a step or a drift while the reference was taken.
+///             (1941) 367].
 /// After a refusal nothing is monitored until Restart().
 ///
 /// The scatter in use is the larger of the declared one and that of the first probes, because a

@@ -13,8 +13,9 @@ struct MonitorRequirements {
   double shift_m = 3e-4;         ///< change that must be detected quickly
   double probes_per_day = 1440;  ///< determines the number of chances for a false alarm per year
   double false_alarms_per_year = 1;
-  int reference_probes = 0;     ///< 0: the model is the reference
-  double reference_sd_m = 0;    ///< for 0: standard deviation of the model's mean residual
+  int reference_probes = 0;  ///< 0: the model is the reference
+  /// Standard deviation of the model's mean residual, used if `reference_probes` is 0.
+  double reference_sd_m = 0;
   double outlier_share = 0.05;  ///< expected share of outliers
 };
 

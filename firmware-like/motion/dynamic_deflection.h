@@ -18,7 +18,7 @@ struct DynamicDeflection {
 /// Quasi-static deflection under the inertial forces of links, tool and payload (d'Alembert):
 ///   f_k = -m_k a_k                                       inertial force of mass k
 ///   tau_i = axis_i . sum_k (p_k - o_i) x f_k             [Craig, ch. 6, outward and inward passes]
-///   s_i = (c_i + compliance by effects) tau_i            or, if an effect of the cell states how
+///   s_i = (c_i + compliance from effects) tau_i          or, if an effect of the cell states how
 ///                                                        the joint deflects under acceleration,
 ///                                                        s_i of that effect instead
 ///   d_F = bending of the tool under f_payload, its moment, and its own inertia (beam/beam.h)
@@ -51,7 +51,7 @@ class DynamicModel {
     kinematics::Posture posture = {};
     kinematics::Jacobian tip_jacobian = {};
     effects::Influence<double> influence = {};
-    model::JointVector turn_s2 = {};  ///< joint deflection per acceleration by effects; 0: none
+    model::JointVector turn_s2 = {};  ///< joint deflection per acceleration from effects; 0 if none
   };
   DynamicDeflection Respond(const Setting& setting, const model::JointVector& qd,
                             const model::JointVector& qdd) const;

@@ -46,7 +46,7 @@ class MotionObserver {
   /// The robot is not trusted.
   void Forget();
 
-  /// @param payload  nullopt: unknown
+  /// @param payload  nullopt if unknown
   MotionStatus Status(const deflection::LoadedArm& arm, double now_s,
                       const std::optional<loads::Payload>& payload,
                       const effects::Conditions& conditions) const;

@@ -22,9 +22,9 @@ struct Colour {
 /// The camera image, undistorted when it is drawn.
 struct Background {
   image::LumaView luma;               ///< without data: plain colour
-  const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null: grey
+  const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null if grey
   std::uint64_t sequence = 0;         ///< unchanged: the same image, no upload needed
-  std::optional<lens::Lens> lens;     ///< nullopt: drawn without undistortion
+  std::optional<lens::Lens> lens;     ///< if nullopt, drawn without undistortion
 };
 
 /// A mesh, identified by the number the renderer returned on loading. A point p_O is drawn at
@@ -60,7 +60,7 @@ struct ClipPlane {
 /// pixels.
 struct GroundGrid {
   Pose X_CG;          ///< the grid lies in the plane z = 0 of G, with a line through its origin
-  double cell_m = 1;  ///< distance of the lines
+  double cell_m = 1;  ///< distance between the lines
   float opacity = 0.2F;
 };
 
@@ -101,7 +101,7 @@ struct DrawnText {
 /// One picture: a camera view with boxes, strokes and texts on top.
 struct DisplayList {
   image::ImageSize size;     ///< of the picture [px]
-  std::optional<Area> area;  ///< area of the camera view; nullopt: the whole picture
+  std::optional<Area> area;  ///< area of the camera view; the whole picture if nullopt
   lens::Lens pinhole;        ///< projection of the camera view; distortion terms are zero
   Background background;
   BendField bend;

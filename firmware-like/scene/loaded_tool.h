@@ -32,8 +32,8 @@ struct FlangeAcceleration {
 /// is not at z > 0.
 /// @param tool     tool of the cell that `state` belongs to
 /// @param state    converged state from LoadedArm
-/// @param inertia  accelerations of the flange, which load the tool in addition to gravity; the
-///                 coupling of the flange is not loaded by them
+/// @param inertia  accelerations of the flange, which load the tool in addition to gravity, but not
+///                 the flange coupling
 BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state,
                       const FlangeAcceleration& inertia = {});
 

@@ -53,9 +53,9 @@ struct CameraStatus {
   lens::BoardPrompt prompt = lens::BoardPrompt::kNone;
   std::uint16_t board_views = 0;  ///< board views accepted in this capture
   std::optional<std::int32_t> zoom_counts, focus_counts;
-  std::uint32_t lens_id = 0;  ///< id in the lens store; 0: no lens, or not stored
+  std::uint32_t lens_id = 0;  ///< id in the lens store; 0 without a lens, or if not stored
   /// Radius of the circle around the middle of the image within which the lens in use is trusted
-  /// [px]; infinite: the whole image; nullopt: no lens in use.
+  /// [px]; infinite for the whole image, nullopt if no lens is in use.
   std::optional<double> usable_radius_px;
   double zoom_time_s = kNever, frame_time_s = kNever;
   bool tip_valid = false;  ///< the lens is valid and the tool was at standstill

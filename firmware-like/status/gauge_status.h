@@ -1,4 +1,4 @@
-// Status of the dial gauges that a person reads by their buttons.
+// Status of the dial gauges whose reading is sent by pressing their button.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ enum class GaugeState : std::uint16_t {
   kReconnecting = 3,  ///< the connection was lost
 };
 
-/// What became of the latest press.
+/// Outcome of the latest press.
 enum class GaugeOutcome : std::uint16_t {
   kNone = 0,        ///< no press yet
   kRecorded = 1,    ///< the journal has the row
-  kUnreadable = 2,  ///< data that are not of the format, so no reading
-  kFault = 3,       ///< the gauge reported a fault, so no reading
+  kUnreadable = 2,  ///< no reading: the data are not in the format
+  kFault = 3,       ///< no reading: the gauge reported a fault
   kContinuous = 4,  ///< not recorded: it sends without a press
   kNoAnswer = 5,    ///< not recorded: the control cycle did not answer in time
   kWaiting = 6,     ///< accepted, but not in the journal yet

@@ -7,7 +7,7 @@
 
 namespace plumbline::status {
 
-/// Versions of the cell model, and the origin of the one in force. Version 0: none.
+/// Versions of the cell model, and the origin of the one in force. Version 0 means none.
 struct ModelStatus {
   int applied = 0, proposed = 0, declared = 0;
   bool fitted = false;  ///< the model in force was fitted to measured points
