@@ -13,6 +13,7 @@
 #include "app/cli/interruption.h"
 #include "app/cli/lens_option.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
@@ -127,11 +128,7 @@ int Run(const CalibrateHandEyeOptions& options) {
           input);
       return kExitUsage;
     }
-    if (const Result<void> writable = config::CheckWritable(options.json); !writable) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               writable.error());
-      return kExitUsage;
-    }
+    if (!CanWriteOutput(options.json, "--json")) return kExitUsage;
   }
   Inputs inputs;
   const auto lens = ReadUsableLens(options.intrinsics, options.force);
@@ -169,15 +166,7 @@ int Run(const CalibrateHandEyeOptions& options) {
   const std::string json =
       hand_eye::HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
   if (!interruption.Disarm()) return Interrupted();
-  if (options.json == "-") {
-    std::cout << json;
-  } else if (!options.json.empty()) {
-    if (const auto written = config::WriteTextFile(options.json, json); !written) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               written.error());
-      return kExitUsage;
-    }
-  }
+  if (!options.json.empty() && !PrintOrWriteOutput(options.json, json, "--json")) return kExitUsage;
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout)
         << ForReading << hand_eye::HandEyeText(answer, how);

@@ -14,10 +14,10 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/artoolkit_file.h"
@@ -135,12 +135,7 @@ std::string Xml(const lens::LensCalibration& calibration) {
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
   if (path.empty() || path == "-") return true;
-  const auto written = config::WriteTextFile(path, text);
-  if (!written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
-                             written.error(), option);
-  }
-  return written.ok();
+  return WriteOutput(path, text, option);
 }
 
 int Run(const CalibrateLensOptions& options) {
@@ -152,11 +147,7 @@ int Run(const CalibrateLensOptions& options) {
   const auto outputs = options.Outputs();
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
-    if (const Result<void> writable = config::CheckWritable(path); !writable) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
-                               writable.error(), option);
-      return kExitUsage;
-    }
+    if (!CanWriteOutput(path, option)) return kExitUsage;
   }
   for (const auto& [option, path] : outputs) {
     for (const auto& [other, other_path] : outputs) {

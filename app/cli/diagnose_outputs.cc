@@ -5,6 +5,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/config/model_fingerprint.h"
 #include "app/config/text_file.h"
@@ -105,8 +106,7 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
     if (path != arguments.next_poses && option == std::string_view("--next-poses"))
       continue;  // beside --json
     if (const Result<void> can_write = config::CheckWritable(path); !can_write) {
-      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, can_write.error(),
-                         option);
+      err << UnwritableText(path, can_write.error(), option);
       writable = false;
     }
   }
@@ -160,8 +160,7 @@ bool WriteDiagnoseOutputs(const std::vector<DiagnoseOutput>& outputs, std::ostre
     }
     const Result<void> result = config::WriteTextFile(output.path, output.text);
     if (result) continue;
-    err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
-                       result.error(), output.option);
+    err << UnwritableText(output.path, result.error(), output.option);
     written = false;
   }
   return written;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
@@ -120,7 +121,6 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
 }
 
 int RunExportUrdf(const ExportUrdfOptions& options) {
-  const bool to_out = options.out == "-";
   if (OverwritesFile("export-urdf", {{"--out", options.out}}, {options.cell, options.file},
                      std::cerr)) {
     return kExitUsage;
@@ -154,13 +154,7 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
     return kExitFault;
   }
   const std::string exported = urdf::UrdfWithOrigins(*text, corrected->origins);
-  if (to_out) {
-    std::cout << exported;
-  } else if (const auto written = config::WriteTextFile(options.out, exported); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, exported, "--out")) return kExitUsage;
   if (const auto back = read(exported)) {
     PrintExport(options, *cell, geometry, *corrected, *back, *tool);
   }

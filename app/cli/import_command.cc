@@ -11,6 +11,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/imported_joints.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/required_file.h"
@@ -86,8 +87,7 @@ class MappedFile {
     const auto written = config::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
     std::cerr << (written ? fmt::format("{}: mapping written; edit it to change the import\n",
                                         mapping_path_)
-                          : fmt::format("{}: cannot be written: {}; choose another --mapping\n",
-                                        mapping_path_, written.error()));
+                          : UnwritableText(mapping_path_, written.error(), "--mapping"));
   }
 
   const ImportCommandOptions& options_;
@@ -200,13 +200,7 @@ std::string CountsText(const imports::ImportedTable& rows) {
 
 int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
                 const std::string& csv) {
-  if (options.out == "-") {
-    std::cout << csv;
-  } else if (const auto written = config::WriteTextFile(options.out, csv); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --output\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, csv, "--output")) return kExitUsage;
   PrintRejected(rows);
   for (const std::string& note : rows.notes) std::cerr << note << '\n';
   std::cerr << fmt::format("{}: {}\n", options.out, CountsText(rows));

@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
@@ -76,13 +77,7 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
   const auto cell = config::CellFromText(text, name, faults);
   if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";
   if (!cell) return kExitFault;
-  if (to_out) {
-    std::cout << text;
-  } else if (const auto written = config::WriteTextFile(options.out, text); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, text, "--out")) return kExitUsage;
   ReportImport(name, *chain, *cell);
   return kExitOk;
 }

@@ -13,7 +13,9 @@
 #include "app/cli/failure.h"
 #include "app/cli/journal_rows.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
@@ -149,13 +151,7 @@ int Export(const JournalOptions& options) {
         kExitFault);
   }
   const bool to_output = options.file == "-";
-  if (to_output) {
-    std::cout << exported.text;
-  } else if (const auto written = config::WriteTextFile(options.file, exported.text); !written) {
-    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.file,
-                            written.error()),
-                kExitUsage);
-  }
+  if (!PrintOrWriteOutput(options.file, exported.text, "--out")) return kExitUsage;
   std::cerr << fmt::format(
       "{}: {} rows. For plumbline diagnose, give --time-zero {} if the rows are probes, and "
       "--order-unknown, because moves between probes are not recorded\n",
@@ -252,11 +248,6 @@ int Reject(const JournalOptions& options) {
   return Decide(options, false);
 }
 
-void AddState(CLI::App& command, JournalOptions& options) {
-  command.add_option("--state", options.state, "The daemon's state_directory")
-      ->capture_default_str();
-}
-
 void AddFilter(CLI::App& command, JournalOptions& options) {
   command.add_option("--last", options.last, "Only the newest N rows")
       ->check(WholeNumberWithin(1, kMaxRows));
@@ -277,11 +268,7 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
       "  plumbline journal export --cell cell.toml --out measured.csv");
   const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
                           int (*run)(const JournalOptions&), const char* footer) {
-    CLI::App* command = parent.add_subcommand(name, what);
-    AddState(*command, *options);
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(parent, name, what, options, run, footer, exit_code);
   };
   const auto add = [&](const char* name, const char* what, int (*run)(const JournalOptions&),
                        const char* footer) { return add_to(*journal, name, what, run, footer); };

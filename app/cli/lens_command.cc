@@ -13,10 +13,11 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
 #include "app/lens/calibration.h"
 #include "app/lens/declaration_names.h"
 #include "app/lens/lens_json.h"
@@ -123,11 +124,7 @@ int Export(const LensListOptions& options) {
     return Fail(fmt::format("plumbline lens export: {}: {}", options.out, content.error()),
                 kExitUsage);
   }
-  if (const auto written = config::WriteTextFile(options.out, *content); !written) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; choose another file", options.out, written.error()),
-        kExitUsage);
-  }
+  if (!WriteOutput(options.out, *content, "file")) return kExitUsage;
   std::cout << fmt::format("lens {} written to {}\n", options.id, options.out);
   return kExitOk;
 }
@@ -155,12 +152,8 @@ int Solve(const LensListOptions& options) {
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   const lens::LensCalibration solved =
       lens::CalibrateLens(views->board, views->views, stored->size, criteria);
-  if (!options.out.empty()) {
-    if (const auto written = config::WriteTextFile(options.out, lens::LensJson(solved)); !written) {
-      return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,
-                              written.error()),
-                  kExitUsage);
-    }
+  if (!options.out.empty() && !WriteOutput(options.out, lens::LensJson(solved), "--json")) {
+    return kExitUsage;
   }
   std::cout << ForReading << ComparisonText(*stored, solved);
   return kExitOk;
@@ -179,12 +172,7 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       "  plumbline lens solve 12 --json lens.json");
   const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
-    CLI::App* command = lens->add_subcommand(name, what);
-    command->add_option("--state", options->state, "The daemon's state_directory")
-        ->capture_default_str();
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(*lens, name, what, options, run, footer, exit_code);
   };
   add("list", "List all lenses, oldest first", List,
       "Example:\n  plumbline lens list --state ./state\n\n"

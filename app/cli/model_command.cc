@@ -11,6 +11,7 @@
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
 #include "app/cli/model_print.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
@@ -272,12 +273,7 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   };
   const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
-    CLI::App* command = model->add_subcommand(name, what);
-    command->add_option("--state", options->state, "The daemon's state_directory")
-        ->capture_default_str();
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(*model, name, what, options, run, footer, exit_code);
   };
   CLI::App* list =
       add("list", "List all versions", List,
