@@ -325,17 +325,9 @@ class TableReader {
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
                                                const tracking::TagDatabase* tags,
                                                config::FaultList& faults) {
-  config::FaultList own;
-  ObjectTable table;
-  config::TomlDocument document(text, file, own);
-  if (document.parsed()) {
-    table = TableReader(file, tags).Read(document.Root());
-    document.ReportUnknownKeys();
-  }
-  own.SortByLine();
-  faults.Append(own);
-  if (own.HasFaults()) return std::nullopt;
-  return table;
+  return config::ReadDocument(text, file, faults, [&](config::TomlDocument& document) {
+    return TableReader(file, tags).Read(document.Root());
+  });
 }
 
 }  // namespace plumbline::scene
