@@ -11,10 +11,6 @@ constexpr std::size_t kMaxListSize = 4096;
 
 }  // namespace
 
-Json NumberJson(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 double NumberOf(const Json& json) {
   return json.is_null() ? status::CameraStatus::kNever : json.get<double>();
 }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "app/config/json_integer.h"
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/model/robot_state.h"
 
@@ -16,8 +17,7 @@ namespace plumbline::view_link {
 
 using Json = nlohmann::ordered_json;
 
-/// null if the number is not finite.
-Json NumberJson(double value);
+using text::NumberJson;
 /// @return  CameraStatus::kNever for null
 double NumberOf(const Json& json);
 
