@@ -18,12 +18,12 @@
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -86,7 +86,7 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     faults = {};
   }
-  const auto text = config::ReadTextFile(options.poses);
+  const auto text = files::ReadTextFile(options.poses);
   if (!text) {
     Fail(fmt::format("{}: {}", options.poses, files::ReadErrorText(options.poses, text.error())));
     return false;

@@ -21,8 +21,8 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/artoolkit_file.h"
-#include "app/lens_store/opencv_file.h"
-#include "app/printed_digits.h"
+#include "app/lens_files/opencv_file.h"
+#include "app/text/printed_digits.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/image/image_size.h"
@@ -64,8 +64,8 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   }
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
-    const int f = DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
-              centre = DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
+    const int f = text::DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
+              centre = text::DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
     text += fmt::format(
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
@@ -124,12 +124,12 @@ std::string WithVerdict(std::string text, std::string_view begin, const char* ve
 }
 
 std::string Yaml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_store::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
+  return WithVerdict(lens_files::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
                      "# {}\n", calibration);
 }
 
 std::string Xml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_store::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
+  return WithVerdict(lens_files::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
                      "<accepted>{}</accepted>\n", "<!-- {} -->\n", calibration);
 }
 

@@ -15,10 +15,10 @@
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/required_file.h"
-#include "app/config/text_file.h"
 #include "app/imports/ask.h"
 #include "app/imports/preview.h"
 #include "app/table/csv.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -84,7 +84,7 @@ class MappedFile {
     return imports::AskMapping(file, std::cin, std::cerr);
   }
   void Keep(const imports::Mapping& mapping) const {
-    const auto written = config::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
+    const auto written = files::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
     std::cerr << (written ? fmt::format("{}: mapping written; edit it to change the import\n",
                                         mapping_path_)
                           : UnwritableText(mapping_path_, written.error(), "--mapping"));

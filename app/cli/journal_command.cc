@@ -19,14 +19,14 @@
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
-#include "app/config/utc_text.h"
 #include "app/diagnosis/observations.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
 #include "app/text/json_text.h"
+#include "app/text/utc_text.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -51,7 +51,7 @@ struct JournalOptions {
 int Import(const JournalOptions& options) {
   config::FaultList faults;
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
-  const Result<std::string> text = config::ReadTextFile(options.file);
+  const Result<std::string> text = files::ReadTextFile(options.file);
   std::optional<table::MeasuredTable> table;
   if (!text) {
     faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
@@ -156,7 +156,7 @@ int Export(const JournalOptions& options) {
       "{}: {} rows. For plumbline diagnose, give --time-zero {} if the rows are probes, and "
       "--order-unknown, because moves between probes are not recorded\n",
       to_output ? "standard output" : options.file, exported.ids.size(),
-      config::TextFromUtc(journal.value().EpochUtc_s()));
+      text::TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 

@@ -24,7 +24,7 @@
 #include "app/lens_files/lens_files.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 
 namespace plumbline::cli {
 namespace {
@@ -61,7 +61,7 @@ std::string Line(const lens_store::LensEntry& entry) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
   };
   const double fx_sd = std::sqrt(entry.covariance(0, 0));
-  const int decimals = DecimalsFor({fx_sd}, 2);
+  const int decimals = text::DecimalsFor({fx_sd}, 2);
   const auto views = lens_store::DecodeViews(entry.corners);
   return fmt::format(
       "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}{}\n",
@@ -87,7 +87,7 @@ int List(const LensListOptions& options) {
 std::string ComparisonText(const lens_store::LensEntry& stored,
                            const lens::LensCalibration& solved) {
   const auto focal = [](const lens::Lens& lens, double sd) {
-    const int decimals = DecimalsFor({sd}, 2);
+    const int decimals = text::DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
   };
   std::string text = fmt::format("lens {} as stored: {}{}\n", stored.id,

@@ -15,13 +15,13 @@
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 #include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -140,7 +140,7 @@ bool MayReplaceModelInForce(const ModelOptions& options, const model_store::Mode
 }
 
 int Propose(const ModelOptions& options) {
-  const Result<std::string> text = config::ReadTextFile(options.file);
+  const Result<std::string> text = files::ReadTextFile(options.file);
   if (!text) {
     return Fail(
         fmt::format("{}: {}", options.file, files::ReadErrorText(options.file, text.error())),
@@ -152,7 +152,7 @@ int Propose(const ModelOptions& options) {
   if (!cell) return kExitFault;
   model_store::ModelFacts facts;
   if (!options.diagnosis.empty()) {
-    const Result<std::string> diagnosis = config::ReadTextFile(options.diagnosis);
+    const Result<std::string> diagnosis = files::ReadTextFile(options.diagnosis);
     const Result<model_store::ModelFacts> read =
         diagnosis ? model_store::ModelFactsFromDiagnosis(*diagnosis)
                   : Error{files::ReadErrorText(options.diagnosis, diagnosis.error())};
@@ -160,7 +160,7 @@ int Propose(const ModelOptions& options) {
     facts = *read;
   }
   if (!options.report.empty()) {
-    const Result<std::string> report = config::ReadTextFile(options.report);
+    const Result<std::string> report = files::ReadTextFile(options.report);
     if (!report) {
       return Fail(fmt::format("{}: {}", options.report,
                               files::ReadErrorText(options.report, report.error())),

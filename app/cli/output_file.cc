@@ -4,7 +4,7 @@
 
 #include <iostream>
 
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 
@@ -14,13 +14,13 @@ std::string UnwritableText(const std::string& path, const std::string& why,
 }
 
 bool CanWriteOutput(const std::string& path, std::string_view option) {
-  const Result<void> writable = config::CheckWritable(path);
+  const Result<void> writable = files::CheckWritable(path);
   if (!writable) std::cerr << UnwritableText(path, writable.error(), option);
   return writable.ok();
 }
 
 bool WriteOutput(const std::string& path, std::string_view text, std::string_view option) {
-  const Result<void> written = config::WriteTextFile(path, text);
+  const Result<void> written = files::WriteTextFile(path, text);
   if (!written) std::cerr << UnwritableText(path, written.error(), option);
   return written.ok();
 }

@@ -60,9 +60,4 @@ std::optional<std::string> DiagnosisProcess::Poll() {
   return last_line.empty() ? how : fmt::format("{}: {}", how, last_line);
 }
 
-std::string PlumblineProgram() {
-  if (const char* named = std::getenv("PLUMBLINE_PROGRAM")) return named;
-  return files::SiblingProgram("plumbline");
-}
-
 }  // namespace plumbline::daemon

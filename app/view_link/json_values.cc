@@ -42,7 +42,7 @@ Pose PoseOfJson(const Json& json) {
 }
 
 int IntWithin(const Json& json, int low, int high) {
-  const auto number = config::IntegerFromJson<std::int64_t>(json);
+  const auto number = text::IntegerFromJson<std::int64_t>(json);
   if (number < low || number > high) {
     throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
   }

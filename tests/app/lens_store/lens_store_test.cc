@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "app/lens_store/opencv_file.h"
+#include "app/lens_files/opencv_file.h"
 #include "firmware-like/lens/lens_curve.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
