@@ -10,7 +10,6 @@
 #include <fstream>
 
 #include "drivers/files/open_failure.h"
-#include "drivers/files/package_paths.h"
 #include "drivers/os/descriptor.h"
 
 namespace plumbline::daemon {
