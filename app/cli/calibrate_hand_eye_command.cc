@@ -18,12 +18,12 @@
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
+#include "app/config/required_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
-#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -86,14 +86,12 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     faults = {};
   }
-  const auto text = files::ReadTextFile(options.poses);
-  if (!text) {
-    Fail(fmt::format("{}: {}", options.poses, files::ReadErrorText(options.poses, text.error())));
-    return false;
+  std::optional<std::map<std::string, hand_eye::RobotPose>> poses;
+  if (const auto text = config::ReadRequiredFile(options.poses, faults)) {
+    poses = hand_eye::RobotPosesFromCsv(
+        *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
+        faults);
   }
-  const auto poses = hand_eye::RobotPosesFromCsv(
-      *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
-      faults);
   std::cerr << config::FaultsText(faults);
   if (!poses) return false;
   inputs.poses = *poses;

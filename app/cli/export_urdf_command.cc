@@ -13,11 +13,10 @@
 #include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
+#include "app/config/required_file.h"
 #include "app/urdf/chain_difference.h"
 #include "app/urdf/corrected_urdf.h"
 #include "app/urdf/static_geometry.h"
-#include "drivers/files/open_failure.h"
-#include "drivers/files/text_file.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/geometry/angle.h"
 
@@ -127,11 +126,7 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
   }
   config::FaultList faults;
   const auto cell = config::ReadCell(options.cell, faults);
-  const auto text = files::ReadTextFile(options.file);
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-  }
+  const auto text = config::ReadRequiredFile(options.file, faults);
   const auto read = [&](const std::string& from) -> std::optional<urdf::JointChain> {
     const auto file = urdf::UrdfFromText(from, options.file, faults);
     if (!file) return std::nullopt;

@@ -11,12 +11,11 @@
 #include "app/cli/same_file.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
+#include "app/config/required_file.h"
 #include "app/urdf/cell_text.h"
 #include "app/urdf/chain_difference.h"
 #include "app/urdf/dh_table.h"
 #include "app/urdf/ur_kinematics.h"
-#include "drivers/files/open_failure.h"
-#include "drivers/files/text_file.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline::cli {
@@ -32,12 +31,8 @@ constexpr int kImportedPostures = 1000;
 
 std::optional<urdf::JointChain> ReadChain(const ImportUrdfOptions& options,
                                           config::FaultList& faults) {
-  const auto text = files::ReadTextFile(options.file);
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-    return std::nullopt;
-  }
+  const auto text = config::ReadRequiredFile(options.file, faults);
+  if (!text) return std::nullopt;
   if (urdf::IsUrKinematics(*text)) {
     const auto angles =
         options.ur_angles == "xyz" ? urdf::UrAngles::kXyz : urdf::UrAngles::kRollPitchYaw;

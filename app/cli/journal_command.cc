@@ -19,14 +19,13 @@
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
+#include "app/config/required_file.h"
 #include "app/config/toml_reader.h"
 #include "app/diagnosis/observations.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
 #include "app/text/json_text.h"
 #include "app/text/utc_text.h"
-#include "drivers/files/open_failure.h"
-#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -51,14 +50,9 @@ struct JournalOptions {
 int Import(const JournalOptions& options) {
   config::FaultList faults;
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
-  const Result<std::string> text = files::ReadTextFile(options.file);
+  const std::optional<std::string> text = config::ReadRequiredFile(options.file, faults);
   std::optional<table::MeasuredTable> table;
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-  } else if (cell) {
-    table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
-  }
+  if (text && cell) table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
   std::cerr << config::FaultsText(faults);
   if (!table) return kExitFault;
   if (!table->recorded.position && !table->recorded.range && !table->recorded.artefact) {

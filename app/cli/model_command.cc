@@ -15,6 +15,7 @@
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
+#include "app/config/required_file.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
@@ -140,14 +141,9 @@ bool MayReplaceModelInForce(const ModelOptions& options, const model_store::Mode
 }
 
 int Propose(const ModelOptions& options) {
-  const Result<std::string> text = files::ReadTextFile(options.file);
-  if (!text) {
-    return Fail(
-        fmt::format("{}: {}", options.file, files::ReadErrorText(options.file, text.error())),
-        kExitFault);
-  }
   config::FaultList faults;
-  const auto cell = config::CellFromText(*text, options.file, faults);
+  const auto text = config::ReadRequiredFile(options.file, faults);
+  const auto cell = text ? config::CellFromText(*text, options.file, faults) : std::nullopt;
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
   model_store::ModelFacts facts;
@@ -159,13 +155,10 @@ int Propose(const ModelOptions& options) {
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
   }
-  if (!options.report.empty()) {
-    const Result<std::string> report = files::ReadTextFile(options.report);
-    if (!report) {
-      return Fail(fmt::format("{}: {}", options.report,
-                              files::ReadErrorText(options.report, report.error())),
-                  kExitFault);
-    }
+  config::FaultList unreadable;
+  if (!options.report.empty() && !config::ReadRequiredFile(options.report, unreadable)) {
+    std::cerr << config::FaultsText(unreadable);
+    return kExitFault;
   }
   facts.from = options.file;
   if (!std::filesystem::is_directory(options.state)) {
