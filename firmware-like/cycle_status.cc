@@ -88,4 +88,32 @@ std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
   return word;
 }
 
+std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring) {
+  int warnings = 0;
+  if (monitoring.drift_alarm) warnings |= warning::kDrift;
+  if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
+  if (monitoring.fault) warnings |= warning::kMonitoringFault;
+  if (monitoring.storage_unavailable) warnings |= warning::kStorage;
+  return static_cast<std::uint16_t>(warnings);
+}
+
+std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras) {
+  int warnings = 0;
+  for (const status::CameraStatus& camera : cameras) {
+    if (!camera.configured) continue;
+    if (camera.lens_stale) warnings |= warning::kLensStale;
+    if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
+    if (camera.board_wanted) warnings |= warning::kBoardWanted;
+  }
+  return static_cast<std::uint16_t>(warnings);
+}
+
+std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s) {
+  if (!scene.FreshAt(now_s)) return 0;
+  int warnings = 0;
+  if (scene.interferences > 0) warnings |= warning::kInterference;
+  if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
+  return static_cast<std::uint16_t>(warnings);
+}
+
 }  // namespace plumbline

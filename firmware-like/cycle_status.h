@@ -1,10 +1,14 @@
 // Alarms, health and status word that follow from the results of a cycle.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "firmware-like/machine_input.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/status/camera_status.h"
+#include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -13,6 +17,11 @@ std::uint16_t AlarmOf(InputFault fault);
 
 /// Alarm bits of the points that are refused, not merely pending or without a robot.
 std::uint16_t AlarmsOf(const std::vector<PointResult>& points);
+
+/// Warning bits of what runs beside the cycle: journal and drift monitor, cameras, interference.
+std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring);
+std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras);
+std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s);
 
 /// Inputs of the health decision.
 /// @param snapshot    with the cycle's points, alarms and warnings

@@ -81,7 +81,6 @@ void AddCycleScatter(const std::vector<Reading>& readings, const std::vector<Pos
 
 void AddDistances(Characteristics& all) {
   const std::size_t stride = 1 + (all.poses.size() - 1) / kMaxDistancePoses;
-  double square = 0;
   for (std::size_t i = 0; i < all.poses.size(); i += stride) {
     const PoseCharacteristics& first = all.poses[i];
     for (std::size_t j = i + stride; j < all.poses.size(); j += stride) {
@@ -90,13 +89,10 @@ void AddDistances(Characteristics& all) {
       const Vec3 attained = second.barycentre_W - first.barycentre_W;
       const double commanded_m = (attained - (second.mean_error_W - first.mean_error_W)).norm();
       const double accuracy_m = attained.norm() - commanded_m;
-      square += accuracy_m * accuracy_m;
-      ++all.pairs;
       if (all.distance && all.distance->commanded_m >= commanded_m) continue;
       all.distance = DistanceCharacteristics{i, j, commanded_m, accuracy_m};
     }
   }
-  if (all.pairs > 0) all.rms_distance_m = std::sqrt(square / static_cast<double>(all.pairs));
 }
 
 /// Mean time of a visit; absent if a reading has none.

@@ -60,8 +60,6 @@ struct Characteristics {
   /// Distance accuracy of the two poses commanded farthest apart within one session; absent if
   /// there are none.
   std::optional<DistanceCharacteristics> distance{};
-  double rms_distance_m = 0;  ///< of AD over all pairs of poses within a session
-  std::size_t pairs = 0;
   /// Drift of the pose whose visits are farthest apart in time (or in readings); absent if no pose
   /// was visited again after another one.
   std::optional<DriftCharacteristics> drift{};

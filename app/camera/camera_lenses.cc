@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "app/camera/lens_messages.h"
-#include "app/config/utc_text.h"
 #include "app/lens/declaration_names.h"
 #include "app/lens_store/stored_views.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
+#include "app/text/utc_text.h"
 
 namespace plumbline::camera {
 namespace {
@@ -71,9 +71,9 @@ Result<std::int64_t> CameraLenses::Store(const CameraIdentity& camera, const Fra
   entry.declared = solved.declared;
   entry.corners = lens_store::EncodeViews({solved.board, session.views()});
   if (std::isfinite(temp_C)) entry.temp_C = temp_C;
-  entry.utc = config::TextOfUtcNow();
+  entry.utc = text::TextOfUtcNow();
   const double fx_sd = std::sqrt(solved.covariance(lens::kFx, lens::kFx));
-  const int decimals = DecimalsFor({fx_sd}, 2);
+  const int decimals = text::DecimalsFor({fx_sd}, 2);
   sink_({log::Event::kCalibrated,
          fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
                      "{:.2g} px (both 1 sd), {} views{}",

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/lens/declaration_names.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 
 namespace plumbline::camera {
 namespace {
@@ -55,7 +55,7 @@ log::LogEntry LensFoundEntry(const ActiveLens& lens) {
   return {log::Event::kLensFound,
           fmt::format("camera: lens interpolated between calibrated zooms, f {:.1f} px +- {:.{}f} "
                       "% (1 sd)",
-                      fx_px, sd_percent, DecimalsFor({sd_percent}, 2))};
+                      fx_px, sd_percent, text::DecimalsFor({sd_percent}, 2))};
 }
 
 log::LogEntry LensWithheldEntry(std::int64_t id, const lens::DeclaredFacts& missing) {

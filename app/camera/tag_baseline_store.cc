@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "app/config/text_file.h"
 #include "app/text/json_text.h"
 #include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::camera {
 namespace {
@@ -123,7 +123,7 @@ TagBaselineStore::TagBaselineStore(std::string path, tracking::Body cell, std::s
     : path_(std::move(path)), cell_(std::move(cell)) {
   std::error_code none;
   if (!fs::exists(path_, none)) return;
-  const Result<std::string> text = config::ReadTextFile(path_);
+  const Result<std::string> text = files::ReadTextFile(path_);
   auto read = text ? TagBaselinesFromJson(*text, cell_) : Error{text.error()};
   if (read) {
     baselines_ = std::move(read).value();

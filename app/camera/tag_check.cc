@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/lens/projection_uncertainty.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline::camera {
@@ -121,7 +121,7 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
       }
       check.lens = drifted;
       check.baseline = BaselineAt(drifted, cell, seen, baseline->X_CK);
-      const int decimals = DecimalsFor({100 * judgement.log_focal_sd}, 3);
+      const int decimals = text::DecimalsFor({100 * judgement.log_focal_sd}, 3);
       check.message = fmt::format(
           "the zoom drifted: focal length {:+.{}f} % +- {:.{}f} % (1 sd), refined",
           100 * std::expm1(judgement.log_focal), decimals, 100 * judgement.log_focal_sd, decimals);

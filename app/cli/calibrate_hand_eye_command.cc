@@ -11,16 +11,16 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
+#include "app/cli/lens_option.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/body_reader.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
-#include "app/lens_files/lens_files.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
@@ -40,36 +40,12 @@ struct CalibrateHandEyeOptions {
 struct Inputs {
   std::optional<model::CellModel> cell;
   std::map<std::string, hand_eye::RobotPose> poses;
-  lens::LensFile lens;
   tracking::TagDatabase database;
   hand_eye::Target target;
   std::vector<std::string> names;
 };
 
 // The Read functions print the reason if they fail and return false.
-
-bool ReadLens(const CalibrateHandEyeOptions& options, lens::LensFile& lens) {
-  const auto text = config::ReadTextFile(options.intrinsics);
-  if (!text) {
-    Fail(fmt::format("{}: {}", options.intrinsics,
-                     files::ReadErrorText(options.intrinsics, text.error())));
-    return false;
-  }
-  const auto read = lens_files::LensFromFile(*text);
-  if (!read) {
-    Fail(fmt::format("{}: {}", options.intrinsics, read.error()));
-    return false;
-  }
-  if (!read->accepted && !options.force) {
-    Fail(
-        fmt::format("{}: this calibration was refused (accepted is not true); calibrate again, "
-                    "or use it anyway with --force",
-                    options.intrinsics));
-    return false;
-  }
-  lens = *read;
-  return true;
-}
 
 bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   if (options.bodies.empty()) {
@@ -86,14 +62,7 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     return false;
   }
   inputs.target.family = std::move(family).value();
-  const auto text = config::ReadTextFile(options.bodies);
-  if (!text) {
-    Fail(fmt::format("{}: {}", options.bodies, files::ReadErrorText(options.bodies, text.error())));
-    return false;
-  }
-  config::FaultList faults;
-  auto database = config::TagDatabaseFromText(*text, options.bodies, faults);
-  std::cerr << config::FaultsText(faults);
+  auto database = ReadBodies(options.bodies);
   if (!database) return false;
   inputs.database = std::move(*database);
   for (const tracking::Body& body : inputs.database.bodies) {
@@ -117,14 +86,12 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     faults = {};
   }
-  const auto text = config::ReadTextFile(options.poses);
-  if (!text) {
-    Fail(fmt::format("{}: {}", options.poses, files::ReadErrorText(options.poses, text.error())));
-    return false;
+  std::optional<std::map<std::string, hand_eye::RobotPose>> poses;
+  if (const auto text = config::ReadRequiredFile(options.poses, faults)) {
+    poses = hand_eye::RobotPosesFromCsv(
+        *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
+        faults);
   }
-  const auto poses = hand_eye::RobotPosesFromCsv(
-      *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
-      faults);
   std::cerr << config::FaultsText(faults);
   if (!poses) return false;
   inputs.poses = *poses;
@@ -159,21 +126,18 @@ int Run(const CalibrateHandEyeOptions& options) {
           input);
       return kExitUsage;
     }
-    if (const Result<void> writable = config::CheckWritable(options.json); !writable) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               writable.error());
-      return kExitUsage;
-    }
+    if (!CanWriteOutput(options.json, "--json")) return kExitUsage;
   }
   Inputs inputs;
-  if (!ReadLens(options, inputs.lens) || !ReadTarget(options, inputs) ||
-      !ReadPoses(options, inputs) || !ReadNames(options, inputs))
+  const auto lens = ReadUsableLens(options.intrinsics, options.force);
+  if (!lens || !ReadTarget(options, inputs) || !ReadPoses(options, inputs) ||
+      !ReadNames(options, inputs))
     return kExitFault;
   Interruption interruption;
   Progress progress(std::cerr, options.quiet);
   std::size_t seen = 0;
-  hand_eye::TargetViews found = hand_eye::FindTargets(
-      options.images, inputs.names, inputs.poses, inputs.target, inputs.lens, [&] {
+  hand_eye::TargetViews found =
+      hand_eye::FindTargets(options.images, inputs.names, inputs.poses, inputs.target, *lens, [&] {
         progress.ShowCount(seen++, inputs.names.size(), "images");
         return Interruption::Requested();
       });
@@ -183,7 +147,7 @@ int Run(const CalibrateHandEyeOptions& options) {
   hand_eye::HandEyeOptions how;
   how.setup = options.setup == "eye-in-hand" ? hand_eye::HandEyeSetup::kEyeInHand
                                              : hand_eye::HandEyeSetup::kEyeToHand;
-  how.image = inputs.lens.size;
+  how.image = lens->size;
   how.free_lens = options.free_lens;
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
@@ -195,20 +159,12 @@ int Run(const CalibrateHandEyeOptions& options) {
   std::optional<kinematics::Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
   how.chain = chain ? &*chain : nullptr;
-  hand_eye::HandEye answer = hand_eye::CalibrateHandEye(std::move(found.views), inputs.lens, how);
+  hand_eye::HandEye answer = hand_eye::CalibrateHandEye(std::move(found.views), *lens, how);
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
       hand_eye::HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
   if (!interruption.Disarm()) return Interrupted();
-  if (options.json == "-") {
-    std::cout << json;
-  } else if (!options.json.empty()) {
-    if (const auto written = config::WriteTextFile(options.json, json); !written) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               written.error());
-      return kExitUsage;
-    }
-  }
+  if (!options.json.empty() && !PrintOrWriteOutput(options.json, json, "--json")) return kExitUsage;
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout)
         << ForReading << hand_eye::HandEyeText(answer, how);

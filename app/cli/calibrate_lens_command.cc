@@ -14,15 +14,15 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/artoolkit_file.h"
-#include "app/lens_store/opencv_file.h"
-#include "app/printed_digits.h"
+#include "app/lens_files/opencv_file.h"
+#include "app/text/printed_digits.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/image/image_size.h"
@@ -64,8 +64,8 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   }
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
-    const int f = DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
-              centre = DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
+    const int f = text::DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
+              centre = text::DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
     text += fmt::format(
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
@@ -124,23 +124,18 @@ std::string WithVerdict(std::string text, std::string_view begin, const char* ve
 }
 
 std::string Yaml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_store::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
+  return WithVerdict(lens_files::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
                      "# {}\n", calibration);
 }
 
 std::string Xml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_store::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
+  return WithVerdict(lens_files::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
                      "<accepted>{}</accepted>\n", "<!-- {} -->\n", calibration);
 }
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
   if (path.empty() || path == "-") return true;
-  const auto written = config::WriteTextFile(path, text);
-  if (!written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
-                             written.error(), option);
-  }
-  return written.ok();
+  return WriteOutput(path, text, option);
 }
 
 int Run(const CalibrateLensOptions& options) {
@@ -152,11 +147,7 @@ int Run(const CalibrateLensOptions& options) {
   const auto outputs = options.Outputs();
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
-    if (const Result<void> writable = config::CheckWritable(path); !writable) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
-                               writable.error(), option);
-      return kExitUsage;
-    }
+    if (!CanWriteOutput(path, option)) return kExitUsage;
   }
   for (const auto& [option, path] : outputs) {
     for (const auto& [other, other_path] : outputs) {

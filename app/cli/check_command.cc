@@ -20,13 +20,13 @@
 #include "app/config/daemon_config_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/required_file.h"
-#include "app/config/text_file.h"
 #include "app/model_store/usable_model.h"
 #include "app/scene/object_table.h"
 #include "app/table/replay_file.h"
 #include "app/terminal/terminal.h"
 #include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline::cli {
@@ -305,7 +305,7 @@ std::string FaultLines(const config::FaultList& faults, bool colours) {
 }
 
 int Run(const CheckOptions& options) {
-  const Result<std::string> text = config::ReadTextFile(options.file);
+  const Result<std::string> text = files::ReadTextFile(options.file);
   if (!text) {
     std::cerr << options.file << ": " << files::ReadErrorText(options.file, text.error()) << '\n';
     return kExitFault;

@@ -14,9 +14,9 @@
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/utc_text.h"
 #include "app/diagnosis/summary.h"
 #include "app/siblings/siblings.h"
+#include "app/text/utc_text.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::cli {
@@ -119,14 +119,14 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       ->add_option_function<std::string>(
           "--time-zero",
           [arguments](const std::string& text) {
-            arguments->time_zero_s = config::UtcFromText(text);
+            arguments->time_zero_s = text::UtcFromText(text);
           },
           "UTC time at which t_s of the rows is 0, e.g. 2026-11-21T07:30:00Z; the daemon needs it "
           "to\n"
           "apply an effect of time (`plumbline journal export` prints it)")
       ->check([](const std::string& text) {
-        return config::UtcFromText(text) ? ""
-                                         : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
+        return text::UtcFromText(text) ? ""
+                                       : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
       });
   command->add_flag(
       "--order-unknown", arguments->order_unknown,

@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
-#include "app/report/sha256.h"
 #include "app/siblings/repeated_rows.h"
 #include "app/siblings/sibling_folder.h"
+#include "app/text/sha256.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -46,9 +46,8 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
     Result<siblings::Arm> arm = siblings::ReadArm(folder, faults);
     err << config::FaultsText(faults);
     if (!arm) return Error{arm.error()};
-    const Result<std::string> rows = config::ReadTextFile(siblings::RowsFileOf(folder));
-    const auto [owner, is_new] =
-        owner_of_rows.emplace(report::Sha256Hex(rows ? *rows : ""), folder);
+    const Result<std::string> rows = files::ReadTextFile(siblings::RowsFileOf(folder));
+    const auto [owner, is_new] = owner_of_rows.emplace(text::Sha256Hex(rows ? *rows : ""), folder);
     if (!is_new) {
       return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
                                folder, owner->second)};
@@ -69,8 +68,8 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
 }  // namespace
 
 Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std::ostream& err) {
-  const Result<std::string> cell_text = config::ReadTextFile(arguments.cell);
-  const Result<std::string> table_text = config::ReadTextFile(arguments.measured);
+  const Result<std::string> cell_text = files::ReadTextFile(arguments.cell);
+  const Result<std::string> table_text = files::ReadTextFile(arguments.measured);
   if (!cell_text)
     return Error{arguments.cell + ": " + files::ReadErrorText(arguments.cell, cell_text.error())};
   if (!table_text)
@@ -84,8 +83,8 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  DiagnoseInput input{
-      *cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}};
+  DiagnoseInput input{*cell_text, text::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {},
+                      {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
   const Result<std::vector<siblings::Arm>> arms = ReadSiblings(arguments, input, err);

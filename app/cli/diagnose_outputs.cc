@@ -5,17 +5,18 @@
 #include <ctime>
 #include <filesystem>
 
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/config/model_fingerprint.h"
-#include "app/config/text_file.h"
-#include "app/config/utc_text.h"
 #include "app/diagnosis/answer.h"
 #include "app/diagnosis/model_writer.h"
 #include "app/report/pdf.h"
 #include "app/report/report.h"
-#include "app/report/sha256.h"
 #include "app/siblings/sibling_folder.h"
+#include "app/text/sha256.h"
+#include "app/text/utc_text.h"
 #include "app/version.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -77,8 +78,8 @@ std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& in
       input.unreadable_lines,
       origin.date,
       PLUMBLINE_VERSION,
-      config::TextFromUtc(static_cast<double>(std::time(nullptr))),
-      report::Sha256Hex(input.cell_text),
+      text::TextFromUtc(static_cast<double>(std::time(nullptr))),
+      text::Sha256Hex(input.cell_text),
       input.data_sha256,
       FingerprintOf(input.cell_text),
       corrected_cell.empty() ? std::string() : FingerprintOf(corrected_cell),
@@ -104,9 +105,8 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
     if (path.empty() || path == "-") continue;
     if (path != arguments.next_poses && option == std::string_view("--next-poses"))
       continue;  // beside --json
-    if (const Result<void> can_write = config::CheckWritable(path); !can_write) {
-      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, can_write.error(),
-                         option);
+    if (const Result<void> can_write = files::CheckWritable(path); !can_write) {
+      err << UnwritableText(path, can_write.error(), option);
       writable = false;
     }
   }
@@ -158,10 +158,9 @@ bool WriteDiagnoseOutputs(const std::vector<DiagnoseOutput>& outputs, std::ostre
       out << output.text << std::flush;
       continue;
     }
-    const Result<void> result = config::WriteTextFile(output.path, output.text);
+    const Result<void> result = files::WriteTextFile(output.path, output.text);
     if (result) continue;
-    err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
-                       result.error(), output.option);
+    err << UnwritableText(output.path, result.error(), output.option);
     written = false;
   }
   return written;

@@ -8,15 +8,15 @@
 #include <set>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/urdf/chain_difference.h"
 #include "app/urdf/corrected_urdf.h"
 #include "app/urdf/static_geometry.h"
-#include "drivers/files/open_failure.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/geometry/angle.h"
 
@@ -120,18 +120,13 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
 }
 
 int RunExportUrdf(const ExportUrdfOptions& options) {
-  const bool to_out = options.out == "-";
   if (OverwritesFile("export-urdf", {{"--out", options.out}}, {options.cell, options.file},
                      std::cerr)) {
     return kExitUsage;
   }
   config::FaultList faults;
   const auto cell = config::ReadCell(options.cell, faults);
-  const auto text = config::ReadTextFile(options.file);
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-  }
+  const auto text = config::ReadRequiredFile(options.file, faults);
   const auto read = [&](const std::string& from) -> std::optional<urdf::JointChain> {
     const auto file = urdf::UrdfFromText(from, options.file, faults);
     if (!file) return std::nullopt;
@@ -154,13 +149,7 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
     return kExitFault;
   }
   const std::string exported = urdf::UrdfWithOrigins(*text, corrected->origins);
-  if (to_out) {
-    std::cout << exported;
-  } else if (const auto written = config::WriteTextFile(options.out, exported); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, exported, "--out")) return kExitUsage;
   if (const auto back = read(exported)) {
     PrintExport(options, *cell, geometry, *corrected, *back, *tool);
   }

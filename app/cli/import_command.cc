@@ -11,13 +11,14 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/imported_joints.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/required_file.h"
-#include "app/config/text_file.h"
 #include "app/imports/ask.h"
 #include "app/imports/preview.h"
 #include "app/table/csv.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -83,11 +84,10 @@ class MappedFile {
     return imports::AskMapping(file, std::cin, std::cerr);
   }
   void Keep(const imports::Mapping& mapping) const {
-    const auto written = config::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
+    const auto written = files::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
     std::cerr << (written ? fmt::format("{}: mapping written; edit it to change the import\n",
                                         mapping_path_)
-                          : fmt::format("{}: cannot be written: {}; choose another --mapping\n",
-                                        mapping_path_, written.error()));
+                          : UnwritableText(mapping_path_, written.error(), "--mapping"));
   }
 
   const ImportCommandOptions& options_;
@@ -200,13 +200,7 @@ std::string CountsText(const imports::ImportedTable& rows) {
 
 int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
                 const std::string& csv) {
-  if (options.out == "-") {
-    std::cout << csv;
-  } else if (const auto written = config::WriteTextFile(options.out, csv); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --output\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, csv, "--output")) return kExitUsage;
   PrintRejected(rows);
   for (const std::string& note : rows.notes) std::cerr << note << '\n';
   std::cerr << fmt::format("{}: {}\n", options.out, CountsText(rows));

@@ -7,15 +7,15 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/urdf_options.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/urdf/cell_text.h"
 #include "app/urdf/chain_difference.h"
 #include "app/urdf/dh_table.h"
 #include "app/urdf/ur_kinematics.h"
-#include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline::cli {
@@ -31,12 +31,8 @@ constexpr int kImportedPostures = 1000;
 
 std::optional<urdf::JointChain> ReadChain(const ImportUrdfOptions& options,
                                           config::FaultList& faults) {
-  const auto text = config::ReadTextFile(options.file);
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-    return std::nullopt;
-  }
+  const auto text = config::ReadRequiredFile(options.file, faults);
+  if (!text) return std::nullopt;
   if (urdf::IsUrKinematics(*text)) {
     const auto angles =
         options.ur_angles == "xyz" ? urdf::UrAngles::kXyz : urdf::UrAngles::kRollPitchYaw;
@@ -76,13 +72,7 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
   const auto cell = config::CellFromText(text, name, faults);
   if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";
   if (!cell) return kExitFault;
-  if (to_out) {
-    std::cout << text;
-  } else if (const auto written = config::WriteTextFile(options.out, text); !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, text, "--out")) return kExitUsage;
   ReportImport(name, *chain, *cell);
   return kExitOk;
 }

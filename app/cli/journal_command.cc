@@ -13,18 +13,19 @@
 #include "app/cli/failure.h"
 #include "app/cli/journal_rows.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/config/toml_reader.h"
-#include "app/config/utc_text.h"
 #include "app/diagnosis/observations.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
 #include "app/text/json_text.h"
-#include "drivers/files/open_failure.h"
+#include "app/text/utc_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -49,14 +50,9 @@ struct JournalOptions {
 int Import(const JournalOptions& options) {
   config::FaultList faults;
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
-  const Result<std::string> text = config::ReadTextFile(options.file);
+  const std::optional<std::string> text = config::ReadRequiredFile(options.file, faults);
   std::optional<table::MeasuredTable> table;
-  if (!text) {
-    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
-                files::ReadErrorText(options.file, text.error())});
-  } else if (cell) {
-    table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
-  }
+  if (text && cell) table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
   std::cerr << config::FaultsText(faults);
   if (!table) return kExitFault;
   if (!table->recorded.position && !table->recorded.range && !table->recorded.artefact) {
@@ -149,18 +145,12 @@ int Export(const JournalOptions& options) {
         kExitFault);
   }
   const bool to_output = options.file == "-";
-  if (to_output) {
-    std::cout << exported.text;
-  } else if (const auto written = config::WriteTextFile(options.file, exported.text); !written) {
-    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.file,
-                            written.error()),
-                kExitUsage);
-  }
+  if (!PrintOrWriteOutput(options.file, exported.text, "--out")) return kExitUsage;
   std::cerr << fmt::format(
       "{}: {} rows. For plumbline diagnose, give --time-zero {} if the rows are probes, and "
       "--order-unknown, because moves between probes are not recorded\n",
       to_output ? "standard output" : options.file, exported.ids.size(),
-      config::TextFromUtc(journal.value().EpochUtc_s()));
+      text::TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 
@@ -252,11 +242,6 @@ int Reject(const JournalOptions& options) {
   return Decide(options, false);
 }
 
-void AddState(CLI::App& command, JournalOptions& options) {
-  command.add_option("--state", options.state, "The daemon's state_directory")
-      ->capture_default_str();
-}
-
 void AddFilter(CLI::App& command, JournalOptions& options) {
   command.add_option("--last", options.last, "Only the newest N rows")
       ->check(WholeNumberWithin(1, kMaxRows));
@@ -277,11 +262,7 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
       "  plumbline journal export --cell cell.toml --out measured.csv");
   const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
                           int (*run)(const JournalOptions&), const char* footer) {
-    CLI::App* command = parent.add_subcommand(name, what);
-    AddState(*command, *options);
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(parent, name, what, options, run, footer, exit_code);
   };
   const auto add = [&](const char* name, const char* what, int (*run)(const JournalOptions&),
                        const char* footer) { return add_to(*journal, name, what, run, footer); };

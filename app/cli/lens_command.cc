@@ -13,17 +13,18 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
 #include "app/lens/calibration.h"
 #include "app/lens/declaration_names.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_files/lens_files.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 
 namespace plumbline::cli {
 namespace {
@@ -60,7 +61,7 @@ std::string Line(const lens_store::LensEntry& entry) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
   };
   const double fx_sd = std::sqrt(entry.covariance(0, 0));
-  const int decimals = DecimalsFor({fx_sd}, 2);
+  const int decimals = text::DecimalsFor({fx_sd}, 2);
   const auto views = lens_store::DecodeViews(entry.corners);
   return fmt::format(
       "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}{}\n",
@@ -86,7 +87,7 @@ int List(const LensListOptions& options) {
 std::string ComparisonText(const lens_store::LensEntry& stored,
                            const lens::LensCalibration& solved) {
   const auto focal = [](const lens::Lens& lens, double sd) {
-    const int decimals = DecimalsFor({sd}, 2);
+    const int decimals = text::DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
   };
   std::string text = fmt::format("lens {} as stored: {}{}\n", stored.id,
@@ -123,11 +124,7 @@ int Export(const LensListOptions& options) {
     return Fail(fmt::format("plumbline lens export: {}: {}", options.out, content.error()),
                 kExitUsage);
   }
-  if (const auto written = config::WriteTextFile(options.out, *content); !written) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; choose another file", options.out, written.error()),
-        kExitUsage);
-  }
+  if (!WriteOutput(options.out, *content, "file")) return kExitUsage;
   std::cout << fmt::format("lens {} written to {}\n", options.id, options.out);
   return kExitOk;
 }
@@ -155,12 +152,8 @@ int Solve(const LensListOptions& options) {
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   const lens::LensCalibration solved =
       lens::CalibrateLens(views->board, views->views, stored->size, criteria);
-  if (!options.out.empty()) {
-    if (const auto written = config::WriteTextFile(options.out, lens::LensJson(solved)); !written) {
-      return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,
-                              written.error()),
-                  kExitUsage);
-    }
+  if (!options.out.empty() && !WriteOutput(options.out, lens::LensJson(solved), "--json")) {
+    return kExitUsage;
   }
   std::cout << ForReading << ComparisonText(*stored, solved);
   return kExitOk;
@@ -179,12 +172,7 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       "  plumbline lens solve 12 --json lens.json");
   const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
-    CLI::App* command = lens->add_subcommand(name, what);
-    command->add_option("--state", options->state, "The daemon's state_directory")
-        ->capture_default_str();
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(*lens, name, what, options, run, footer, exit_code);
   };
   add("list", "List all lenses, oldest first", List,
       "Example:\n  plumbline lens list --state ./state\n\n"

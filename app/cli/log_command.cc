@@ -15,13 +15,13 @@
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/terminal_output.h"
-#include "app/config/utc_text.h"
 #include "app/log/catalogue_text.h"
 #include "app/log/journal_reader.h"
 #include "app/log/level_text.h"
 #include "app/service/utc_clock.h"
 #include "app/terminal/terminal.h"
 #include "app/text/json_text.h"
+#include "app/text/utc_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -37,7 +37,7 @@ struct LogOptions {
 
 /// UTC [s] of "15m", "2h", "3d" or "90s" ago, or of a UTC timestamp; nullopt for any other text.
 std::optional<double> SinceFromText(const std::string& text) {
-  if (const auto utc_s = config::UtcFromText(text)) return utc_s;
+  if (const auto utc_s = text::UtcFromText(text)) return utc_s;
   if (text.size() < 2) return {};
   const auto count = FiniteNumberFromText(text.substr(0, text.size() - 1));
   const char unit = text.back();
@@ -75,7 +75,7 @@ std::string KeptText(const log::StoredLogEntry& entry, bool explain, bool colour
 }
 
 std::string KeptJson(const log::StoredLogEntry& entry) {
-  nlohmann::ordered_json line = {{"time_utc", config::TextFromUtc(entry.utc_s)},
+  nlohmann::ordered_json line = {{"time_utc", text::TextFromUtc(entry.utc_s)},
                                  {"level", LevelOf(entry)},
                                  {"event", entry.event},
                                  {"component", entry.component},

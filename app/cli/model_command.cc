@@ -11,16 +11,18 @@
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
 #include "app/cli/model_print.h"
+#include "app/cli/state_subcommand.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
+#include "app/config/required_file.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 #include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
@@ -139,32 +141,24 @@ bool MayReplaceModelInForce(const ModelOptions& options, const model_store::Mode
 }
 
 int Propose(const ModelOptions& options) {
-  const Result<std::string> text = config::ReadTextFile(options.file);
-  if (!text) {
-    return Fail(
-        fmt::format("{}: {}", options.file, files::ReadErrorText(options.file, text.error())),
-        kExitFault);
-  }
   config::FaultList faults;
-  const auto cell = config::CellFromText(*text, options.file, faults);
+  const auto text = config::ReadRequiredFile(options.file, faults);
+  const auto cell = text ? config::CellFromText(*text, options.file, faults) : std::nullopt;
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
   model_store::ModelFacts facts;
   if (!options.diagnosis.empty()) {
-    const Result<std::string> diagnosis = config::ReadTextFile(options.diagnosis);
+    const Result<std::string> diagnosis = files::ReadTextFile(options.diagnosis);
     const Result<model_store::ModelFacts> read =
         diagnosis ? model_store::ModelFactsFromDiagnosis(*diagnosis)
                   : Error{files::ReadErrorText(options.diagnosis, diagnosis.error())};
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
   }
-  if (!options.report.empty()) {
-    const Result<std::string> report = config::ReadTextFile(options.report);
-    if (!report) {
-      return Fail(fmt::format("{}: {}", options.report,
-                              files::ReadErrorText(options.report, report.error())),
-                  kExitFault);
-    }
+  config::FaultList unreadable;
+  if (!options.report.empty() && !config::ReadRequiredFile(options.report, unreadable)) {
+    std::cerr << config::FaultsText(unreadable);
+    return kExitFault;
   }
   facts.from = options.file;
   if (!std::filesystem::is_directory(options.state)) {
@@ -272,12 +266,7 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   };
   const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
-    CLI::App* command = model->add_subcommand(name, what);
-    command->add_option("--state", options->state, "The daemon's state_directory")
-        ->capture_default_str();
-    command->footer(footer);
-    command->callback([options, run, &exit_code] { exit_code = run(*options); });
-    return command;
+    return AddStateSubcommand(*model, name, what, options, run, footer, exit_code);
   };
   CLI::App* list =
       add("list", "List all versions", List,

@@ -10,9 +10,9 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
 #include "app/plan/plan_text.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
@@ -78,13 +78,7 @@ std::string LoadAssumptions(const plan::PlanTask& task, const model::CellModel& 
 }
 
 bool WritePlanFile(const std::string& path, const std::string& text) {
-  if (path.empty()) return true;
-  const auto written = config::WriteTextFile(path, text);
-  if (!written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another file\n", path,
-                             written.error());
-  }
-  return written.ok();
+  return path.empty() || WriteOutput(path, text, "file");
 }
 
 void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,

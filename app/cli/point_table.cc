@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/rounded.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
@@ -74,7 +74,7 @@ std::string PointTable(const MachineConfig& config,
     text += fmt::format("{:>5} {:<20.20} {:<16.16} ", point.id, point.name, solution.load.name);
     if (correction.code == correction::CorrectionCode::kOk) {
       const double radius_mm = correction.uncertainty_m / kMetrePerMm;
-      const int decimals = DecimalsFor({radius_mm}, 0);
+      const int decimals = text::DecimalsFor({radius_mm}, 0);
       text += fmt::format("{:>7.{}f} mm {:>6.{}f} mm {}\n",
                           correction.translation_B.norm() / kMetrePerMm, decimals, radius_mm,
                           decimals, Describe(correction.basis));

@@ -14,13 +14,13 @@
 #include "app/cli/assumed_basis.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/rounded.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tip_prediction.h"
 #include "app/config/carried_numbers.h"
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
 #include "app/table/conditions.h"
 #include "app/table/numbered_rows.h"
 #include "firmware-like/effects/needed_columns.h"
@@ -253,14 +253,7 @@ int Run(const PredictOptions& options) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return Refused(options);
   }
-  if (to_out) {
-    std::cout << CsvOf(*predictions);
-  } else if (const auto written = config::WriteTextFile(options.out, CsvOf(*predictions));
-             !written) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             written.error());
-    return kExitUsage;
-  }
+  if (!PrintOrWriteOutput(options.out, CsvOf(*predictions), "--out")) return kExitUsage;
   const auto extrapolated =
       std::count_if(predictions->begin(), predictions->end(),
                     [](const Prediction& prediction) { return prediction.extrapolated; });

@@ -17,7 +17,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
-#include "app/config/text_file.h"
+#include "app/cli/output_file.h"
 #include "app/print/board_sheet.h"
 #include "app/print/sheet_writer.h"
 #include "app/print/tag_sheets.h"
@@ -97,20 +97,12 @@ int WriteSheets(const print::Document& document, const SheetOptions& options,
                                   "that ends in .pdf, or fewer tags",
                                   count));
   }
-  if (const Result<void> writable = config::CheckWritable(options.out); !writable) {
-    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.out,
-                            writable.error()),
-                kExitUsage);
-  }
+  if (!CanWriteOutput(options.out, "--out")) return kExitUsage;
   const auto file =
       print::FileOfSheets(document, svg ? print::SheetFormat::kSvg : print::SheetFormat::kPdf,
                           files::SiblingModule(print::kSheetModuleFile));
   if (!file) return Fail(file.error(), kExitUsage);
-  if (const auto written = config::WriteTextFile(options.out, *file); !written) {
-    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.out,
-                            written.error()),
-                kExitUsage);
-  }
+  if (!WriteOutput(options.out, *file, "--out")) return kExitUsage;
   std::cout << fmt::format(
       "{}: {} sheet{}, {} {}. Print at 100 % (actual size), not fitted to the page; both rulers "
       "must then measure 100.0 mm.\n",

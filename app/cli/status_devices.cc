@@ -7,7 +7,7 @@
 
 #include "app/cli/rounded.h"
 #include "app/cli/status_line.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/correction/correct.h"
 
@@ -17,7 +17,7 @@ namespace {
 /// "x 1.23, y 4.56, z 7.89 mm, ±0.42 mm (95 %)": a measured position with the digits that its
 /// radius leaves.
 std::string PositionText(const Vec3& p_mm, double radius_mm) {
-  const int decimals = DecimalsFor({radius_mm}, 0);
+  const int decimals = text::DecimalsFor({radius_mm}, 0);
   return fmt::format("x {:.{}f}, y {:.{}f}, z {:.{}f} mm, ±{:.{}f} mm (95 %)",
                      WithoutNegativeZero(p_mm.x(), decimals), decimals,
                      WithoutNegativeZero(p_mm.y(), decimals), decimals,

@@ -11,8 +11,8 @@
 #include "app/cli/status_devices.h"
 #include "app/cli/status_line.h"
 #include "app/cli/terminal_output.h"
-#include "app/printed_digits.h"
 #include "app/terminal/terminal.h"
+#include "app/text/printed_digits.h"
 #include "drivers/plc/codec.h"
 #include "firmware-like/model/radius_coverage.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 /// "corrected by 2.84 mm, ±0.55 mm (95 %, assumed)".
 std::string CorrectionText(double correction_mm, double radius_mm, model::RadiusBasis basis) {
-  const int decimals = DecimalsFor({radius_mm}, 0);
+  const int decimals = text::DecimalsFor({radius_mm}, 0);
   return fmt::format("corrected by {:.{}f} mm, ±{:.{}f} mm ({})", correction_mm, decimals,
                      radius_mm, decimals, model::CoverageText(basis));
 }
@@ -33,7 +33,7 @@ std::string MotionText(const DaemonRegisters& daemon) {
   const Vec3 tip_mm(daemon.Value("dynamic_x"), daemon.Value("dynamic_y"),
                     daemon.Value("dynamic_z"));
   const double radius_mm = daemon.Value("dynamic_radius");
-  const int decimals = DecimalsFor({radius_mm}, 0);
+  const int decimals = text::DecimalsFor({radius_mm}, 0);
   return fmt::format(
       "moving, {:.1f} m/s2 at the tip: {:.{}f} mm ±{:.{}f} mm (95 %, readings), {} ms ago",
       daemon.Value("tip_acceleration"), tip_mm.norm(), decimals, radius_mm, decimals,
@@ -141,7 +141,7 @@ void PrintRobot(const DaemonRegisters& daemon, std::ostream& out) {
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
     PrintStatusLine(out, "",
                     fmt::format("resolution of the joint registers: ±{:.{}f} mm at the tip (95 %)",
-                                radius_mm, DecimalsFor({radius_mm}, 0)));
+                                radius_mm, text::DecimalsFor({radius_mm}, 0)));
   }
   if (fault == InputFault::kOk) PrintStatusLine(out, "motion", MotionText(daemon));
   PrintStatusLine(out, "payload",

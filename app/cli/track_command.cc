@@ -11,15 +11,12 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
+#include "app/cli/lens_option.h"
 #include "app/cli/live_camera.h"
 #include "app/cli/live_track.h"
 #include "app/cli/number_option.h"
-#include "app/config/body_reader.h"
-#include "app/config/text_file.h"
-#include "app/lens_files/lens_files.h"
 #include "app/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
-#include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::cli {
@@ -32,29 +29,6 @@ struct TrackOptions {
   int threshold = -1, frames = 0;
   bool force = false, json = false;
 };
-
-/// Reads the lens; prints the reason on failure.
-std::optional<lens::LensFile> ReadLens(const TrackOptions& options) {
-  const auto text = config::ReadTextFile(options.intrinsics);
-  if (!text) {
-    Fail(fmt::format("{}: {}", options.intrinsics,
-                     files::ReadErrorText(options.intrinsics, text.error())));
-    return std::nullopt;
-  }
-  const auto lens = lens_files::LensFromFile(*text);
-  if (!lens) {
-    Fail(fmt::format("{}: {}", options.intrinsics, lens.error()));
-    return std::nullopt;
-  }
-  if (!lens->accepted && !options.force) {
-    Fail(
-        fmt::format("{}: this calibration was refused (accepted is not true) for the reasons "
-                    "given in the file; calibrate again, or use it anyway with --force",
-                    options.intrinsics));
-    return std::nullopt;
-  }
-  return *lens;
-}
 
 /// Checks that the tag family contains all ids of the database.
 bool AllInFamily(const TrackOptions& options, const tracking::TagDatabase& database,
@@ -78,15 +52,7 @@ bool AllInFamily(const TrackOptions& options, const tracking::TagDatabase& datab
 std::optional<tracking::TagDatabase> ReadDatabase(const TrackOptions& options) {
   tracking::TagDatabase database;
   if (!options.bodies.empty()) {
-    const auto text = config::ReadTextFile(options.bodies);
-    if (!text) {
-      Fail(fmt::format("{}: {}", options.bodies,
-                       files::ReadErrorText(options.bodies, text.error())));
-      return std::nullopt;
-    }
-    config::FaultList faults;
-    auto read = config::TagDatabaseFromText(*text, options.bodies, faults);
-    std::cerr << config::FaultsText(faults);
+    auto read = ReadBodies(options.bodies);
     if (!read) return std::nullopt;
     database = std::move(*read);
   }
@@ -156,7 +122,7 @@ int Run(const TrackOptions& options) {
     std::cerr << "plumbline track: --family: " << family.error() << '\n';
     return kExitUsage;
   }
-  const auto lens = ReadLens(options);
+  const auto lens = ReadUsableLens(options.intrinsics, options.force);
   const auto database = ReadDatabase(options);
   if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
   tracking::TrackerSettings settings;

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/config/limits.h"
-#include "app/config/nearest_word.h"
+#include "app/text/nearest_word.h"
 
 namespace plumbline::config {
 namespace {
@@ -87,7 +87,7 @@ std::optional<int> PointNamed(const TomlTable& table, const std::string& name,
     std::vector<std::string> names;
     names.reserve(artefacts.size());
     for (const model::Artefact& artefact : artefacts) names.push_back(artefact.name);
-    const std::string nearest = NearestWord(name, names, 0.4);
+    const std::string nearest = text::NearestWord(name, names, 0.4);
     table.AddFault("between",
                    fmt::format("names \"{}\", which is no [[artefact]]{}", name,
                                nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));

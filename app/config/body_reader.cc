@@ -75,10 +75,8 @@ class Reader {
 std::optional<tracking::TagDatabase> TagDatabaseFromText(std::string_view text,
                                                          const std::string& file,
                                                          FaultList& faults) {
-  FaultList own;
-  tracking::TagDatabase database;
-  TomlDocument document(text, file, own);
-  if (document.parsed()) {
+  return ReadDocument(text, file, faults, [](TomlDocument& document) {
+    tracking::TagDatabase database;
     Reader reader;
     const TomlTable root = document.Root();
     root.RequiredInteger("schema", 1, 1);
@@ -93,12 +91,8 @@ std::optional<tracking::TagDatabase> TagDatabaseFromText(std::string_view text,
       if (auto read = reader.BodyFrom(body, database.drawn_by))
         database.bodies.push_back(std::move(*read));
     }
-    document.ReportUnknownKeys();
-  }
-  own.SortByLine();
-  faults.Append(own);
-  if (own.HasFaults()) return std::nullopt;
-  return database;
+    return database;
+  });
 }
 
 }  // namespace plumbline::config

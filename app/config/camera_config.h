@@ -51,7 +51,7 @@ struct TagsConfig {
 
 struct CameraConfig {
   status::CameraName name = status::CameraName::kNone;  ///< set if there are two cameras
-  std::string kind = "v4l2";                            ///< one of CameraKinds()
+  std::string kind = "v4l2";                            ///< of drivers/camera/registry.h
   camera::CameraConnection connection;
   ZoomConfig zoom;
   std::vector<std::string> required_for;  ///< what its lens must be valid for: kRequiredForPoints

@@ -334,19 +334,11 @@ model::CellModel CellFromToml(TomlDocument& document) {
 
 std::optional<model::CellModel> CellFromText(std::string_view text, const std::string& file,
                                              FaultList& faults) {
-  FaultList own;
-  TomlDocument document(text, file, own);
-  model::CellModel cell;
   if (const auto why = WhyNotACell(text)) {
-    own.Add({Fault::Severity::kFault, file, 0, "", *why});
-  } else if (document.parsed()) {
-    cell = CellFromToml(document);
-    document.ReportUnknownKeys();
+    faults.Add({Fault::Severity::kFault, file, 0, "", *why});
+    return std::nullopt;
   }
-  own.SortByLine();
-  faults.Append(own);
-  if (own.HasFaults()) return std::nullopt;
-  return cell;
+  return ReadDocument(text, file, faults, CellFromToml);
 }
 
 std::optional<model::CellModel> ReadCell(const std::string& path, FaultList& faults) {

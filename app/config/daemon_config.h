@@ -25,7 +25,7 @@ namespace plumbline::config {
 inline constexpr const char* kDefaultStateDirectory = "/var/lib/plumbline";
 
 struct RobotLinkConfig {
-  std::string transport = "tcp";  ///< one of RobotTransports()
+  std::string transport = "tcp";  ///< of drivers/robot/registry.h
   robot::RobotConnection
       connection;           ///< for "replay", without the rows of replay_file, which are read later
   std::string replay_file;  ///< a measured.csv whose joints are played back

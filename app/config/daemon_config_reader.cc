@@ -17,8 +17,8 @@
 #include "app/config/posture_check.h"
 #include "app/config/required_file.h"
 #include "app/config/robot_profile_reader.h"
-#include "app/config/text_file.h"
 #include "drivers/files/package_paths.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline::config {
@@ -261,7 +261,8 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  FaultList& faults, std::size_t postures) {
-  return DaemonConfigFromText(text, file, ReadTextFile, InstalledDataDirectory(), faults, postures);
+  return DaemonConfigFromText(text, file, files::ReadTextFile, InstalledDataDirectory(), faults,
+                              postures);
 }
 
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,

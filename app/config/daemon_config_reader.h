@@ -17,7 +17,7 @@ namespace plumbline::config {
 /// program's directory, else the installation prefix of the build.
 std::string InstalledDataDirectory();
 
-/// Returns the content of a file; ReadTextFile() in production, replaceable in tests.
+/// Returns the content of a file; files::ReadTextFile() in production, replaceable in tests.
 using FileSource = std::function<Result<std::string>(const std::string& path)>;
 
 /// Parses a configuration and the files it refers to. config/plumbline.toml documents every key

@@ -6,7 +6,7 @@
 
 #include "app/config/limits.h"
 #include "app/config/model_fingerprint.h"
-#include "app/config/utc_text.h"
+#include "app/text/utc_text.h"
 
 namespace plumbline::config {
 namespace {
@@ -125,7 +125,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
   domain.covariance_share = table.Number("covariance_share", {0, 1}).value_or(1);
   ReadDistance(table, robot, domain);
   if (const auto text = table.String("time_zero_utc")) {
-    domain.time_zero_s = UtcFromText(*text);
+    domain.time_zero_s = text::UtcFromText(*text);
     if (!domain.time_zero_s) {
       table.AddFault("time_zero_utc", "is not a UTC time such as \"2026-11-21T07:30:00Z\"");
     }

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "app/config/daemon_settings.h"
-#include "app/config/nearest_word.h"
+#include "app/text/nearest_word.h"
 #include "firmware-like/status/gauge_status.h"
 
 namespace plumbline::config {
@@ -28,7 +28,7 @@ void CheckArtefact(const TomlTable& table, const std::string& name, const model:
     for (const model::Artefact& artefact : cell.artefacts) {
       if (artefact.kind == model::ArtefactKind::kGauge) names.push_back(artefact.name);
     }
-    const std::string nearest = NearestWord(name, names, 0.4);
+    const std::string nearest = text::NearestWord(name, names, 0.4);
     table.AddFault("artefact",
                    nearest.empty()
                        ? "is not an [[artefact]] of the cell; add one of kind \"gauge\""

@@ -310,18 +310,8 @@ robot::RobotProfile ReadProfile(const TomlTable& root) {
 std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
                                                         const std::string& file,
                                                         FaultList& faults) {
-  FaultList own;
-  std::optional<robot::RobotProfile> profile;
-  {
-    TomlDocument document(text, file, own);
-    if (document.parsed()) {
-      profile = ReadProfile(document.Root());
-      document.ReportUnknownKeys();
-    }
-  }
-  own.SortByLine();
-  for (const Fault& fault : own.All()) faults.Add(fault);
-  return own.HasFaults() ? std::nullopt : profile;
+  return ReadDocument(text, file, faults,
+                      [](TomlDocument& document) { return ReadProfile(document.Root()); });
 }
 
 }  // namespace plumbline::config

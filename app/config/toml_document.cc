@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "app/config/nearest_word.h"
 #include "app/config/toml_reader.h"
+#include "app/text/nearest_word.h"
 #include "app/text/nesting.h"
 
 namespace plumbline::config {
@@ -34,7 +34,7 @@ void TomlDocument::ReportUnknownKeys() {
       if (std::find(known.keys.begin(), known.keys.end(), key.str()) != known.keys.end()) continue;
       const std::string path =
           known.path.empty() ? std::string(key.str()) : fmt::format("{}.{}", known.path, key.str());
-      const std::string nearest = NearestWord(key.str(), known.keys, 0.5);
+      const std::string nearest = text::NearestWord(key.str(), known.keys, 0.5);
       const std::string hint =
           nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
       faults_.Add({Fault::Severity::kFault, file_, static_cast<int>(node.source().begin.line), path,

@@ -166,4 +166,22 @@ class TomlDocument {
   std::map<const toml::table*, KnownKeys> known_keys_;
 };
 
+/// Reads a whole text: parses it, calls read(document) if it is TOML, and reports unknown keys.
+/// @param faults  receives the faults and warnings of this text, sorted by line
+/// @return        what `read` returned; nullopt if there is a fault
+template <typename Read>
+auto ReadDocument(std::string_view text, const std::string& file, FaultList& faults, Read read) {
+  FaultList own;
+  TomlDocument document(text, file, own);
+  std::optional<decltype(read(document))> value;
+  if (document.parsed()) {
+    value = read(document);
+    document.ReportUnknownKeys();
+  }
+  own.SortByLine();
+  faults.Append(own);
+  if (own.HasFaults()) value.reset();
+  return value;
+}
+
 }  // namespace plumbline::config

@@ -58,33 +58,28 @@ zoom::HidExchange ReadExchange(const TomlTable& table) {
 
 std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
                                                    FaultList& faults) {
-  FaultList found;
-  std::optional<zoom::HidProfile> profile;
-  {
-    TomlDocument document(text, file, found);
-    if (document.parsed()) {
-      const TomlTable root = document.Root();
-      profile.emplace();
-      root.RequiredInteger("schema", 1, 1);
-      profile->name = root.RequiredString("name").value_or("");
-      profile->source = root.RequiredString("source").value_or("");
-      profile->unconfirmed = root.String("unconfirmed").value_or("");
-      profile->vendor_id = root.RequiredInteger("vendor_id", 0, kLastId).value_or(0);
-      profile->product_id = root.RequiredInteger("product_id", 0, kLastId).value_or(0);
-      profile->silence_is_unchanged =
-          root.OneOf<bool>("silence", {{"lost", false}, {"unchanged", true}}).value_or(false);
-      if (!root.Has("exchange")) root.AddMissing("exchange", "at least one [[exchange]]");
-      for (const TomlTable& table : root.Tables("exchange")) {
-        profile->exchanges.push_back(ReadExchange(table));
-      }
-      document.ReportUnknownKeys();
-      if (!found.HasFaults()) {
-        if (const auto fault = FaultOf(*profile)) root.AddFault("", *fault);
-      }
+  auto profile = ReadDocument(text, file, faults, [](TomlDocument& document) {
+    const TomlTable root = document.Root();
+    zoom::HidProfile read;
+    root.RequiredInteger("schema", 1, 1);
+    read.name = root.RequiredString("name").value_or("");
+    read.source = root.RequiredString("source").value_or("");
+    read.unconfirmed = root.String("unconfirmed").value_or("");
+    read.vendor_id = root.RequiredInteger("vendor_id", 0, kLastId).value_or(0);
+    read.product_id = root.RequiredInteger("product_id", 0, kLastId).value_or(0);
+    read.silence_is_unchanged =
+        root.OneOf<bool>("silence", {{"lost", false}, {"unchanged", true}}).value_or(false);
+    if (!root.Has("exchange")) root.AddMissing("exchange", "at least one [[exchange]]");
+    for (const TomlTable& table : root.Tables("exchange")) {
+      read.exchanges.push_back(ReadExchange(table));
     }
+    return read;
+  });
+  if (!profile) return std::nullopt;
+  if (const auto fault = FaultOf(*profile)) {
+    faults.Add({Fault::Severity::kFault, file, 1, "", *fault});
+    return std::nullopt;
   }
-  faults.Append(found);
-  if (found.HasFaults()) return std::nullopt;
   return profile;
 }
 

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "app/daemon/device_wait.h"
-#include "app/daemon/diagnosis_process.h"
 #include "app/log/log.h"
+#include "drivers/files/package_paths.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -57,7 +57,7 @@ Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(
     supervisors->cameras_.push_back(
         {name, std::make_unique<camera::CameraSupervisor>(
                    camera, vision, std::move(devices).value(), supervisors->stores_,
-                   PlumblineProgram(), mailboxes.cameras[k], CameraSink(name), show)});
+                   files::PlumblineProgram(), mailboxes.cameras[k], CameraSink(name), show)});
   }
   return supervisors;
 }

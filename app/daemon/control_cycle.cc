@@ -7,6 +7,7 @@
 
 #include "app/version.h"
 #include "drivers/real_time.h"
+#include "firmware-like/cycle_status.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -42,38 +43,9 @@ void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& b
   for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
 }
 
-std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring) {
-  int warnings = 0;
-  if (monitoring.drift_alarm) warnings |= warning::kDrift;
-  if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
-  if (monitoring.fault) warnings |= warning::kMonitoringFault;
-  if (monitoring.storage_unavailable) warnings |= warning::kStorage;
-  return static_cast<std::uint16_t>(warnings);
-}
-
 /// The last two bytes of an IPv4 or IPv6 address, the last one low.
 std::uint16_t AddressEnd(const modbus::Client& client) {
   return static_cast<std::uint16_t>(client.address[14] << 8 | client.address[15]);
-}
-
-/// Warning bits raised by any camera.
-std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras) {
-  int warnings = 0;
-  for (const status::CameraStatus& camera : cameras) {
-    if (!camera.configured) continue;
-    if (camera.lens_stale) warnings |= warning::kLensStale;
-    if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
-    if (camera.board_wanted) warnings |= warning::kBoardWanted;
-  }
-  return static_cast<std::uint16_t>(warnings);
-}
-
-std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s) {
-  if (!scene.FreshAt(now_s)) return 0;
-  int warnings = 0;
-  if (scene.interferences > 0) warnings |= warning::kInterference;
-  if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
-  return static_cast<std::uint16_t>(warnings);
 }
 
 CameraInput CameraInputFrom(const status::CameraStatus& camera) {

@@ -5,12 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
 #include "drivers/files/open_failure.h"
-#include "drivers/files/package_paths.h"
 #include "drivers/os/descriptor.h"
 
 namespace plumbline::daemon {
@@ -58,11 +56,6 @@ std::optional<std::string> DiagnosisProcess::Poll() {
   std::string last_line = LastLine(output_file_);
   if (last_line.empty() && end->exit_code == os::ExitStatus::kNotRun) last_line = "cannot be run";
   return last_line.empty() ? how : fmt::format("{}: {}", how, last_line);
-}
-
-std::string PlumblineProgram() {
-  if (const char* named = std::getenv("PLUMBLINE_PROGRAM")) return named;
-  return files::SiblingProgram("plumbline");
 }
 
 }  // namespace plumbline::daemon

@@ -31,8 +31,4 @@ class DiagnosisProcess {
   std::string output_file_;
 };
 
-/// Path of the program `plumbline` of the same package, or the value of the environment variable
-/// PLUMBLINE_PROGRAM.
-std::string PlumblineProgram();
-
 }  // namespace plumbline::daemon

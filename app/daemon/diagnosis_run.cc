@@ -7,8 +7,6 @@
 #include <filesystem>
 
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
-#include "app/config/utc_text.h"
 #include "app/daemon/probe_row.h"
 #include "app/journal/journal_csv.h"
 #include "app/model_store/model_change.h"
@@ -16,8 +14,11 @@
 #include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/utc_clock.h"
+#include "app/text/utc_text.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/package_paths.h"
 #include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/containment_radius.h"
@@ -116,10 +117,10 @@ Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int
       model_store::ModelStore::Open(config.state_directory);
   if (!store || applied_model == 0) return Error{"the model store cannot be used"};
   Result<DiagnosisProcess> started = DiagnosisProcess::Start(
-      {PlumblineProgram(), "diagnose", store->ModelFile(applied_model), folder + "/measured.csv",
-       "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
-       "--report", folder + "/report.html", "--time-zero",
-       config::TextFromUtc(journal.EpochUtc_s()), "--order-unknown"},
+      {files::PlumblineProgram(), "diagnose", store->ModelFile(applied_model),
+       folder + "/measured.csv", "--json", folder + "/diagnosis.json", "--write-model",
+       folder + "/corrected.toml", "--report", folder + "/report.html", "--time-zero",
+       text::TextFromUtc(journal.EpochUtc_s()), "--order-unknown"},
       folder + "/output.txt");
   if (!started) return started.failure();
   sink({log::Event::kDiagnosisStarted,
@@ -155,7 +156,7 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const config::DaemonConf
 Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& config,
                                                     const std::function<void()>& step) const {
   const std::string folder = Folder(config);
-  const Result<std::string> json = config::ReadTextFile(folder + "/diagnosis.json");
+  const Result<std::string> json = files::ReadTextFile(folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
   Result<model_store::ModelFacts> read = model_store::ModelFactsFromDiagnosis(*json);
   if (!read) return read.failure();
@@ -177,7 +178,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
     outcome.message = what + "; nothing proposed";
     return outcome;
   }
-  const Result<std::string> model = config::ReadTextFile(folder + "/corrected.toml");
+  const Result<std::string> model = files::ReadTextFile(folder + "/corrected.toml");
   if (!model) return Error{"corrected.toml: " + model.error()};
   config::FaultList faults;
   const auto cell = config::CellFromText(*model, folder + "/corrected.toml", faults);

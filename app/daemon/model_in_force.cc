@@ -8,11 +8,11 @@
 
 #include "app/config/daemon_config_reader.h"
 #include "app/config/required_file.h"
-#include "app/config/text_file.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -151,7 +151,7 @@ std::optional<Declared> ReadDeclared(const std::string& path, config::FaultList&
   // Each file is read once, so that the text recorded in the store is the text that was parsed.
   std::map<std::string, std::string> texts;
   const auto read = [&texts](const std::string& file) {
-    Result<std::string> content = config::ReadTextFile(file);
+    Result<std::string> content = files::ReadTextFile(file);
     if (content) texts[file] = *content;
     return content;
   };
@@ -171,7 +171,7 @@ std::optional<config::DaemonConfig> ReadApplied(const std::string& path, const D
                                                 config::FaultList& faults) {
   const std::string& directory = declared.config.state_directory;
   const config::FileSource files = [&](const std::string& file) {
-    return file == declared.config.cell_file ? store.Text(version) : config::ReadTextFile(file);
+    return file == declared.config.cell_file ? store.Text(version) : files::ReadTextFile(file);
   };
   config::FaultList model_faults;
   std::optional<config::DaemonConfig> applied =

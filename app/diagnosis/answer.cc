@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
-
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/angle.h"
@@ -15,19 +13,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json Number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json Millimetres(double metres) {
-  return Number(metres * kMmPerMetre);
+  return text::NumberJson(metres * kMmPerMetre);
 }
 
 Json JsonOf(const model::EffectParameter& parameter) {
   if (!parameter.word.empty()) return {{"name", parameter.name}, {"value", parameter.word}};
   return {{"name", parameter.name},
-          {"value", Number(parameter.value)},
-          {"sd", parameter.sd ? Number(*parameter.sd) : Json(nullptr)},
+          {"value", text::NumberJson(parameter.value)},
+          {"sd", parameter.sd ? text::NumberJson(*parameter.sd) : Json(nullptr)},
           {"unit", parameter.unit}};
 }
 
@@ -40,8 +34,8 @@ Json JsonOf(const Finding& finding) {
   Json json = {{"id", written.id},
                {"scope", written.scope},
                {"parameters", parameters},
-               {"p_value", Number(finding.p_value)},
-               {"share_of_residual", Number(finding.share_of_residual)}};
+               {"p_value", text::NumberJson(finding.p_value)},
+               {"share_of_residual", text::NumberJson(finding.share_of_residual)}};
   const std::string line = LinearTrendText(finding.effect);
   if (!line.empty()) json["in_words"] = line;
   return json;
@@ -63,8 +57,8 @@ Json JsonOf(const ExplanationCheck& check) {
   return {{"name", check.name},
           {"effect", check.effect.empty() ? Json(nullptr) : Json(check.effect)},
           {"passed", check.passed},
-          {"figure", Number(check.figure)},
-          {"limit", Number(check.limit)},
+          {"figure", text::NumberJson(check.figure)},
+          {"limit", text::NumberJson(check.limit)},
           {"in_words", check.sentence}};
 }
 
@@ -119,9 +113,10 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   for (const Finding& finding : diagnosis.findings) answer["effects"].push_back(JsonOf(finding));
   answer["rivals"] = Json::array();
   for (const Rival& rival : diagnosis.rivals) {
-    Json& json = answer["rivals"].emplace_back(Json{{"instead_of", rival.instead_of},
-                                                    {"id", rival.id},
-                                                    {"signal_left", Number(rival.signal_left)}});
+    Json& json =
+        answer["rivals"].emplace_back(Json{{"instead_of", rival.instead_of},
+                                           {"id", rival.id},
+                                           {"signal_left", text::NumberJson(rival.signal_left)}});
     if (!rival.scope.empty()) json["scope"] = rival.scope;
     if (!rival.word.empty()) json["word"] = rival.word;
     if (rival.cycles) json["cycles_per_turn"] = *rival.cycles;
@@ -158,8 +153,9 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   }
   answer["discrepancy_model"] = nullptr;
   if (!diagnosis.discrepancy.empty()) {
-    answer["discrepancy_model"] = {{"parameters", Number(diagnosis.discrepancy_parameters)},
-                                   {"share_of_correction", Number(diagnosis.discrepancy_share)}};
+    answer["discrepancy_model"] = {
+        {"parameters", text::NumberJson(diagnosis.discrepancy_parameters)},
+        {"share_of_correction", text::NumberJson(diagnosis.discrepancy_share)}};
   }
   answer["remainder"] = answer["discrepancy_model"];  // its previous name
   answer["checks"] = Json::array();

@@ -74,6 +74,30 @@ void AddParameters(const model::Robot& robot, const effects::ParameterSpec& para
   }
 }
 
+/// One column for each entry and pair of degrees in the two signals.
+Block EmpiricalOf(const Dataset& data, SignalIndex first, std::optional<SignalIndex> second,
+                  const std::vector<int>& entries, const std::vector<std::pair<int, int>>& degrees,
+                  double trials) {
+  Block block;
+  block.term.effect = &effects::Empirical();
+  block.id = block.term.effect->traits().id;
+  block.term.drivers = {data.signals[first].column};
+  if (second) block.term.drivers.push_back(data.signals[*second].column);
+  for (const int entry : entries) {
+    for (const auto& [a, b] : degrees) {
+      BlockColumn& column = block.columns.emplace_back();
+      column.entry = entry;
+      column.signal = first;
+      column.degree = a;
+      column.second_signal = second;
+      column.second_degree = b;
+      column.plausible = PlausibleCarried(entry);
+    }
+  }
+  block.trials = trials;
+  return block;
+}
+
 }  // namespace
 
 Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word) {
@@ -156,43 +180,15 @@ std::optional<PeriodicLine> LineOf(const Block& block) {
 
 Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
                      int degree, bool with_constant, double trials) {
-  Block block;
-  block.term.effect = &effects::Empirical();
-  block.id = block.term.effect->traits().id;
-  block.term.drivers = {data.signals[signal].column};
-  for (const int entry : entries) {
-    for (int power = with_constant ? 0 : 1; power <= degree; ++power) {
-      BlockColumn& column = block.columns.emplace_back();
-      column.entry = entry;
-      column.signal = signal;
-      column.degree = power;
-      column.plausible = PlausibleCarried(entry);
-    }
-  }
-  block.trials = trials;
-  return block;
+  std::vector<std::pair<int, int>> degrees;
+  for (int power = with_constant ? 0 : 1; power <= degree; ++power) degrees.emplace_back(power, 0);
+  return EmpiricalOf(data, signal, std::nullopt, entries, degrees, trials);
 }
 
 Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex second,
                        const std::vector<int>& entries, int degree, bool with_constant,
                        double trials) {
-  Block block;
-  block.term.effect = &effects::Empirical();
-  block.id = block.term.effect->traits().id;
-  block.term.drivers = {data.signals[first].column, data.signals[second].column};
-  for (const int entry : entries) {
-    for (const auto& [a, b] : SurfaceDegrees(degree, with_constant)) {
-      BlockColumn& column = block.columns.emplace_back();
-      column.entry = entry;
-      column.signal = first;
-      column.degree = a;
-      column.second_signal = second;
-      column.second_degree = b;
-      column.plausible = PlausibleCarried(entry);
-    }
-  }
-  block.trials = trials;
-  return block;
+  return EmpiricalOf(data, first, second, entries, SurfaceDegrees(degree, with_constant), trials);
 }
 
 std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant) {

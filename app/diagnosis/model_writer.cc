@@ -8,8 +8,8 @@
 
 #include "app/config/cell_reader.h"
 #include "app/config/model_fingerprint.h"
-#include "app/config/utc_text.h"
 #include "app/diagnosis/toml_statements.h"
+#include "app/text/utc_text.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -168,7 +168,7 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
     text += "]\n";
   }
   if (domain.time_zero_s) {
-    text += "time_zero_utc = " + StringText(config::TextFromUtc(*domain.time_zero_s)) + '\n';
+    text += "time_zero_utc = " + StringText(text::TextFromUtc(*domain.time_zero_s)) + '\n';
   }
   return text;
 }

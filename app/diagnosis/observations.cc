@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/config/nearest_word.h"
+#include "app/text/nearest_word.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -30,7 +30,7 @@ Result<ArtefactIndex> ArtefactNamed(const model::CellModel& cell, const table::M
   for (const model::Artefact& artefact : cell.artefacts) names.push_back(artefact.name);
   const auto found = std::find(names.begin(), names.end(), row.artefact);
   if (found != names.end()) return ArtefactIndex(found - names.begin());
-  const std::string nearest = config::NearestWord(row.artefact, names, 0.4);
+  const std::string nearest = text::NearestWord(row.artefact, names, 0.4);
   return Error{fmt::format(
       "line {}: artefact \"{}\" is not declared in the cell{}; add an [[artefact]] with that name, "
       "or correct the row",

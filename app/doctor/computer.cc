@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <sstream>
 
-#include "app/config/utc_text.h"
 #include "app/service/utc_clock.h"
+#include "app/text/utc_text.h"
 
 namespace plumbline::doctor {
 namespace {
@@ -35,7 +35,7 @@ bool InPath(const std::string& program) {
 
 CheckResult CheckClock() {
   const double now_s = service::SystemUtcSeconds();
-  const std::string when = config::TextFromUtc(now_s);
+  const std::string when = text::TextFromUtc(now_s);
   if (now_s < kEarliest_s) {
     return {Health::kFault, "clock", when + ": the clock was never set",
             "set it and enable time synchronisation: systemctl enable --now systemd-timesyncd"};

@@ -15,10 +15,10 @@
 #include <mutex>
 #include <thread>
 
-#include "app/config/text_file.h"
 #include "app/service/utc_clock.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
+#include "drivers/files/text_file.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/thread_heartbeat.h"
 
@@ -37,7 +37,7 @@ void OpenLibrary() {
 
 Result<std::string> PasswordOf(const config::MqttConfig& config) {
   if (config.password_file.empty()) return std::string();
-  Result<std::string> text = config::ReadTextFile(config.password_file);
+  Result<std::string> text = files::ReadTextFile(config.password_file);
   if (!text) return Error{fmt::format("{}: {}", config.password_file, text.error())};
   return text->substr(0, text->find_first_of("\r\n"));
 }

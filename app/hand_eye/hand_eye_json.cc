@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "app/lens/lens_model.h"
-#include "app/printed_digits.h"
 #include "app/text/json_text.h"
+#include "app/text/printed_digits.h"
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -64,8 +64,8 @@ std::string PoseLine(const char* what, const char* frame, const PoseWithCovarian
   const Vec6 sd = pose.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Vec3 p_sd = kMmPerMetre * sd.head<3>();
   const double rotation_sd = sd.tail<3>().norm() / kRadPerDeg;
-  const int mm = DecimalsFor({p_sd.x(), p_sd.y(), p_sd.z()}, 2),
-            deg = DecimalsFor({rotation_sd}, 3);
+  const int mm = text::DecimalsFor({p_sd.x(), p_sd.y(), p_sd.z()}, 2),
+            deg = text::DecimalsFor({rotation_sd}, 3);
   return fmt::format(
       "  {} in the {}: {:.{}f}, {:.{}f}, {:.{}f} mm (+- {:.{}f}, {:.{}f}, {:.{}f}); roll, pitch, "
       "yaw {:.{}f}, {:.{}f}, {:.{}f} deg (+- {:.{}f})\n",
@@ -123,14 +123,14 @@ std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {
   if (IsSet(result.camera)) {
     text += PoseLine("camera", to_hand ? "base" : "flange", result.camera);
     text += PoseLine("target", to_hand ? "flange" : "base", result.target);
-    const int ratio = DecimalsFor({result.size_ratio_sd}, 4);
+    const int ratio = text::DecimalsFor({result.size_ratio_sd}, 4);
     text += fmt::format(
         "  standard deviation of a point that the camera sees: {:.{}f} mm\n"
         "  error on held-out images: {:.2f} px and {:.2f} mm ({:.2f} px and {:.2f} mm by the "
         "linear method)\n"
         "  noise: corners {:.3f} px, robot {:.3f} mm; target size {:.{}f} +- {:.{}f} times the "
         "declared one\n",
-        kMmPerMetre * result.point_sd_m, DecimalsFor({kMmPerMetre * result.point_sd_m}, 3),
+        kMmPerMetre * result.point_sd_m, text::DecimalsFor({kMmPerMetre * result.point_sd_m}, 3),
         result.adjusted.rms_px, kMmPerMetre * result.adjusted.position_m, result.linear.rms_px,
         kMmPerMetre * result.linear.position_m, result.sigma_px, kMmPerMetre * result.robot_m,
         result.size_ratio, ratio, result.size_ratio_sd, ratio);

@@ -49,10 +49,8 @@ std::string Quoted(const std::string& text) {
 
 std::optional<Mapping> MappingFromText(std::string_view text, const std::string& file,
                                        config::FaultList& faults) {
-  config::FaultList own;
-  Mapping mapping;
-  config::TomlDocument document(text, file, own);
-  if (document.parsed()) {
+  return config::ReadDocument(text, file, faults, [](config::TomlDocument& document) {
+    Mapping mapping;
     const config::TomlTable root = document.Root();
     root.RequiredInteger("schema", 1, 1);
     mapping.layout.separator = root.OneOf<char>(
@@ -60,11 +58,8 @@ std::optional<Mapping> MappingFromText(std::string_view text, const std::string&
     mapping.layout.decimal = root.OneOf<char>("decimal", {{"comma", ','}, {"point", '.'}});
     mapping.layout.header_line = root.Integer("header_line", 0, 1000);
     for (const config::TomlTable& table : root.Tables("column")) ReadColumn(table, mapping.columns);
-    document.ReportUnknownKeys();
-  }
-  faults.Append(own);
-  if (own.HasFaults()) return std::nullopt;
-  return mapping;
+    return mapping;
+  });
 }
 
 std::string TextOfMapping(const Mapping& mapping) {

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <queue>
 
+#include "app/lens/point_grid.h"
+
 namespace plumbline::lens {
 namespace {
 
@@ -19,44 +21,6 @@ double AngleBetween(double a, double b) {
   const double difference = std::fmod(std::abs(a - b), std::numbers::pi);
   return std::min(difference, std::numbers::pi - difference);
 }
-
-/// Spatial index of the points for nearest-neighbour queries.
-class Cells {
- public:
-  Cells(const std::vector<SaddlePoint>& points, double size) : points_(points), size_(size) {
-    for (std::size_t k = 0; k < points.size(); ++k)
-      cells_[Key(points[k].at)].push_back(static_cast<int>(k));
-  }
-  std::vector<int> Nearest(int of) const {
-    const auto [x, y] = Key(points_[of].at);
-    std::vector<std::pair<double, int>> near;
-    for (int reach = 1; reach <= 4 && near.size() < kNeighbourCandidates; ++reach) {
-      near.clear();
-      for (int i = -reach; i <= reach; ++i) {
-        for (int j = -reach; j <= reach; ++j) {
-          const auto cell = cells_.find({x + i, y + j});
-          if (cell == cells_.end()) continue;
-          for (const int k : cell->second) {
-            if (k != of) near.emplace_back((points_[k].at - points_[of].at).norm(), k);
-          }
-        }
-      }
-    }
-    const std::size_t count = std::min(kNeighbourCandidates, near.size());
-    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
-    std::vector<int> nearest;
-    for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
-    return nearest;
-  }
-
- private:
-  std::pair<int, int> Key(const Vec2& at) const {
-    return {static_cast<int>(at.x() / size_), static_cast<int>(at.y() / size_)};
-  }
-  const std::vector<SaddlePoint>& points_;
-  double size_;
-  std::map<std::pair<int, int>, std::vector<int>> cells_;
-};
 
 /// The neighbours of a corner in four directions: along edge [0], along edge [1], and their
 /// opposites; -1 if there is none.
@@ -91,10 +55,12 @@ std::vector<Links> LinksOf(const std::vector<SaddlePoint>& points) {
   double extent = 1;
   for (const SaddlePoint& point : points) extent = std::max(extent, point.at.maxCoeff());
   const double size = std::max(8.0, extent / std::sqrt(static_cast<double>(points.size()) + 1));
-  const Cells cells(points, size);
+  std::vector<Vec2> positions;
+  for (const SaddlePoint& point : points) positions.push_back(point.at);
+  const PointGrid grid(std::move(positions), size);
   std::vector<Links> nearest(points.size(), Links{-1, -1, -1, -1});
   for (std::size_t k = 0; k < points.size(); ++k) {
-    for (const int other : cells.Nearest(static_cast<int>(k))) {
+    for (const int other : grid.Nearest(static_cast<int>(k), kNeighbourCandidates, {1, 2, 3, 4})) {
       const int direction = LinkDirection(points[k], points[other]);
       if (direction >= 0 && nearest[k][direction] < 0) nearest[k][direction] = other;
     }

@@ -7,6 +7,8 @@
 #include <optional>
 #include <queue>
 
+#include "app/lens/point_grid.h"
+
 namespace plumbline::lens {
 namespace {
 
@@ -21,7 +23,6 @@ constexpr double kMaxAreaRatio = 2.2;  // ratio of the areas of neighbours
 constexpr double kMaxOffPlace = 0.3;   // of the shorter step
 constexpr std::size_t kNearest = 8;    // neighbours considered for the first steps
 constexpr double kMinSine = 0.5;       // between the two first steps
-constexpr int kMaxSearchCells = 16;
 constexpr std::size_t kMinDiscs = 7;
 
 /// Sums over the pixels of one region.
@@ -48,71 +49,17 @@ std::optional<Disc> DiscOf(const Moments& m, double longest) {
   return disc;
 }
 
-/// Spatial index of the discs, with cells of about one disc each.
-class DiscCells {
- public:
-  explicit DiscCells(const std::vector<Disc>& discs) : discs_(discs) {
-    Vec2 extent = Vec2::Ones();
-    for (const Disc& disc : discs) extent = extent.cwiseMax(disc.at);
-    const double each = extent.x() * extent.y() / static_cast<double>(discs.size() + 1);
-    size_ = std::max(4.0, std::sqrt(each));
-    columns_ = static_cast<int>(extent.x() / size_) + 1;
-    rows_ = static_cast<int>(extent.y() / size_) + 1;
-    cells_.resize(static_cast<std::size_t>(columns_) * rows_);
-    for (std::size_t k = 0; k < discs.size(); ++k)
-      cells_[Of(discs[k].at.y(), rows_) * columns_ + Of(discs[k].at.x(), columns_)].push_back(
-          static_cast<int>(k));
+/// Grid of the discs, with cells of about one disc each.
+PointGrid GridOf(const std::vector<Disc>& discs) {
+  std::vector<Vec2> centres;
+  Vec2 extent = Vec2::Ones();
+  for (const Disc& disc : discs) {
+    centres.push_back(disc.at);
+    extent = extent.cwiseMax(disc.at);
   }
-
-  /// Calls `each` for the discs of all cells that a square touches; some are outside the square.
-  template <typename Each>
-  void Around(const Vec2& at, double reach, const Each& each) const {
-    for (int row = Of(at.y() - reach, rows_); row <= Of(at.y() + reach, rows_); ++row) {
-      for (int column = Of(at.x() - reach, columns_); column <= Of(at.x() + reach, columns_);
-           ++column) {
-        for (const int disc : cells_[row * columns_ + column]) each(disc);
-      }
-    }
-  }
-
-  /// Up to kNearest other discs within a few cells, nearest first.
-  std::vector<int> NearestTo(int of) const {
-    std::vector<std::pair<double, int>> near;
-    for (int reach = 2; reach <= kMaxSearchCells && near.size() < kNearest; reach *= 2) {
-      near.clear();
-      Around(discs_[of].at, reach * size_, [&](int other) {
-        if (other != of) near.emplace_back((discs_[other].at - discs_[of].at).squaredNorm(), other);
-      });
-    }
-    const std::size_t count = std::min(kNearest, near.size());
-    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
-    std::vector<int> nearest;
-    for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
-    return nearest;
-  }
-
-  /// The disc nearest to a position, or -1.
-  int At(const Vec2& place, double within) const {
-    int nearest = -1;
-    double least = within * within;
-    Around(place, within, [&](int disc) {
-      const double distance = (discs_[disc].at - place).squaredNorm();
-      if (distance >= least) return;
-      least = distance;
-      nearest = disc;
-    });
-    return nearest;
-  }
-
- private:
-  int Of(double at, int count) const {
-    return std::clamp(static_cast<int>(at / size_), 0, count - 1);
-  }
-  const std::vector<Disc>& discs_;
-  double size_ = 1;
-  int columns_ = 1, rows_ = 1;
-  std::vector<std::vector<int>> cells_;
-};
+  const double each = extent.x() * extent.y() / static_cast<double>(discs.size() + 1);
+  return {std::move(centres), std::max(4.0, std::sqrt(each))};
+}
 
 bool SimilarSize(const Disc& a, const Disc& b) {
   return std::max(a.area, b.area) < kMaxAreaRatio * std::min(a.area, b.area);
@@ -127,9 +74,9 @@ struct Axes {
 };
 
 /// The two shortest non-parallel steps from a disc, which span the lattice.
-std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const DiscCells& cells, int seed) {
+std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const PointGrid& grid, int seed) {
   std::optional<Vec2> first;
-  for (const int other : cells.NearestTo(seed)) {
+  for (const int other : grid.Nearest(seed, kNearest, {2, 4, 8, 16})) {
     if (!SimilarSize(discs[seed], discs[other])) continue;
     const Vec2 step = discs[other].at - discs[seed].at;
     if (!first) {
@@ -141,7 +88,7 @@ std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const DiscCells& cell
   return std::nullopt;
 }
 
-std::map<LatticePlace, int> NumberDiscsFrom(const std::vector<Disc>& discs, const DiscCells& cells,
+std::map<LatticePlace, int> NumberDiscsFrom(const std::vector<Disc>& discs, const PointGrid& grid,
                                             int seed, const Axes& axes, std::vector<bool>& taken) {
   struct Step {
     int disc;
@@ -160,7 +107,7 @@ std::map<LatticePlace, int> NumberDiscsFrom(const std::vector<Disc>& discs, cons
     for (const auto& [dx, dy] :
          {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}) {
       const Vec2 direction = dx * step.axes.x + dy * step.axes.y;
-      const int next = cells.At(discs[step.disc].at + direction, within);
+      const int next = grid.At(discs[step.disc].at + direction, within);
       if (next < 0 || taken[next] || !SimilarSize(discs[step.disc], discs[next])) continue;
       Axes onward = step.axes;
       const Vec2 stepped = discs[next].at - discs[step.disc].at;
@@ -206,14 +153,14 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
 }
 
 std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs) {
-  const DiscCells cells(discs);
+  const PointGrid grid = GridOf(discs);
   std::vector<bool> taken(discs.size(), false);
   std::vector<std::map<LatticePlace, int>> lattices;
   for (std::size_t seed = 0; seed < discs.size(); ++seed) {
     if (taken[seed]) continue;
-    const auto axes = AxesAt(discs, cells, static_cast<int>(seed));
+    const auto axes = AxesAt(discs, grid, static_cast<int>(seed));
     if (!axes) continue;
-    auto lattice = NumberDiscsFrom(discs, cells, static_cast<int>(seed), *axes, taken);
+    auto lattice = NumberDiscsFrom(discs, grid, static_cast<int>(seed), *axes, taken);
     if (lattice.size() >= kMinDiscs) lattices.push_back(std::move(lattice));
   }
   std::stable_sort(lattices.begin(), lattices.end(),

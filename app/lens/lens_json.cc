@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 
@@ -12,21 +10,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json Number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json UncertaintyJson(const ProjectionUncertainty& uncertainty) {
   Json grid = Json::array();
   for (int row = 0; row < uncertainty.rows; ++row) {
     Json line = Json::array();
     for (int column = 0; column < uncertainty.columns; ++column)
-      line.push_back(Number(uncertainty.sd_px[row * uncertainty.columns + column]));
+      line.push_back(text::NumberJson(uncertainty.sd_px[row * uncertainty.columns + column]));
     grid.push_back(std::move(line));
   }
   Json basis = "infinity";
   if (uncertainty.distance_m) basis = {{"distance_mm", *uncertainty.distance_m * kMmPerMetre}};
-  return {{"basis", basis}, {"max", Number(uncertainty.max_px)}, {"grid", grid}};
+  return {{"basis", basis}, {"max", text::NumberJson(uncertainty.max_px)}, {"grid", grid}};
 }
 
 /// The usable region; null: the whole image.
@@ -36,7 +30,7 @@ Json RegionJson(const LensCalibration& c) {
   return {{"centre", {middle.x(), middle.y()}},
           {"radius_px", c.usable_radius_px},
           {"share", UsableShare(c)},
-          {"max_beyond_px", Number(c.everywhere_px)}};
+          {"max_beyond_px", text::NumberJson(c.everywhere_px)}};
 }
 
 Json BoardJson(const Board& board) {
@@ -127,7 +121,9 @@ bool FillRegion(const nlohmann::json& root, KnownLens& lens) {
 
 std::string LensJson(const LensCalibration& c) {
   const bool any = c.lens.fx > 0;
-  const auto value = [any](double number) { return any ? Number(number) : Json(nullptr); };
+  const auto value = [any](double number) {
+    return any ? text::NumberJson(number) : Json(nullptr);
+  };
   Json order = Json::array(), matrix = Json::array(), refused = Json::array();
   const int count = ParametersOf(c.lens);
   for (int i = 0; i < count; ++i) {

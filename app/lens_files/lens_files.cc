@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "app/lens_files/artoolkit_file.h"
+#include "app/lens_files/opencv_file.h"
 #include "app/lens_files/opencv_values.h"
-#include "app/lens_store/opencv_file.h"
 
 namespace plumbline::lens_files {
 namespace {
@@ -170,8 +170,8 @@ Result<lens::LensFile> LensFromFile(std::string_view bytes) {
 
 Result<std::string> LensFileOf(const lens_store::LensEntry& entry, const std::string& path) {
   const auto ends = [&path](std::string_view ending) { return path.ends_with(ending); };
-  if (ends(".xml")) return lens_store::OpenCvXml(entry);
-  if (ends(".yaml") || ends(".yml")) return lens_store::OpenCvYaml(entry);
+  if (ends(".xml")) return OpenCvXml(entry);
+  if (ends(".yaml") || ends(".yml")) return OpenCvYaml(entry);
   if (ends(".dat")) return ArToolKitBytes(entry);
   return Error{fmt::format("the extension selects the file format; use {}", kWrittenEndings)};
 }

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "app/config/xml_document.h"
 #include "app/text/yaml_scalars.h"
-#include "app/urdf/xml_document.h"
 
 namespace plumbline::lens_files {
 namespace {
@@ -42,7 +42,7 @@ std::optional<std::vector<double>> NumbersIn(std::string_view text) {
 
 Result<NamedNumbers> NumbersOfOpenCvXml(std::string_view text) {
   config::FaultList faults;
-  const urdf::XmlDocument document(text, "", faults);
+  const config::XmlDocument document(text, "", faults);
   if (!document.parsed()) {
     const config::Fault& fault = faults.All().front();
     return Error{"line " + std::to_string(fault.line) + ": " + fault.what};

@@ -204,11 +204,6 @@ Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>&
   return entries;
 }
 
-Result<std::vector<LensEntry>> LensStore::Entries(const std::string& camera_serial,
-                                                  const std::string& mode) {
-  return Read(camera_serial, mode);
-}
-
 Result<std::int64_t> LensStore::Count() {
   sqlite::Statement statement(database_->get(), "SELECT count(*) FROM lens");
   if (statement.Step() != SQLITE_ROW) return Failed("cannot be read");
@@ -301,20 +296,6 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key, const LensT
     }
   }
   return std::optional(found);
-}
-
-Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
-                                                     const LensTolerance& tolerance,
-                                                     std::int32_t lowest, std::int32_t highest,
-                                                     int count, double good_enough,
-                                                     const lens::DeclaredFacts& declared) {
-  Result<std::vector<LensEntry>> entries = Usable(key, declared);
-  if (!entries) return entries.failure();
-  std::vector<lens::LensNode> nodes;
-  for (const LensEntry& node : CurveNodes(std::move(entries).value(), key, tolerance)) {
-    nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
-  }
-  return lens::LensCurve(nodes).Propose(lowest, highest, count, good_enough);
 }
 
 }  // namespace plumbline::lens_store

@@ -56,8 +56,6 @@ class LensStore {
 
   /// All entries, oldest first.
   Result<std::vector<LensEntry>> All() { return Read(std::nullopt, ""); }
-  /// All entries of one camera in one mode, oldest first.
-  Result<std::vector<LensEntry>> Entries(const std::string& camera_serial, const std::string& mode);
   Result<std::int64_t> Count();
 
   /// The newest entry within the tolerance; otherwise the curve through the newest entry of each
@@ -69,12 +67,6 @@ class LensStore {
   /// The newest entry within the tolerance that Find() leaves out because of its declarations.
   Result<std::optional<LensEntry>> Withheld(const LensKey& key, const LensTolerance& tolerance,
                                             const lens::DeclaredFacts& declared);
-
-  /// Zooms to calibrate next, the most useful first; see LensCurve::Propose().
-  Result<std::vector<std::int32_t>> Propose(const LensKey& key, const LensTolerance& tolerance,
-                                            std::int32_t lowest, std::int32_t highest, int count,
-                                            double good_enough,
-                                            const lens::DeclaredFacts& declared = {});
 
  private:
   explicit LensStore(sqlite::Database database)

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "app/config/json_integer.h"
+#include "app/text/json_integer.h"
 #include "app/text/json_text.h"
 
 namespace plumbline::lens_store {
@@ -25,8 +25,8 @@ lens::Board BoardFrom(const Json& json) {
   const auto kind = lens::BoardKindOfName(json.at("kind").get<std::string>());
   if (!kind) throw std::runtime_error("unknown kind of board");
   board.kind = *kind;
-  board.columns = config::IntegerFromJson<int>(json.at("columns"));
-  board.rows = config::IntegerFromJson<int>(json.at("rows"));
+  board.columns = text::IntegerFromJson<int>(json.at("columns"));
+  board.rows = text::IntegerFromJson<int>(json.at("rows"));
   board.square_m = json.at("square_mm").get<double>() / kMmPerMetre;
   board.marker_m = json.at("mark_mm").get<double>() / kMmPerMetre;
   board.family = json.at("family").get<std::string>();

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "app/config/text_file.h"
 #include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::model_store {
 namespace {
@@ -28,7 +28,7 @@ bool HasBeenUsed(const std::string& state_directory) {
 }
 
 std::optional<std::string> RecordedConfigurationPath(const std::string& state_directory) {
-  const Result<std::string> text = config::ReadTextFile(RecordFile(state_directory));
+  const Result<std::string> text = files::ReadTextFile(RecordFile(state_directory));
   if (!text) return std::nullopt;
   const std::string path = text->substr(0, text->find('\n'));
   return path.empty() ? std::nullopt : std::optional(path);

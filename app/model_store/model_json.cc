@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/config/json_integer.h"
+#include "app/text/json_integer.h"
 #include "app/text/json_text.h"
 
 namespace plumbline::model_store {
@@ -24,7 +24,7 @@ std::optional<double> NumberIn(const json& object, const char* name) {
 
 std::optional<int> WholeIn(const json& object, const char* name) {
   const auto found = object.find(name);
-  return found == object.end() ? std::nullopt : config::IntegerFromJsonIfValid<int>(*found);
+  return found == object.end() ? std::nullopt : text::IntegerFromJsonIfValid<int>(*found);
 }
 
 /// The strings in an array; empty if it is absent.
@@ -125,7 +125,7 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
   const auto history = object.find("history");
   if (history == object.end() || !history->is_array()) return std::nullopt;
   for (const json& number : *history) {
-    const auto version = config::IntegerFromJsonIfValid<int>(number);
+    const auto version = text::IntegerFromJsonIfValid<int>(number);
     if (!version) return std::nullopt;
     state.history.push_back(*version);
   }

@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "app/config/daemon_config.h"
-#include "app/config/text_file.h"
-#include "app/config/utc_text.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/model_json.h"
+#include "app/text/utc_text.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::model_store {
 namespace {
@@ -104,6 +104,9 @@ std::string ModelStore::Path(int number, const char* suffix) const {
 std::string ModelStore::ModelFile(int number) const {
   return Path(number, ".toml");
 }
+std::string ModelStore::ModelFile(const std::string& state_directory, int number) {
+  return ModelStore(state_directory + "/models").ModelFile(number);
+}
 std::string ModelStore::ReportFile(int number) const {
   return Path(number, ".html");
 }
@@ -156,7 +159,7 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
   if (type == std::filesystem::file_type::none) {
     return lost(files::ReadErrorText(path, hidden.message()));
   }
-  const Result<std::string> text = config::ReadTextFile(path);
+  const Result<std::string> text = files::ReadTextFile(path);
   if (!text) return lost(files::ReadErrorText(path, text.error()));
   if (const Result<void> known = CheckSchema(path, *text); !known) return known.failure();
   const std::optional<ModelState> state = ModelStateFromJson(*text);
@@ -176,7 +179,7 @@ Result<int> ModelStore::NewestDeclared() const {
 
 Result<ModelFacts> ModelStore::Facts(int number) const {
   const std::string path = Path(number, ".json");
-  const Result<std::string> text = config::ReadTextFile(path);
+  const Result<std::string> text = files::ReadTextFile(path);
   if (!text)
     return Error{fmt::format("no version {}: {}: {}", number, path,
                              files::ReadErrorText(path, text.error()))};
@@ -201,7 +204,7 @@ Result<std::vector<ModelVersion>> ModelStore::Versions() const {
 Result<std::string> ModelStore::Text(int number) const {
   const Result<ModelFacts> facts = Facts(number);  // a model without facts is incomplete
   if (!facts) return facts.failure();
-  const Result<std::string> text = config::ReadTextFile(ModelFile(number));
+  const Result<std::string> text = files::ReadTextFile(ModelFile(number));
   if (!text)
     return Error{fmt::format("{}: {}", ModelFile(number),
                              files::ReadErrorText(ModelFile(number), text.error()))};
@@ -229,7 +232,7 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   }
   ModelFacts complete = facts;
   if (!report.empty()) {
-    const Result<std::string> content = config::ReadTextFile(report);
+    const Result<std::string> content = files::ReadTextFile(report);
     if (!content)
       return Error{fmt::format("{}: {}", report, files::ReadErrorText(report, content.error()))};
     const Result<void> kept = files::ReplaceFileDurably(ReportFile(number), *content, 0444);
@@ -263,7 +266,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     const Result<ModelState> present = State();
     if (present && describes_same_cell(present->declared)) return present->declared;
   }
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
+  const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> read = State();
   if (!read) return read.failure();
@@ -274,7 +277,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   if (!initialized) return initialized.failure();
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
-  facts.date = config::TextOfUtcNow();
+  facts.date = text::TextOfUtcNow();
   facts.from = file;
   const Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
@@ -310,13 +313,13 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
 Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
                                 const std::string& report) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
+  const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
   if (!state) return state.failure();
   const Result<void> initialized = InitializeState();
   if (!initialized) return initialized.failure();
-  if (facts.date.empty()) facts.date = config::TextOfUtcNow();
+  if (facts.date.empty()) facts.date = text::TextOfUtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
@@ -327,7 +330,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
 }
 
 Result<void> ModelStore::Apply(int number) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
+  const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   bool damaged = false;
   const Result<ModelState> read = ReadState(damaged);
@@ -354,7 +357,7 @@ Result<void> ModelStore::Apply(int number) {
 }
 
 Result<int> ModelStore::RollBack() {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
+  const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
   if (!state) return state.failure();

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/model_store/file_lock.h"
+#include "drivers/files/file_lock.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::model_store {
@@ -104,6 +104,8 @@ class ModelStore {
   Result<ModelFacts> Facts(int number) const;
   Result<std::string> Text(int number) const;
   std::string ModelFile(int number) const;
+  /// The same for readers that do not open the store.
+  static std::string ModelFile(const std::string& state_directory, int number);
   std::string ReportFile(int number) const;
 
   /// Records the content of the configured cell file. If it describes the same cell as the version
@@ -149,7 +151,7 @@ class ModelStore {
   Result<std::vector<int>> Numbers() const;
 
   std::string folder_;
-  FileLock::WaitPolicy lock_wait_;
+  files::FileLock::WaitPolicy lock_wait_;
 };
 
 const char* NameOf(ModelFacts::Origin origin);

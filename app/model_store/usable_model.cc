@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/model_store.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"
 
@@ -120,7 +120,7 @@ std::optional<model::CellModel> AddFaultsOfApplied(const ModelStore& store, cons
 void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::string& cell_file,
                 config::FaultList& faults) {
   const Result<std::string> declared = store.Text(state.declared),
-                            now = config::ReadTextFile(cell_file);
+                            now = files::ReadTextFile(cell_file);
   if (!declared || !now) return;
   std::vector<std::string> changes = CellTextDifferences(*declared, *now);
   if (changes.empty()) return;

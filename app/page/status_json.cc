@@ -1,12 +1,11 @@
 #include "app/page/status_json.h"
 
-#include <cmath>
-
 #include "app/page/camera_facts.h"
 #include "app/page/metrics.h"
 #include "app/text/json_text.h"
 #include "app/version.h"
 #include "app/view/silent_daemon.h"
+#include "app/view_link/json_values.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -51,22 +50,6 @@ Json TilesJson(const std::vector<view::PointTile>& tiles) {
   return list;
 }
 
-Json FiniteJson(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-template <typename T>
-Json KnownJson(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-template <typename Vector>
-Json ListJson(const Vector& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(FiniteJson(value));
-  return list;
-}
-
 Json WordsJson(std::uint16_t word, std::span<const plc::BitMeaning> bits) {
   Json list = Json::array();
   for (const plc::BitMeaning& bit : bits) {
@@ -77,13 +60,14 @@ Json WordsJson(std::uint16_t word, std::span<const plc::BitMeaning> bits) {
 
 /// Commanded joint positions of a point, in SI and in the units of the configuration (deg, mm).
 Json PostureJson(const view_link::ViewPoint& point, const std::vector<model::JointType>& types) {
-  Json json = {{"q", ListJson(point.q)}, {"taught", point.taught}, {"differs", point.differs}};
+  Json json = {
+      {"q", view_link::VectorJson(point.q)}, {"taught", point.taught}, {"differs", point.differs}};
   if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
   json["joints"] = Json::array();
   for (std::size_t i = 0; i < types.size(); ++i) {
     const model::JointColumnForm& form = model::PositionForm(types[i]);
     const double shown = form.from_SI * point.q[static_cast<int>(i)];
-    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", form.unit}});
+    json["joints"].push_back({{"value", text::NumberJson(shown)}, {"unit", form.unit}});
   }
   return json;
 }
@@ -100,8 +84,8 @@ Json PointsJson(const view::DisplayStatus& now) {
                   {"tone", LineJson({"", view::ToneOf(point, *now.state)}).at("tone")},
                   {"extrapolated", point.extrapolated}};
     if (point.valid) {
-      entry["p_B_m"] = ListJson(point.X_BP_command.p);
-      entry["translation_B_m"] = ListJson(point.translation_B);
+      entry["p_B_m"] = view_link::VectorJson(point.X_BP_command.p);
+      entry["translation_B_m"] = view_link::VectorJson(point.translation_B);
       entry["uncertainty_m"] = point.uncertainty_m > 0 ? Json(point.uncertainty_m) : Json(nullptr);
       entry["basis"] = Describe(point.basis);
       entry["posture"] = PostureJson(point, now.joints);
@@ -124,20 +108,20 @@ Json CamerasJson(const view::DisplayStatus& now, double now_s) {
     Json entry = {{"name", facts.name},
                   {"serial", camera.serial},
                   {"mode", camera.mode},
-                  {"images_per_s", FiniteJson(facts.images_per_s)},
+                  {"images_per_s", text::NumberJson(facts.images_per_s)},
                   {"image_age_s", nullptr},
                   {"lens_state", std::string(lens::ZoomStateText(status.state))},
                   {"lens_reason", std::string(lens::ZoomReasonText(status.reason))},
                   {"lens_valid", status.state == lens::ZoomState::kValid},
                   {"lens_id", status.lens_id},
                   {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
-                  {"usable_radius_px", KnownJson(camera.usable_radius_px)},
+                  {"usable_radius_px", view_link::OptionalJson(camera.usable_radius_px)},
                   {"rests_on_no_window", status.rests_on_no_window},
                   {"rests_on_fixed_focus", status.rests_on_fixed_focus},
                   {"prompt", std::string(lens::BoardPromptText(status.prompt))},
                   {"board_views", status.board_views},
-                  {"zoom_counts", KnownJson(status.zoom_counts)},
-                  {"focus_counts", KnownJson(status.focus_counts)},
+                  {"zoom_counts", view_link::OptionalJson(status.zoom_counts)},
+                  {"focus_counts", view_link::OptionalJson(status.focus_counts)},
                   {"tags", tags},
                   {"contradicting_tags", contradicting},
                   {"opencv_prints", status.opencv_prints}};
@@ -157,7 +141,7 @@ Json PairsJson(const std::vector<view::MeasuredPair>& pairs) {
     Json entry = {{"a", pair.a}, {"b", pair.b}, {"measured", pair.separation.has_value()}};
     if (pair.separation) {
       entry["touching"] = pair.separation->touching;
-      entry["distance_m"] = FiniteJson(pair.separation->distance_m);
+      entry["distance_m"] = text::NumberJson(pair.separation->distance_m);
     }
     list.push_back(entry);
   }
@@ -179,29 +163,29 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
   json["warnings"] = {{"word", state.warnings},
                       {"says", WordsJson(state.warnings, plc::registers::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;
-  json["robot"] = {{"data_age_s", read ? FiniteJson(state.data_age_s) : Json(nullptr)},
-                   {"q", ListJson(state.q)},
-                   {"payload_kg", KnownJson(state.payload_kg)},
-                   {"temperature_C", KnownJson(state.temp_C)}};
+  json["robot"] = {{"data_age_s", read ? text::NumberJson(state.data_age_s) : Json(nullptr)},
+                   {"q", view_link::VectorJson(state.q)},
+                   {"payload_kg", view_link::OptionalJson(state.payload_kg)},
+                   {"temperature_C", view_link::OptionalJson(state.temp_C)}};
   json["motion"] = {{"state", motion::Describe(state.motion.state)},
-                    {"age_s", FiniteJson(state.motion.age_s)},
-                    {"tip_acceleration_m_s2", FiniteJson(state.motion.tip_acceleration)},
-                    {"tip_W_m", ListJson(state.motion.tip_W)},
-                    {"radius_m", FiniteJson(state.motion.radius_m)}};
-  json["cycle"] = {{"uptime_s", FiniteJson(state.cycle.uptime_s)},
+                    {"age_s", text::NumberJson(state.motion.age_s)},
+                    {"tip_acceleration_m_s2", text::NumberJson(state.motion.tip_acceleration)},
+                    {"tip_W_m", view_link::VectorJson(state.motion.tip_W)},
+                    {"radius_m", text::NumberJson(state.motion.radius_m)}};
+  json["cycle"] = {{"uptime_s", text::NumberJson(state.cycle.uptime_s)},
                    {"cycles", state.cycle.cycles},
                    {"late", state.cycle.late},
-                   {"longest_s", FiniteJson(state.cycle.longest_s)}};
+                   {"longest_s", text::NumberJson(state.cycle.longest_s)}};
   json["points"] = PointsJson(now);
   const status::MonitoringStatus& monitoring = state.monitoring;
   json["model"] = {{"version", state.model_version},
                    {"proposed", monitoring.model.proposed},
                    {"recording", monitoring.recording},
                    {"probes", monitoring.probes},
-                   {"drift", FiniteJson(monitoring.drift_statistic)},
+                   {"drift", text::NumberJson(monitoring.drift_statistic)},
                    {"drift_alarm", monitoring.drift_alarm},
                    {"diagnosing", monitoring.diagnosing},
-                   {"residual_m", ListJson(monitoring.residual_m)}};
+                   {"residual_m", view_link::VectorJson(monitoring.residual_m)}};
   json["cameras"] = CamerasJson(now, now_s);
   json["pairs"] = PairsJson(now.pairs);
 }

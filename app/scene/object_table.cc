@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <set>
 
-#include "app/config/nearest_word.h"
 #include "app/config/toml_reader.h"
 #include "app/scene/mesh_format.h"
+#include "app/text/nearest_word.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::scene {
@@ -57,7 +57,7 @@ class TableReader {
   }
 
   static std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
-    const std::string nearest = config::NearestWord(word, known, kShare);
+    const std::string nearest = text::NearestWord(word, known, kShare);
     if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", nearest);
     std::string all;
     for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
@@ -325,17 +325,9 @@ class TableReader {
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
                                                const tracking::TagDatabase* tags,
                                                config::FaultList& faults) {
-  config::FaultList own;
-  ObjectTable table;
-  config::TomlDocument document(text, file, own);
-  if (document.parsed()) {
-    table = TableReader(file, tags).Read(document.Root());
-    document.ReportUnknownKeys();
-  }
-  own.SortByLine();
-  faults.Append(own);
-  if (own.HasFaults()) return std::nullopt;
-  return table;
+  return config::ReadDocument(text, file, faults, [&](config::TomlDocument& document) {
+    return TableReader(file, tags).Read(document.Root());
+  });
 }
 
 }  // namespace plumbline::scene

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/config/nearest_word.h"
 #include "app/table/csv_fields.h"
+#include "app/text/nearest_word.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
@@ -101,7 +101,7 @@ std::string HeaderReader::DidYouMean(std::string_view name) const {
     // Those of an orientation have two characters: similar to everything.
     if (column.quantity != Quantity::kOrientation) names.push_back(column.name);
   }
-  const std::string nearest = config::NearestWord(name, names, 0);
+  const std::string nearest = text::NearestWord(name, names, 0);
   const bool there = std::find(fields_.begin(), fields_.end(), nearest) != fields_.end();
   return nearest.empty() || there ? "" : fmt::format("; did you mean {}?", nearest);
 }

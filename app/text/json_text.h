@@ -27,4 +27,7 @@ Json JsonOrNull(std::string_view text);
 std::string JsonText(const nlohmann::json& json, int indent = -1);
 std::string JsonText(const nlohmann::ordered_json& json, int indent = -1);
 
+/// The number; null if it is not finite.
+nlohmann::ordered_json NumberJson(double value);
+
 }  // namespace plumbline::text

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "app/config/xml_document.h"
 #include "app/urdf/chain_difference.h"
 #include "app/urdf/dh_table.h"
-#include "app/urdf/xml_document.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/chain.h"
@@ -153,7 +153,8 @@ struct TextEdit {
   std::string replacement;
 };
 
-TextEdit EditOf(const XmlDocument& document, std::string_view text, const MovedOrigin& moved) {
+TextEdit EditOf(const config::XmlDocument& document, std::string_view text,
+                const MovedOrigin& moved) {
   const std::string tag = fmt::format("<origin xyz=\"{}\" rpy=\"{}\"", Triple(moved.X_PJ.p),
                                       Triple(RollPitchYawFromRotation(moved.X_PJ.R)));
   const pugi::xml_node joint =
@@ -194,7 +195,7 @@ Result<CorrectedOrigins> CorrectedOriginsOf(const UrdfFile& urdf, const JointCha
 
 std::string UrdfWithOrigins(std::string_view text, const std::vector<MovedOrigin>& origins) {
   config::FaultList ignored;  // the text has been read before
-  const XmlDocument document(text, "", ignored);
+  const config::XmlDocument document(text, "", ignored);
   std::vector<TextEdit> edits;
   for (const MovedOrigin& moved : origins) edits.push_back(EditOf(document, text, moved));
   std::sort(edits.begin(), edits.end(),

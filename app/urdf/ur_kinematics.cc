@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "app/config/xml_document.h"
 #include "app/text/yaml_scalars.h"
-#include "app/urdf/xml_document.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::urdf {
@@ -54,7 +54,7 @@ class UrReader {
       return 0;
     }
     const text::YamlScalar& scalar = *found->second;
-    const auto number = NumbersFromText(scalar.value, 1);
+    const auto number = config::NumbersFromText(scalar.value, 1);
     if (!number) {
       Fault(scalar.line, key,
             fmt::format("\"{}\" is not a finite number", scalar.value.substr(0, 60)));

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "app/urdf/xml_document.h"
+#include "app/config/xml_document.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::urdf {
@@ -21,7 +21,7 @@ constexpr double kAxisTolerance = 1e-3;  // rounding of a unit vector, such as 0
 /// Reads elements and attributes; every fault is named by element and line.
 class UrdfReader {
  public:
-  UrdfReader(const XmlDocument& document, std::string file, config::FaultList& faults)
+  UrdfReader(const config::XmlDocument& document, std::string file, config::FaultList& faults)
       : document_(document), file_(std::move(file)), faults_(faults) {}
 
   UrdfFile Read();
@@ -53,7 +53,7 @@ class UrdfReader {
   std::string LinkOf(const pugi::xml_node& joint, const char* end, const std::string& key);
   void Limits(const pugi::xml_node& node, const std::string& key, UrdfJoint& joint);
 
-  const XmlDocument& document_;
+  const config::XmlDocument& document_;
   std::string file_;
   config::FaultList& faults_;
 };
@@ -64,7 +64,7 @@ std::vector<double> UrdfReader::Numbers(const pugi::xml_node& node, const char* 
   const pugi::xml_attribute given = node.attribute(attribute);
   if (!given) return otherwise;
   const std::string place = fmt::format("{}.{}", key, attribute);
-  const auto numbers = NumbersFromText(given.value(), otherwise.size());
+  const auto numbers = config::NumbersFromText(given.value(), otherwise.size());
   if (!numbers) {
     const std::string_view text = given.value();
     if (text.find("${") != std::string_view::npos) {
@@ -270,7 +270,7 @@ class ReferenceCheck {
 std::optional<UrdfFile> UrdfFromText(std::string_view text, const std::string& file,
                                      config::FaultList& faults) {
   config::FaultList own;
-  const XmlDocument document(text, file, own);
+  const config::XmlDocument document(text, file, own);
   UrdfFile urdf;
   if (document.parsed()) {
     urdf = UrdfReader(document, file, own).Read();

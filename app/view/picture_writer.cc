@@ -26,10 +26,9 @@ std::vector<scene::PicturePoint> CornersOfCircle(scene::PicturePoint centre, flo
 
 std::string MarkedText(const PanelLine& line) {
   const StateClass state = ClassOf(line.tone);
+  const bool plain = state == StateClass::kHealthy || state == StateClass::kAdvisory;
   const bool marked = line.text.starts_with("→");  // an instruction
-  return state == StateClass::kHealthy || marked
-             ? line.text
-             : std::string(MarkOf(state).glyph) + " " + line.text;
+  return plain || marked ? line.text : std::string(MarkOf(state).glyph) + " " + line.text;
 }
 
 void PictureWriter::Box(const scene::Area& area, const scene::Colour& colour) {

@@ -16,21 +16,6 @@ namespace {
 constexpr float kMostStretch = 1.2F;  ///< of a tile, to fill a page
 constexpr float kPagerWidth_em = 6.5F;
 
-StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
-  switch (ToneOf(point, state)) {
-    case Tone::kBad:
-      return StateClass::kAlarm;
-    case Tone::kAttention:
-      return StateClass::kWarning;
-    case Tone::kPlain:
-      return StateClass::kAdvisory;
-    case Tone::kGood:
-    case Tone::kFaded:
-      break;
-  }
-  return StateClass::kHealthy;
-}
-
 std::string DriftNote(const status::MonitoringStatus& monitoring) {
   if (monitoring.reference_refused) return "drift: no reference";
   if (monitoring.drift_alarm) {
@@ -53,7 +38,7 @@ PointTile TileOf(const view_link::ViewPoint& point, const ViewFacts& facts) {
   PointTile tile;
   tile.id = point.id;
   tile.name = PointName(facts, point.id);
-  tile.state = StateOf(point, state);
+  tile.state = ClassOf(ToneOf(point, state));
   if (!point.valid) {
     tile.value = "not valid";
     tile.radius = InvalidReason(point, state);

@@ -27,6 +27,7 @@ StateClass ClassOf(Tone tone) {
     case Tone::kBad:
       return StateClass::kAlarm;
     case Tone::kPlain:
+      return StateClass::kAdvisory;
     case Tone::kGood:
     case Tone::kFaded:
       break;

@@ -19,7 +19,7 @@ struct StateMark {
 };
 const StateMark& MarkOf(StateClass state);
 
-/// Class of a tone: the glyph in front of a line of this tone.
+/// Class of a tone.
 StateClass ClassOf(Tone tone);
 
 struct StateStrip {

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "app/config/daemon_config_reader.h"
-#include "app/config/text_file.h"
 #include "app/model_store/model_store.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::view {
 
@@ -15,11 +15,11 @@ std::optional<ViewModel> ReadViewModel(const std::string& path, int version,
   std::optional<config::DaemonConfig> config = config::ReadDaemonConfig(path, faults);
   if (!config) return std::nullopt;
   if (version > 0) {
-    const std::string file = fmt::format("{}/models/{:04}.toml", config->state_directory, version);
+    const std::string file = model_store::ModelStore::ModelFile(config->state_directory, version);
     const config::FileSource files = [&](const std::string& name) {
-      return config::ReadTextFile(name == config->cell_file ? file : name);
+      return files::ReadTextFile(name == config->cell_file ? file : name);
     };
-    const Result<std::string> text = config::ReadTextFile(path);
+    const Result<std::string> text = files::ReadTextFile(path);
     config::FaultList own;
     std::optional<config::DaemonConfig> applied;
     if (text) applied = config::DaemonConfigFromText(*text, path, files, own);

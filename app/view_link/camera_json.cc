@@ -18,12 +18,12 @@ Json ImageJson(const ViewImage& image) {
 ViewImage ImageOf(const Json& json) {
   ViewImage image;
   image.slot = IntWithin(json.at("slot"), 0, kMaxSlots - 1);
-  image.stamp = config::IntegerFromJson<std::uint32_t>(json.at("stamp"));
+  image.stamp = text::IntegerFromJson<std::uint32_t>(json.at("stamp"));
   image.width = IntWithin(json.at("width"), 1, kMaxSide_px);
   image.height = IntWithin(json.at("height"), 1, kMaxSide_px);
   image.colour = json.at("colour").get<bool>();
   image.time_s = json.at("time_s").get<double>();
-  image.sequence = config::IntegerFromJson<std::uint64_t>(json.at("sequence"));
+  image.sequence = text::IntegerFromJson<std::uint64_t>(json.at("sequence"));
   return image;
 }
 
@@ -85,10 +85,10 @@ status::CameraStatus CameraStatusOf(const Json& json) {
   status.state = EnumOf(json.at("state"), lens::ZoomState::kRefused);
   status.reason = EnumOf(json.at("reason"), lens::kLastZoomReason);
   status.prompt = EnumOf(json.at("prompt"), lens::BoardPrompt::kFarther);
-  status.board_views = config::IntegerFromJson<std::uint16_t>(json.at("board_views"));
+  status.board_views = text::IntegerFromJson<std::uint16_t>(json.at("board_views"));
   status.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
   status.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  status.lens_id = config::IntegerFromJson<std::uint32_t>(json.at("lens_id"));
+  status.lens_id = text::IntegerFromJson<std::uint32_t>(json.at("lens_id"));
   status.zoom_time_s = NumberOf(json.at("zoom_time_s"));
   status.frame_time_s = NumberOf(json.at("frame_time_s"));
   ReadFlags(json, kCameraFlags, status);
@@ -97,7 +97,7 @@ status::CameraStatus CameraStatusOf(const Json& json) {
       throw std::out_of_range("too many contradicting tags");
     }
     status.contradicting_tags[status.contradicting_count++] =
-        config::IntegerFromJson<std::int32_t>(id);
+        text::IntegerFromJson<std::int32_t>(id);
   }
   status.tip_W = Vec3Of(json.at("tip_W_m"));
   Eigen::Matrix<double, 9, 1> covariance;
@@ -118,7 +118,7 @@ Json TagJson(const ViewTag& tag) {
 
 ViewTag TagOf(const Json& entry) {
   ViewTag tag;
-  tag.id = config::IntegerFromJson<int>(entry.at("id"));
+  tag.id = text::IntegerFromJson<int>(entry.at("id"));
   for (std::size_t k = 0; k < tag.corners_px.size(); ++k) {
     ReadVector(entry.at("corners_px").at(k), tag.corners_px[k]);
   }

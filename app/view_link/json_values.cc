@@ -11,10 +11,6 @@ constexpr std::size_t kMaxListSize = 4096;
 
 }  // namespace
 
-Json NumberJson(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 double NumberOf(const Json& json) {
   return json.is_null() ? status::CameraStatus::kNever : json.get<double>();
 }
@@ -46,7 +42,7 @@ Pose PoseOfJson(const Json& json) {
 }
 
 int IntWithin(const Json& json, int low, int high) {
-  const auto number = config::IntegerFromJson<std::int64_t>(json);
+  const auto number = text::IntegerFromJson<std::int64_t>(json);
   if (number < low || number > high) {
     throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
   }

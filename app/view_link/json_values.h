@@ -8,7 +8,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "app/config/json_integer.h"
+#include "app/text/json_integer.h"
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/model/robot_state.h"
 
@@ -16,8 +17,7 @@ namespace plumbline::view_link {
 
 using Json = nlohmann::ordered_json;
 
-/// null if the number is not finite.
-Json NumberJson(double value);
+using text::NumberJson;
 /// @return  CameraStatus::kNever for null
 double NumberOf(const Json& json);
 
@@ -59,7 +59,7 @@ template <typename T>
 std::optional<T> OptionalOf(const Json& json) {
   if (json.is_null()) return std::nullopt;
   if constexpr (std::is_integral_v<T>) {
-    return config::IntegerFromJson<T>(json);
+    return text::IntegerFromJson<T>(json);
   } else {
     return json.get<T>();
   }
@@ -68,7 +68,7 @@ std::optional<T> OptionalOf(const Json& json) {
 /// An enumerator between 0 and `last`.
 template <typename E>
 E EnumOf(const Json& json, E last) {
-  const int number = config::IntegerFromJson<int>(json);
+  const int number = text::IntegerFromJson<int>(json);
   if (number < 0 || number > static_cast<int>(last)) {
     throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
   }

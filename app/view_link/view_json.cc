@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "app/config/json_integer.h"
+#include "app/text/json_integer.h"
 #include "app/text/json_text.h"
 #include "app/view_link/camera_json.h"
 #include "app/view_link/json_values.h"
@@ -50,7 +50,7 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
 
 ViewPoint PointOf(const Json& json) {
   ViewPoint point;
-  point.id = config::IntegerFromJson<int>(json.at("id"));
+  point.id = text::IntegerFromJson<int>(json.at("id"));
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
   point.code = EnumOf(json.at("code"), correction::kLastCorrectionCode);
@@ -103,11 +103,11 @@ Json MonitoringJson(const status::MonitoringStatus& status) {
 status::MonitoringStatus MonitoringOf(const Json& json) {
   status::MonitoringStatus status;
   ReadFlags(json, kMonitoringFlags, status);
-  status.model.applied = config::IntegerFromJson<int>(json.at("applied"));
-  status.model.proposed = config::IntegerFromJson<int>(json.at("proposed"));
-  status.model.declared = config::IntegerFromJson<int>(json.at("declared"));
-  status.probes = config::IntegerFromJson<std::uint32_t>(json.at("probes"));
-  status.quarantined = config::IntegerFromJson<std::uint32_t>(json.at("quarantined"));
+  status.model.applied = text::IntegerFromJson<int>(json.at("applied"));
+  status.model.proposed = text::IntegerFromJson<int>(json.at("proposed"));
+  status.model.declared = text::IntegerFromJson<int>(json.at("declared"));
+  status.probes = text::IntegerFromJson<std::uint32_t>(json.at("probes"));
+  status.quarantined = text::IntegerFromJson<std::uint32_t>(json.at("quarantined"));
   status.drift_statistic = NumberOf(json.at("drift_statistic"));
   status.residual_m = Vec3Of(json.at("residual_m"));
   return status;
@@ -125,14 +125,14 @@ Json CycleJson(const ViewCycle& cycle) {
 ViewCycle CycleOf(const Json& json) {
   ViewCycle cycle{NumberOf(json.at("uptime_s")),
                   NumberOf(json.at("longest_s")),
-                  config::IntegerFromJson<std::uint64_t>(json.at("cycles")),
-                  config::IntegerFromJson<std::uint64_t>(json.at("late")),
+                  text::IntegerFromJson<std::uint64_t>(json.at("cycles")),
+                  text::IntegerFromJson<std::uint64_t>(json.at("late")),
                   {}};
   const Json& starts = ListAt(json, "starts");
   if (starts.size() != cycle.starts.counts.size())
     throw std::out_of_range("another number of lateness classes");
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    cycle.starts.counts[k] = config::IntegerFromJson<std::uint64_t>(starts[k]);
+    cycle.starts.counts[k] = text::IntegerFromJson<std::uint64_t>(starts[k]);
   }
   cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
   return cycle;
@@ -150,7 +150,7 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
 }
 
 ViewState StateOf(const Json& json) {
-  if (const int schema = config::IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
+  if (const int schema = text::IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
     throw std::out_of_range(fmt::format(
         "schema {} instead of {}: plumblined and this program are of different versions", schema,
         kViewSchema));
@@ -160,10 +160,10 @@ ViewState StateOf(const Json& json) {
   state.utc_s = json.at("utc_s").get<double>();
   state.version = json.at("version").get<std::string>();
   state.cell = json.at("cell").get<std::string>();
-  state.model_version = config::IntegerFromJson<int>(json.at("model_version"));
-  state.status = config::IntegerFromJson<std::uint16_t>(json.at("status"));
-  state.alarms = config::IntegerFromJson<std::uint16_t>(json.at("alarms"));
-  state.warnings = config::IntegerFromJson<std::uint16_t>(json.at("warnings"));
+  state.model_version = text::IntegerFromJson<int>(json.at("model_version"));
+  state.status = text::IntegerFromJson<std::uint16_t>(json.at("status"));
+  state.alarms = text::IntegerFromJson<std::uint16_t>(json.at("alarms"));
+  state.warnings = text::IntegerFromJson<std::uint16_t>(json.at("warnings"));
   const auto reason = EnumOf(json.at("health"), kLastHealthReason);
   state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
@@ -172,7 +172,7 @@ ViewState StateOf(const Json& json) {
   state.motion = MotionOf(json.at("motion"));
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
-  if (json.contains("tool")) state.tool = config::IntegerFromJson<std::uint16_t>(json.at("tool"));
+  if (json.contains("tool")) state.tool = text::IntegerFromJson<std::uint16_t>(json.at("tool"));
   if (json.contains("payload_problem")) {
     state.payload_problem = json.at("payload_problem").get<std::string>();
     state.payload_remedy = json.at("payload_remedy").get<std::string>();
@@ -184,8 +184,8 @@ ViewState StateOf(const Json& json) {
   if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
   for (const Json& line : ListAt(json, "lines")) {
     state.lines.push_back(
-        {config::IntegerFromJson<std::uint64_t>(line.at("number")), line.at("utc_s").get<double>(),
-         config::IntegerFromJson<int>(line.at("level")), line.at("text").get<std::string>()});
+        {text::IntegerFromJson<std::uint64_t>(line.at("number")), line.at("utc_s").get<double>(),
+         text::IntegerFromJson<int>(line.at("level")), line.at("text").get<std::string>()});
   }
   return state;
 }

@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "app/config/text_file.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::view_process {
 
@@ -42,7 +42,7 @@ Result<std::string> PngOf(const display::RgbImage& picture, bool fast) {
 Result<void> WritePng(const std::string& file, const display::RgbImage& picture) {
   const Result<std::string> bytes = PngOf(picture);
   if (!bytes) return Error{fmt::format("{}: {}", file, bytes.error())};
-  return config::WriteTextFile(file, *bytes).transform_error([&file](const std::string& why) {
+  return files::WriteTextFile(file, *bytes).transform_error([&file](const std::string& why) {
     return fmt::format("{}: {}", file, why);
   });
 }

@@ -64,13 +64,6 @@ std::string_view PixelFormatName(PixelFormat format) {
   return "?";
 }
 
-std::optional<PixelFormat> PixelFormatOfName(std::string_view name) {
-  for (const Named& known : kNames) {
-    if (known.name == name) return known.format;
-  }
-  return std::nullopt;
-}
-
 std::uint32_t FourccOf(PixelFormat format) {
   std::uint32_t fourcc = 0;
   int shift = 0;

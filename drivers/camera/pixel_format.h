@@ -29,7 +29,6 @@ inline constexpr int kMaxImageSide_px = 16384;
 
 /// "GREY", "NV12", "YUYV", "UYVY", "MJPG", "dvsd".
 std::string_view PixelFormatName(PixelFormat format);
-std::optional<PixelFormat> PixelFormatOfName(std::string_view name);
 
 /// Four-character code as used by the kernel (V4L2_PIX_FMT_..), first character in the lowest byte.
 std::uint32_t FourccOf(PixelFormat format);

@@ -14,10 +14,6 @@ constexpr DeviceKind<Camera, CameraConnection> kKinds[] = {
 
 }  // namespace
 
-std::vector<std::string_view> CameraKinds() {
-  return NamesOf(kKinds);
-}
-
 Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
                                            const CameraConnection& connection) {
   return MakeOfKind(kKinds, "camera", kind, connection);

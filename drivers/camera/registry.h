@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <string_view>
-#include <vector>
 
 #include "drivers/camera/camera.h"
 #include "drivers/camera/dv_stream_camera.h"
@@ -22,10 +21,8 @@ struct CameraConnection {
   Clock clock = MonotonicSeconds;
 };
 
-/// "v4l2", "recorded", "dv".
-std::vector<std::string_view> CameraKinds();
-
-/// Creates a camera. It is not connected yet; its first Read() connects.
+/// Creates a camera of a kind: "v4l2", "recorded", "dv". It is not connected yet; its first Read()
+/// connects.
 Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
                                            const CameraConnection& connection);
 

@@ -8,13 +8,6 @@ namespace {
 
 constexpr float kEmpty = 0.13F;  ///< grey level without an image
 
-constexpr const char* kBackgroundVertex = R"(
-void main() {  // one triangle that covers the picture
-  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  gl_Position = vec4(corner, 0.0, 1.0);
-}
-)";
-
 constexpr const char* kBackgroundFragment = R"(
 uniform vec4 u_pinhole;    // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
 uniform vec4 u_image;      // fx/width, fy/height, (cx + 1/2)/width, (cy + 1/2)/height
@@ -77,7 +70,7 @@ double LargestRadiusSquared(const lens::Lens& lens) {
 }
 
 Result<BackgroundPass> BackgroundPass::Create() {
-  auto program = GlProgram::Build(kBackgroundVertex, kBackgroundFragment);
+  auto program = GlProgram::Build(kWholePictureVertex, kBackgroundFragment);
   if (!program) return program.failure();
   BackgroundPass pass;
   pass.program_ = std::move(program).value();

@@ -40,6 +40,14 @@ using GlVertexArray = GlName<glGenVertexArrays, glDeleteVertexArrays>;
 using GlFramebuffer = GlName<glGenFramebuffers, glDeleteFramebuffers>;
 using GlRenderbuffer = GlName<glGenRenderbuffers, glDeleteRenderbuffers>;
 
+/// Vertex shader of one triangle that covers the picture; draws 3 vertices.
+inline constexpr const char* kWholePictureVertex = R"(
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+
 /// Program of a vertex and a fragment shader.
 class GlProgram {
  public:

@@ -42,13 +42,6 @@ void main() {
 }
 )";
 
-constexpr const char* kGridVertex = R"(
-void main() {
-  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  gl_Position = vec4(corner, 0.0, 1.0);
-}
-)";
-
 constexpr const char* kGridFragment = R"(
 uniform vec4 u_pinhole;  // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
 uniform vec4 u_plane;    // normal, distance
@@ -108,7 +101,7 @@ Result<LinePass> LinePass::Create() {
   LinePass pass;
   auto lines = GlProgram::Build(kLineVertex, kLineFragment);
   if (!lines) return lines.failure();
-  auto grid = GlProgram::Build(kGridVertex, kGridFragment);
+  auto grid = GlProgram::Build(kWholePictureVertex, kGridFragment);
   if (!grid) return grid.failure();
   pass.line_program_ = std::move(lines).value();
   pass.grid_program_ = std::move(grid).value();

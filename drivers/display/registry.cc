@@ -14,10 +14,6 @@ constexpr DeviceKind<Display, DisplayConnection> kDisplayKinds[] = {
 
 }  // namespace
 
-std::vector<std::string_view> DisplayKinds() {
-  return NamesOf(kDisplayKinds);
-}
-
 Result<std::unique_ptr<Display>> MakeDisplay(std::string_view kind,
                                              const DisplayConnection& connection) {
   return MakeOfKind(kDisplayKinds, "display", kind, connection);

@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <string_view>
-#include <vector>
 
 #include "drivers/clock.h"
 #include "drivers/display/display.h"
@@ -22,10 +21,8 @@ struct DisplayConnection {
   Clock clock = MonotonicSeconds;
 };
 
-/// "kms", "framebuffer", "none".
-std::vector<std::string_view> DisplayKinds();
-
-/// Creates a display. It is not connected yet; its first Wait() connects.
+/// Creates a display of a kind: "kms", "framebuffer", "none". It is not connected yet; its first
+/// Wait() connects.
 Result<std::unique_ptr<Display>> MakeDisplay(std::string_view kind,
                                              const DisplayConnection& connection);
 

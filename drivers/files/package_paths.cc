@@ -1,5 +1,6 @@
 #include "drivers/files/package_paths.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 namespace plumbline::files {
@@ -8,6 +9,11 @@ std::string ProgramFolder() {
   std::error_code error;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
   return error ? "/usr/bin" : self.parent_path().string();
+}
+
+std::string PlumblineProgram() {
+  if (const char* named = std::getenv("PLUMBLINE_PROGRAM")) return named;
+  return SiblingProgram("plumbline");
 }
 
 std::string SiblingModule(const std::string& name) {

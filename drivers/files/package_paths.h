@@ -13,6 +13,10 @@ inline std::string SiblingProgram(const std::string& name) {
   return ProgramFolder() + "/" + name;
 }
 
+/// Path of the program `plumbline` of the same package, or the value of the environment variable
+/// PLUMBLINE_PROGRAM.
+std::string PlumblineProgram();
+
 /// Path of a module of the same package, such as "plumbline-image-codecs.so": in ../lib/plumbline
 /// of the program folder, both in an installed package and in a build folder.
 std::string SiblingModule(const std::string& name);

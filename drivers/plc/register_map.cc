@@ -4,21 +4,6 @@
 
 namespace plumbline::plc {
 
-int RegisterCount(FieldType type) {
-  switch (type) {
-    case FieldType::kU16:
-    case FieldType::kI16:
-      return 1;
-    case FieldType::kU32:
-    case FieldType::kI32:
-    case FieldType::kFloat:
-      return 2;
-    case FieldType::kU64:
-      return 4;
-  }
-  return 0;
-}
-
 const char* NameOf(FieldType type) {
   switch (type) {
     case FieldType::kU16:

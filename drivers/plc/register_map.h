@@ -18,8 +18,6 @@ namespace plumbline::plc {
 /// Encoding of a value in its registers.
 enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
 
-/// Registers that a value of this type occupies.
-int RegisterCount(FieldType type);
 const char* NameOf(FieldType type);
 
 /// Masters that write commands, each identified by the last two bytes of its IPv4 address (third

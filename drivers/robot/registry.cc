@@ -40,10 +40,6 @@ constexpr DeviceKind<RobotDevice, RobotConnection> kKinds[] = {
 
 }  // namespace
 
-std::vector<std::string_view> RobotTransports() {
-  return NamesOf(kKinds);
-}
-
 Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                                                const RobotConnection& connection) {
   return MakeOfKind(kKinds, "robot transport", transport, connection);

@@ -4,7 +4,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "drivers/robot/modbus_client.h"
 #include "drivers/robot/profile.h"
@@ -29,10 +28,8 @@ struct RobotConnection {
   bool operator==(const RobotConnection&) const = default;
 };
 
-/// "tcp", "rtu", "replay".
-std::vector<std::string_view> RobotTransports();
-
-/// Creates a device. It is not connected yet; its first Read() connects.
+/// Creates a device for a transport: "tcp", "rtu", "replay". It is not connected yet; its first
+/// Read() connects.
 Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                                                const RobotConnection& connection);
 

@@ -70,13 +70,6 @@ class LensCurve {
   /// Lens at a zoom; nullopt beyond the outermost nodes.
   std::optional<InterpolatedLens> At(double zoom_counts) const;
 
-  /// Up to `count` zooms to calibrate next, the most useful first: the ends of the range that have
-  /// no node nearby, then repeatedly the middle (in ln f) of the interval with the most uncertain
-  /// focal length, assuming that the previous proposals have been calibrated. Stops when the
-  /// standard deviation of ln f is below `good_enough` (1) everywhere.
-  std::vector<std::int32_t> Propose(std::int32_t lowest, std::int32_t highest, int count,
-                                    double good_enough) const;
-
  private:
   std::size_t IntervalOf(double zoom_counts) const;
   LensVector Interpolated(double zoom_counts) const;

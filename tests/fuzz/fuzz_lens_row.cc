@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 
+#include "app/lens_files/opencv_file.h"
 #include "app/lens_store/lens_row.h"
-#include "app/lens_store/opencv_file.h"
 #include "app/lens_store/stored_views.h"
 #include "firmware-like/lens/lens_curve.h"
 
@@ -62,7 +62,7 @@ class Values {
 
 void Judge(const lens_store::LensEntry& entry) {
   Require(!FaultOf(entry));
-  Require(!lens_store::OpenCvYaml(entry).empty() && !lens_store::OpenCvXml(entry).empty());
+  Require(!lens_files::OpenCvYaml(entry).empty() && !lens_files::OpenCvXml(entry).empty());
   static sqlite::Database store = Opened(lens_store::kLensSchema);
   Require(store.Run("BEGIN"));
   {

@@ -89,7 +89,6 @@ nlohmann::json CaseJson(const std::vector<Reading>& readings, const Contribution
   said["cycle_sigma"] = all.cycle_sigma_m;
   said["distance_commanded"] = all.distance.value().commanded_m;
   said["distance"] = all.distance->accuracy_m;
-  said["distance_rms"] = all.rms_distance_m;
   const Uncertainty distance = DistanceUncertainty(all, given);
   said["distance_u"] = distance.standard_m;
   said["distance_k"] = distance.coverage_factor;

@@ -82,19 +82,16 @@ def main():
     figures["cycle_sigma"] = math.sqrt(scatter / freedom) if freedom else 0.0
 
     cycles = {name: int((pose == name).sum()) for name in names}
-    best, square, pairs = (-1.0, 0.0, None), 0.0, 0
+    best = (-1.0, 0.0, None)
     for i, a in enumerate(names):
         for b in names[i + 1:]:
             if session[pose == a][0] != session[pose == b][0]:
                 continue
             reached = np.linalg.norm(attained[pose == b].mean(0) - attained[pose == a].mean(0))
             wanted = np.linalg.norm(command[pose == b].mean(0) - command[pose == a].mean(0))
-            square += (reached - wanted) ** 2
-            pairs += 1
             if wanted > best[0]:
                 best = (wanted, reached - wanted, (a, b))
     figures["distance_commanded"], figures["distance"] = float(best[0]), float(best[1])
-    figures["distance_rms"] = math.sqrt(square / pairs)
 
     def repeatability_line(n):
         if freedom == 0:

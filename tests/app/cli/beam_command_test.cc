@@ -10,8 +10,8 @@
 #include <string>
 
 #include "app/cli/beam_options.h"
-#include "app/config/text_file.h"
 #include "app/text/json_text.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 
@@ -256,14 +256,14 @@ TEST_CASE(
 
 TEST_CASE("a tool of a cell with several is chosen by its number") {
   const TemporaryFolder folder;
-  std::string text = config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
+  std::string text = files::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
   const auto at = text.find("[tool]");
   REQUIRE(at != std::string::npos);
   text.replace(at, 6,
                "[[tool]]\nnumber = 7\nmodel = \"euler_bernoulli\"\nlength_mm = 500\n"
                "section = \"rod\"\ndiameter_mm = 40\nmaterial = \"steel\"\n\n[[tool]]\nnumber = 4");
   const std::string file = folder.path() + "/cell.toml";
-  REQUIRE(config::WriteTextFile(file, text));
+  REQUIRE(files::WriteTextFile(file, text));
   const std::string beam = "--force-n 10 --cell " + file;
   const Answer first = RunBeam(beam);
   CHECK_THAT(first.err, Catch::Contains("tool 7 of 7, 4 (choose with --tool)"));

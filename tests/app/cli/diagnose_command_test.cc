@@ -15,11 +15,11 @@
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/model_fingerprint.h"
-#include "app/config/text_file.h"
 #include "app/diagnosis/summary.h"
 #include "app/report/pdf.h"
-#include "app/report/sha256.h"
 #include "app/text/json_text.h"
+#include "app/text/sha256.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 namespace plumbline::diagnose_command_test {
@@ -124,7 +124,7 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   desk.arguments.report = desk.File("r.html");
   CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.Files() == 5);
-  const auto json = text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value());
+  const auto json = text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value());
   CHECK(json["next_poses"] == "next_poses.csv");
   CHECK(desk.Has("next_poses.csv"));
   config::FaultList faults;
@@ -133,15 +133,14 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   CHECK(cell->effects[0].id == "tool_stiffness");
   CHECK(cell->effects[0].from_file == "measured.csv");
   CHECK(cell->effects[0].from_rows == 1);
-  CHECK(config::ReadTextFile(desk.File("r.html"))->find("</html>") != std::string::npos);
+  CHECK(files::ReadTextFile(desk.File("r.html"))->find("</html>") != std::string::npos);
 
   desk.arguments.next_poses = desk.File("other.csv");
   CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
-  CHECK(text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
+  CHECK(text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
         "other.csv");
   CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
-  CHECK(
-      text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
+  CHECK(text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
 }
 
 TEST_CASE("the report carries its particulars, and digests of the files as they were read") {
@@ -150,17 +149,17 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
   desk.arguments.model = desk.File("corrected.toml");
   desk.arguments.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
   CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
-  const std::string html = config::ReadTextFile(desk.File("r.html")).value();
-  const std::string data = config::ReadTextFile(desk.arguments.measured).value(),
-                    cell = config::ReadTextFile(kCell).value();
+  const std::string html = files::ReadTextFile(desk.File("r.html")).value();
+  const std::string data = files::ReadTextFile(desk.arguments.measured).value(),
+                    cell = files::ReadTextFile(kCell).value();
   const auto fingerprint = [](const std::string& text) {
     config::FaultList ignored;
     return config::ModelFingerprint(config::TomlDocument(text, "", ignored));
   };
   for (const std::string& part :
        {std::string("laser tracker"), std::string("SN 4711"), std::string("A. Approver"),
-        std::string("0.50 mm"), report::Sha256Hex(data), report::Sha256Hex(cell), fingerprint(cell),
-        fingerprint(config::ReadTextFile(desk.File("corrected.toml")).value())}) {
+        std::string("0.50 mm"), text::Sha256Hex(data), text::Sha256Hex(cell), fingerprint(cell),
+        fingerprint(files::ReadTextFile(desk.File("corrected.toml")).value())}) {
     CAPTURE(part);
     CHECK(html.find(part) != std::string::npos);
   }
@@ -171,7 +170,7 @@ TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis star
   desk.arguments.pdf = desk.File("r.pdf");
   if (report::WhyNoPdf().empty()) {
     CHECK(desk.Run(diagnosis::Verdict::kNoEffect) == kExitOk);
-    CHECK(config::ReadTextFile(desk.File("r.pdf"))->starts_with("%PDF-"));
+    CHECK(files::ReadTextFile(desk.File("r.pdf"))->starts_with("%PDF-"));
     fs::remove(desk.File("r.pdf"));
   } else {
     WARN("SKIPPED: weasyprint is not installed");
@@ -266,11 +265,11 @@ TEST_CASE("an output that is an input, or another output, is refused") {
     CAPTURE(c.name);
     Desk desk;
     c.ask(desk);
-    const std::string before = config::ReadTextFile(desk.arguments.measured).value();
+    const std::string before = files::ReadTextFile(desk.arguments.measured).value();
     CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitUsage);
     CHECK(desk.err.str().find(c.says) != std::string::npos);
     CHECK(desk.Files() == 1);
-    CHECK(config::ReadTextFile(desk.arguments.measured).value() == before);
+    CHECK(files::ReadTextFile(desk.arguments.measured).value() == before);
   }
 }
 
@@ -311,7 +310,7 @@ TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
       return Error{"interrupted"};
     }) == kExitInterrupted);
     CHECK_FALSE(desk.Has("d.json"));
-    CHECK(config::ReadTextFile(desk.File("c.toml")).value() == "as it was");
+    CHECK(files::ReadTextFile(desk.File("c.toml")).value() == "as it was");
     CHECK(desk.Files() == 2);
     CHECK(desk.err.str().find("no file was changed") != std::string::npos);
   }

@@ -5,8 +5,8 @@
 
 #include "app/cli/export_urdf_command.h"
 #include "app/cli/plan_command.h"
-#include "app/config/text_file.h"
 #include "app/table/csv.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
@@ -24,12 +24,12 @@ namespace {
 class ImportFolder {
  public:
   std::string Write(const std::string& name, const std::string& text) const {
-    REQUIRE(config::WriteTextFile(At(name), text));
+    REQUIRE(files::WriteTextFile(At(name), text));
     return At(name);
   }
   std::string At(const std::string& name) const { return folder_.path() + "/" + name; }
   std::string TextOf(const std::string& name) const {
-    return config::ReadTextFile(At(name)).value();
+    return files::ReadTextFile(At(name)).value();
   }
   static Answer Import(const std::string& arguments) {
     return RunCommand(cli::AddImportCommand, "import " + arguments);
@@ -48,7 +48,7 @@ TEST_CASE("import refuses a table without measurements and names the ignored col
   CHECK(answer.exit_code == 1);
   CHECK_THAT(answer.err, Contains("no row with a usable measurement") &&
                              Contains("ignored columns: \"Height\", \"Width\""));
-  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+  CHECK_FALSE(files::ReadTextFile(folder.At("m.csv")));
 }
 
 TEST_CASE("a missing unit is reported once, and a column without a name as such") {
@@ -93,7 +93,7 @@ TEST_CASE("import checks the joint limits of --cell and suggests the unit") {
   CHECK_THAT(wrong.err, Contains("m.csv:2 q1_deg: 5729.58 is outside the joint limits -170 to 170 "
                                  "of the cell, as in 2 of 2 rows; no file is written; all rows fit "
                                  "if the angles are in degrees: give --angle-unit deg"));
-  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+  CHECK_FALSE(files::ReadTextFile(folder.At("m.csv")));
   CHECK(ImportFolder::Import(table + rest + " --angle-unit deg").exit_code == 0);
 
   const std::string beyond = folder.Write("b.csv", "q1_deg,q2_deg,range_mm\n171,5,1\n1,62,2\n");
@@ -208,18 +208,18 @@ TEST_CASE("import overwrites none of its inputs") {
   const std::string inputs = table + " --joints " + joints + " --mapping " + mapping +
                              " --joints-mapping " + joints_mapping + " --output ";
   for (const std::string& input : {table, joints, mapping, joints_mapping}) {
-    const std::string before = config::ReadTextFile(input).value();
+    const std::string before = files::ReadTextFile(input).value();
     const Answer answer = ImportFolder::Import(inputs + input);
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.err, Contains("--output would overwrite " + input));
-    CHECK(config::ReadTextFile(input).value() == before);
+    CHECK(files::ReadTextFile(input).value() == before);
   }
   const std::string new_file = folder.At("new");
   const Answer answer =
       ImportFolder::Import(table + " --mapping " + new_file + " --output " + folder.At("./new"));
   CHECK(answer.exit_code == 2);
   CHECK_THAT(answer.err, Contains("--output would overwrite " + new_file));
-  CHECK_FALSE(config::ReadTextFile(new_file));
+  CHECK_FALSE(files::ReadTextFile(new_file));
 }
 
 TEST_CASE("export-urdf and plan overwrite none of their files") {
@@ -253,7 +253,7 @@ TEST_CASE("import with --output says that a calibration holds no measurements") 
   CHECK(answer.exit_code == 1);
   CHECK_THAT(answer.err, Contains("holds results, not measurements; no file was written; use "
                                   "import-urdf --apply-rising"));
-  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+  CHECK_FALSE(files::ReadTextFile(folder.At("m.csv")));
 }
 
 }  // namespace plumbline::import_command_test

@@ -10,7 +10,7 @@
 
 #include "app/cli/diagnose_command.h"
 #include "app/cli/predict_command.h"
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
@@ -135,7 +135,7 @@ std::string CellText(const simulator::Tool& tool) {
   cell.tool = tool;
   cell.payload_cog_m = kPayloadCog_m;
   simulator::WriteCell(cell, folder.path() + "/cell.toml");
-  return config::ReadTextFile(folder.path() + "/cell.toml").value();
+  return files::ReadTextFile(folder.path() + "/cell.toml").value();
 }
 
 void Replace(std::string& text, const std::string& from, const std::string& to) {
@@ -160,7 +160,7 @@ std::string TwoToolsText() {
 class Desk {
  public:
   std::string Write(const std::string& name, const std::string& text) const {
-    REQUIRE(config::WriteTextFile(At(name), text));
+    REQUIRE(files::WriteTextFile(At(name), text));
     return At(name);
   }
   std::string At(const std::string& name) const { return folder_.path() + "/" + name; }
@@ -175,7 +175,7 @@ class Desk {
   }
   /// Predicted tips [m], and how many of them are extrapolated.
   std::vector<Eigen::Vector3d> Predicted(int& extrapolated) const {
-    std::istringstream lines(config::ReadTextFile(At("predicted.csv")).value());
+    std::istringstream lines(files::ReadTextFile(At("predicted.csv")).value());
     std::string line;
     std::getline(lines, line);
     std::vector<Eigen::Vector3d> tips;
@@ -215,9 +215,9 @@ TEST_CASE("one diagnosis of two tools and a payload item finds the compliance an
   const Answer answer = desk.Diagnose();
   INFO(answer.err << answer.out);
   REQUIRE(answer.exit_code == 0);
-  const std::string json = config::ReadTextFile(desk.At("d.json")).value();
+  const std::string json = files::ReadTextFile(desk.At("d.json")).value();
   CHECK_THAT(json, Contains("\"verdict\": \"explained\"") && Contains("joint_compliance"));
-  const std::string corrected = config::ReadTextFile(desk.At("corrected.toml")).value();
+  const std::string corrected = files::ReadTextFile(desk.At("corrected.toml")).value();
   CHECK_THAT(corrected, Contains("tools = [1, 2]") && Contains("payload_items = [0, 7]"));
 
   int extrapolated = 0;

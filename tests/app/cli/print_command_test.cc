@@ -6,7 +6,7 @@
 
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 
@@ -29,7 +29,7 @@ TEST_CASE("print tag writes a PDF and prints the lines for bodies.toml") {
                              Catch::Contains("[[tag]]\nid = 3\nsize_mm = 40.0\n") &&
                              Catch::Contains("[[tag]]\nid = 9\nsize_mm = 40.0\n") &&
                              !Catch::Contains("family"));
-  CHECK_THAT(config::ReadTextFile(out).value(), Catch::StartsWith("%PDF-"));
+  CHECK_THAT(files::ReadTextFile(out).value(), Catch::StartsWith("%PDF-"));
 }
 
 TEST_CASE("print tag with another family prints the key of [tags]; SVG by the ending of the name") {
@@ -42,7 +42,7 @@ TEST_CASE("print tag with another family prints the key of [tags]; SVG by the en
   CHECK_THAT(answer.out, Catch::Contains("letter portrait") &&
                              Catch::Contains("[tags] of plumbline.toml:\n\nfamily = "
                                              "\"aruco-4x4-50\"\n"));
-  CHECK_THAT(config::ReadTextFile(out).value(),
+  CHECK_THAT(files::ReadTextFile(out).value(),
              Catch::Contains("width=\"215.9mm\" height=\"279.4mm\" viewBox=\"0 0 215.9 279.4\""));
 }
 

@@ -9,7 +9,7 @@
 
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/config/wrong_line.h"
 
 namespace plumbline::arm_size_test {
@@ -19,7 +19,7 @@ using namespace plumbline::config;
 namespace {
 
 std::string Ur10() {
-  const Result<std::string> text = ReadTextFile("config/cells/ur10.toml");
+  const Result<std::string> text = files::ReadTextFile("config/cells/ur10.toml");
   REQUIRE(text);
   return text.value();
 }
@@ -170,7 +170,7 @@ TEST_CASE(
   const auto check = [](const std::string& payload, const std::string& point) {
     const FileSource files = [](const std::string& path) -> Result<std::string> {
       if (path == "ur10.toml") return Ur10();
-      return ReadTextFile("config/profiles/universal-robots.toml");
+      return files::ReadTextFile("config/profiles/universal-robots.toml");
     };
     FaultList faults;
     CHECK(DaemonConfigFromText(

@@ -5,8 +5,8 @@
 
 #include "app/config/artefact_reader.h"
 #include "app/config/gauge_reader.h"
-#include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/config/wrong_line.h"
 
 namespace plumbline::daemon_config_reader_test {
@@ -645,11 +645,11 @@ TEST_CASE("a HID gauge is named by its USB ids, and types plain numbers unless c
 }
 
 TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the defaults") {
-  const auto text = ReadTextFile("config/plumbline.toml");
+  const auto text = files::ReadTextFile("config/plumbline.toml");
   REQUIRE(text);
   FaultList faults;
-  const auto shipped =
-      DaemonConfigFromText(*text, "config/plumbline.toml", ReadTextFile, "/nonexistent", faults);
+  const auto shipped = DaemonConfigFromText(*text, "config/plumbline.toml", files::ReadTextFile,
+                                            "/nonexistent", faults);
   CAPTURE(FaultsText(faults));
   REQUIRE(shipped);
   const DaemonConfig defaults;
@@ -673,7 +673,7 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
     open += line + "\n";
   }
   FaultList open_faults;
-  const auto config = DaemonConfigFromText(open, "config/plumbline.toml", ReadTextFile,
+  const auto config = DaemonConfigFromText(open, "config/plumbline.toml", files::ReadTextFile,
                                            "/nonexistent", open_faults);
   CAPTURE(FaultsText(open_faults), open);
   REQUIRE(config);

@@ -8,7 +8,7 @@
 
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
 
@@ -30,7 +30,7 @@ std::string ListText(const std::vector<double>& values, double factor = 1) {
 }
 
 std::string Ur10() {
-  const Result<std::string> text = ReadTextFile("config/cells/ur10.toml");
+  const Result<std::string> text = files::ReadTextFile("config/cells/ur10.toml");
   REQUIRE(text);
   return text.value();
 }
@@ -77,7 +77,7 @@ std::vector<std::string> Warnings(const std::string& config, const std::string& 
                                   std::size_t postures = kAllPostures) {
   const FileSource files = [&](const std::string& path) -> Result<std::string> {
     if (path == "ur10.toml") return cell;
-    if (path == "generic.toml") return ReadTextFile("config/profiles/generic.toml");
+    if (path == "generic.toml") return files::ReadTextFile("config/profiles/generic.toml");
     return Error{"No such file or directory"};
   };
   FaultList faults;
@@ -236,8 +236,8 @@ TEST_CASE("An unreachable point is a warning with the payload and a remedy") {
 
 TEST_CASE("near_deg in radians that violates a limit as degrees is a fault with a hint") {
   const FileSource files = [](const std::string& path) -> Result<std::string> {
-    if (path == "kr210.toml") return ReadTextFile("config/cells/kr210.toml");
-    return ReadTextFile("config/profiles/generic.toml");
+    if (path == "kr210.toml") return files::ReadTextFile("config/cells/kr210.toml");
+    return files::ReadTextFile("config/profiles/generic.toml");
   };
   FaultList faults;
   DaemonConfigFromText(

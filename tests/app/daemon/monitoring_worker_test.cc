@@ -10,8 +10,8 @@
 #include <future>
 #include <mutex>
 
-#include "app/config/text_file.h"
 #include "app/sqlite/database.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 
@@ -309,7 +309,7 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
   {
     auto store = model_store::ModelStore::Open(working.folder.path());
     REQUIRE(store);
-    const auto cell = config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
+    const auto cell = files::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
     REQUIRE(cell);
     REQUIRE(store.value().Declare(*cell, "cell.toml"));
   }

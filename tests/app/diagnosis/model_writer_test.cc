@@ -7,8 +7,8 @@
 #include <filesystem>
 
 #include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
 #include "app/diagnosis/toml_statements.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/effects/catalogue.h"
@@ -24,7 +24,7 @@ namespace {
 const DataOrigin kOrigin{"measured.csv", 96, "2026-11-21"};
 
 std::string CellText() {
-  return config::ReadTextFile("config/cells/kr210.toml").value();
+  return files::ReadTextFile("config/cells/kr210.toml").value();
 }
 
 model::CellModel Read(const std::string& text) {
@@ -220,7 +220,7 @@ TEST_CASE(
   diagnosis.domain.residual_sigma_m = 5e-5;
   const bool carriage_returns = GENERATE(false, true);
   std::string original;
-  for (const char c : config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value()) {
+  for (const char c : files::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value()) {
     original += carriage_returns && c == '\n' ? std::string("\r\n") : std::string(1, c);
   }
   const std::string written = Corrected(original, diagnosis);
@@ -249,7 +249,7 @@ TEST_CASE(
 
 TEST_CASE("the measured poses are written and are part of the fingerprint") {
   const std::string original =
-      config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
+      files::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
   Diagnosis diagnosis;
   diagnosis.domain.q.assign(6, {-3, 3});
   diagnosis.domain.residual_sigma_m = 5e-5;
@@ -333,18 +333,18 @@ TEST_CASE("a text file is replaced atomically, through links, and only if permit
   const fs::path folder = fs::temp_directory_path() / ("plumbline-" + std::to_string(getpid()));
   fs::create_directories(folder);
   const std::string file = folder / "model.toml", link = folder / "link.toml";
-  REQUIRE(config::WriteTextFile(file, "one"));
+  REQUIRE(files::WriteTextFile(file, "one"));
   fs::create_symlink(file, link);
-  CHECK(config::CheckWritable(link));
-  REQUIRE(config::WriteTextFile(link, "two"));
-  CHECK(config::ReadTextFile(file).value() == "two");
+  CHECK(files::CheckWritable(link));
+  REQUIRE(files::WriteTextFile(link, "two"));
+  CHECK(files::ReadTextFile(file).value() == "two");
   CHECK(fs::is_symlink(link));
   CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 2);
-  CHECK(config::WriteTextFile("/dev/null", "three"));
+  CHECK(files::WriteTextFile("/dev/null", "three"));
   CHECK(fs::is_character_file("/dev/null"));
-  CHECK_FALSE(config::CheckWritable(folder / "absent" / "model.toml"));
-  CHECK_FALSE(config::WriteTextFile(folder / "absent" / "model.toml", ""));
-  CHECK_FALSE(config::CheckWritable(folder));
+  CHECK_FALSE(files::CheckWritable(folder / "absent" / "model.toml"));
+  CHECK_FALSE(files::WriteTextFile(folder / "absent" / "model.toml", ""));
+  CHECK_FALSE(files::CheckWritable(folder));
   fs::remove_all(folder);
 }
 

@@ -1,20 +1,20 @@
 #include <catch2/catch.hpp>
 
 #include "app/hand_eye/hand_eye_json.h"
-#include "app/printed_digits.h"
+#include "app/text/printed_digits.h"
 
 namespace plumbline::hand_eye_text_test {
 
 using namespace plumbline::hand_eye;
 
 TEST_CASE("a standard deviation is printed with at least two significant digits") {
-  CHECK(DecimalsFor({1.234}, 2) == 2);
-  CHECK(DecimalsFor({0.12}, 2) == 2);
-  CHECK(DecimalsFor({0.099}, 2) == 3);
-  CHECK(DecimalsFor({0.0042}, 2) == 4);
-  CHECK(DecimalsFor({12.0, 0.0042, 0.3}, 2) == 4);
-  CHECK(DecimalsFor({1e-30}, 2) == 9);
-  CHECK(DecimalsFor({0.0}, 2) == 2);  // nothing was estimated
+  CHECK(text::DecimalsFor({1.234}, 2) == 2);
+  CHECK(text::DecimalsFor({0.12}, 2) == 2);
+  CHECK(text::DecimalsFor({0.099}, 2) == 3);
+  CHECK(text::DecimalsFor({0.0042}, 2) == 4);
+  CHECK(text::DecimalsFor({12.0, 0.0042, 0.3}, 2) == 4);
+  CHECK(text::DecimalsFor({1e-30}, 2) == 9);
+  CHECK(text::DecimalsFor({0.0}, 2) == 2);  // nothing was estimated
 }
 
 TEST_CASE("micrometre uncertainties are not printed as zero") {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "app/lens_store/opencv_file.h"
+#include "app/lens_files/opencv_file.h"
 #include "firmware-like/lens/lens_curve.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
@@ -81,7 +81,7 @@ TEST_CASE("an entry is read back bit-exactly") {
   }
   LensStore store = Opened(path);
   CHECK(store.notice().empty());
-  const auto entries = store.Entries("SN-1", "YUYV 1920x1080@30");
+  const auto entries = store.All();
   REQUIRE(entries);
   REQUIRE(entries->size() == 2);
   const LensEntry& found = (*entries)[0];
@@ -99,8 +99,6 @@ TEST_CASE("an entry is read back bit-exactly") {
   CHECK_FALSE((*entries)[1].pupil_shift_m);
   CHECK_FALSE((*entries)[1].uncertainty_px);
   CHECK((*entries)[1].id > found.id);
-  CHECK(store.Entries("SN-2", "YUYV 1920x1080@30")->empty());
-  CHECK(store.Entries("SN-1", "GREY")->empty());
 }
 
 TEST_CASE("an invalid entry is refused with the reason, and nothing is written") {
@@ -195,11 +193,6 @@ TEST_CASE("Find: newest entry of the zoom, else the curve, else nothing") {
   CHECK(*store.Find(elsewhere, tolerance));
   elsewhere.focus_counts.reset();
   CHECK(*store.Find(elsewhere, tolerance));
-
-  const auto proposed = store.Propose(key, tolerance, 0, 16384, 3, 1e-4);
-  REQUIRE(proposed);
-  REQUIRE(proposed->size() == 3);
-  CHECK((*proposed)[0] == 16384);  // the end that was never calibrated
 }
 
 TEST_CASE("a lens is not used once a declaration on which it rests is withdrawn") {
@@ -325,7 +318,7 @@ TEST_CASE("bytes changed anywhere: every lens is unchanged or recovered from the
       CHECK(test::FileText(path + ".backup") == backup);
     } else {
       restored += store.value().notice().empty() ? 0 : 1;
-      const auto entries = store.value().Entries("SN-1", "YUYV 1920x1080@30");
+      const auto entries = store.value().All();
       REQUIRE(entries);
       REQUIRE(entries->size() == checksums.size());
       for (std::size_t i = 0; i < checksums.size(); ++i) {

@@ -13,7 +13,6 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
-#include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
 #include "app/print/board_sheet.h"
 #include "app/print/sheet_frame.h"
@@ -21,6 +20,7 @@
 #include "app/print/tag_sheets.h"
 #include "app/tracking/tag_detector.h"
 #include "drivers/camera/image_file.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::printed_sheets_test {
@@ -48,7 +48,7 @@ std::optional<camera::GreyImage> Rendered(const Document& document, SheetFormat 
   const std::string name = folder.path() + "/sheet";
   const auto file = FileOfSheets(document, format, PLUMBLINE_SHEETS);
   REQUIRE(file);
-  REQUIRE(config::WriteTextFile(name, *file));
+  REQUIRE(files::WriteTextFile(name, *file));
   REQUIRE(Runs(svg ? fmt::format("rsvg-convert -d {0} -p {0} {1} -o {1}.png", kResolution_dpi, name)
                    : fmt::format("pdftoppm -r {0} -gray -f 1 -l 1 -singlefile {1} {1}",
                                  kResolution_dpi, name)));

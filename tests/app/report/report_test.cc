@@ -15,7 +15,7 @@
 #include "app/report/html.h"
 #include "app/report/pdf.h"
 #include "app/report/sections.h"
-#include "app/report/sha256.h"
+#include "app/text/sha256.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 namespace plumbline::report_test {
@@ -569,8 +569,9 @@ TEST_CASE("characteristics come from held-out rows and state what the rows do no
 
 TEST_CASE("the digest is SHA-256") {
   // FIPS 180-4, example of a one-block message; and the empty message.
-  CHECK(Sha256Hex("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  CHECK(Sha256Hex("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  CHECK(text::Sha256Hex("abc") ==
+        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  CHECK(text::Sha256Hex("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
 TEST_CASE("colours of an embedded drawing are written where they are used") {
@@ -619,7 +620,7 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
       model::CellModel cell = DeclaredCell();
       ReportSource source = kSource;
       source.certificate_details.tolerance_m = 0.2e-3;
-      source.cell_sha256 = source.data_sha256 = Sha256Hex("x");
+      source.cell_sha256 = source.data_sha256 = text::Sha256Hex("x");
       // Only the first page matters here, and it prints faster without the others' figures.
       diagnosis.signals.erase(diagnosis.signals.begin(), diagnosis.signals.end() - 1);
       diagnosis.spectrum.clear();

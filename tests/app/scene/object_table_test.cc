@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "app/config/body_reader.h"
-#include "app/config/text_file.h"
 #include "app/scene/mesh_file.h"
 #include "app/scene/object_table_file.h"
+#include "drivers/files/text_file.h"
 #include "tests/app/config/wrong_line.h"
 #include "tests/app/temporary_folder.h"
 
@@ -220,8 +220,8 @@ TEST_CASE("all faults are reported at once; without a tag file tags are not chec
 TEST_CASE(
     "the example table matches its tag file, and its meshes are closed bodies of their size") {
   config::FaultList faults;
-  const auto bodies = config::ReadTextFile("config/bodies.toml"),
-             text = config::ReadTextFile("config/objects.toml");
+  const auto bodies = files::ReadTextFile("config/bodies.toml"),
+             text = files::ReadTextFile("config/objects.toml");
   REQUIRE(bodies);
   REQUIRE(text);
   const auto tags = config::TagDatabaseFromText(*bodies, "config/bodies.toml", faults);

@@ -341,7 +341,7 @@ TEST_CASE("NoDisplay becomes ready at its rate") {
 }
 
 TEST_CASE("displays are created by kind") {
-  for (const std::string_view kind : DisplayKinds()) CHECK(MakeDisplay(kind, {}).ok());
+  for (const char* const kind : {"kms", "framebuffer", "none"}) CHECK(MakeDisplay(kind, {}).ok());
   const auto unknown = MakeDisplay("wayland", {});
   REQUIRE_FALSE(unknown.ok());
   CHECK(unknown.error() == "display \"wayland\" is not one of kms, framebuffer, none");

@@ -199,40 +199,6 @@ TEST_CASE("the stated deviation covers the actual error without being excessive"
   }
 }
 
-TEST_CASE("the ends are proposed first, then the most uncertain interval") {
-  const MadeUpZoom zoom(11);
-  CHECK(LensCurve({}).Propose(0, 16384, 3, 1e-3) == std::vector<std::int32_t>{0, 16384, 8192});
-  CHECK(LensCurve({}).Propose(5, 5, 3, 1e-3).empty());
-
-  std::mt19937 random(1);
-  std::vector<LensNode> nodes;
-  for (const double share : {0.0, 0.1, 0.2, 0.3, 0.8, 0.9, 1.0}) {
-    nodes.push_back(NodeAt(zoom, zoom.CountsAt(share), 0, random));
-  }
-  const LensCurve curve(nodes);
-  const auto first = curve.Propose(0, 16384, 1, 1e-3);
-  REQUIRE(first.size() == 1);
-  CHECK(first[0] > zoom.CountsAt(0.4));  // in the wide gap, about its middle in ln f
-  CHECK(first[0] < zoom.CountsAt(0.7));
-  CHECK(curve.Propose(0, 16384, 100, 1e9).empty());
-
-  // Calibrating the proposals reduces the actual error to the requested level.
-  LensCurve grown(nodes);
-  for (int round = 0; round < 40; ++round) {
-    const auto next = grown.Propose(0, 16384, 1, 1e-3);
-    if (next.empty()) break;
-    nodes.push_back(NodeAt(zoom, next[0], 0, random));
-    grown = LensCurve(nodes);
-  }
-  CAPTURE(grown.nodes().size());
-  CHECK(grown.nodes().size() < 40);
-  double worst = 0;
-  for (int c = 1; c < 16384; ++c) {
-    worst = std::max(worst, std::abs(std::log(grown.At(c)->lens.fx) - zoom.LogF(c)));
-  }
-  CHECK(worst < 2e-3);
-}
-
 TEST_CASE("unusable nodes are ignored; of two nodes at one zoom the last is used") {
   std::mt19937 random(1);
   const MadeUpZoom zoom(1);

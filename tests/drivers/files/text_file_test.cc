@@ -1,4 +1,4 @@
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 
 namespace plumbline::text_file_test {
 
-using namespace plumbline::config;
+using namespace plumbline::files;
 using plumbline::test::FileText;
 using plumbline::test::TemporaryFolder;
 

@@ -5,7 +5,7 @@
 
 #include "app/lens_store/lens_entry.h"
 
-namespace plumbline::lens_store {
+namespace plumbline::lens_files {
 
 /// Has the keys of OpenCV's calibration sample: calibration_time, image_width, image_height,
 /// camera_matrix (3 x 3), distortion_coefficients (5, 8 or 12 x 1 in OpenCV's order; 4 x 1 for
@@ -14,7 +14,7 @@ namespace plumbline::lens_store {
 /// usable_radius_px if the lens is not trusted in the whole image, and parameter_covariance (order
 /// of LensVector: 9 x 9, or 16 x 16 with more than five coefficients). Numbers are exact; values
 /// missing from the entry (time, camera) are omitted.
-std::string OpenCvYaml(const LensEntry& entry);
-std::string OpenCvXml(const LensEntry& entry);
+std::string OpenCvYaml(const lens_store::LensEntry& entry);
+std::string OpenCvXml(const lens_store::LensEntry& entry);
 
-}  // namespace plumbline::lens_store
+}  // namespace plumbline::lens_files

@@ -8,7 +8,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline::model_store {
+namespace plumbline::files {
 
 /// Advisory lock on a file, held as long as the object exists; released by the kernel however the
 /// process ends.
@@ -30,4 +30,4 @@ class FileLock {
   os::Descriptor file_;
 };
 
-}  // namespace plumbline::model_store
+}  // namespace plumbline::files

@@ -7,7 +7,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline::config {
+namespace plumbline::files {
 
 /// Larger files are refused: no configuration or table of a cell is that large.
 inline constexpr std::size_t kMaxTextFileBytes = std::size_t{256} << 20;
@@ -26,4 +26,4 @@ Result<void> WriteTextFile(const std::string& path, std::string_view text);
 /// @return  the reason if not ("Permission denied")
 Result<void> CheckWritable(const std::string& path);
 
-}  // namespace plumbline::config
+}  // namespace plumbline::files

@@ -1,4 +1,4 @@
-#include "app/config/text_file.h"
+#include "drivers/files/text_file.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -12,7 +12,7 @@
 #include "drivers/os/descriptor.h"
 #include "drivers/os/file_writing.h"
 
-namespace plumbline::config {
+namespace plumbline::files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ Result<void> CheckWritable(const std::string& path) {
   return {};
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::files

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace plumbline::config {
+namespace plumbline::text {
 
 /// The value, or nullopt if it is not an integer that fits T.
 template <std::integral T, typename Json>
@@ -30,4 +30,4 @@ T IntegerFromJson(const Json& json) {
   return *number;
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::text

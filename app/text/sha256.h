@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline::report {
+namespace plumbline::text {
 
 /// The digest of FIPS 180-4 as 64 hexadecimal digits; empty if the library refuses to compute it.
 std::string Sha256Hex(std::string_view bytes);
 
-}  // namespace plumbline::report
+}  // namespace plumbline::text

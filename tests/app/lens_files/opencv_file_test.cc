@@ -1,15 +1,15 @@
 // Exported lens files read by OpenCV itself.
-#include "app/lens_store/opencv_file.h"
+#include "app/lens_files/opencv_file.h"
 
 #include <catch2/catch.hpp>
 #include <opencv2/core.hpp>
 
 namespace plumbline::opencv_file_test {
 
-using namespace plumbline::lens_store;
+using namespace plumbline::lens_files;
 
 TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
-  LensEntry entry;
+  lens_store::LensEntry entry;
   entry.key = {"SN \"1\" <&> \\", "GREY", 0x1606, -5};
   entry.lens = {1700, 1701.1234567890123, 959.5, 540, -1.0 / 3, 0.05, 1e-17, -2e-5, 1e5 / 3};
   for (int i = 0; i < lens::kLensParameters; ++i) {

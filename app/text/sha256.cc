@@ -1,9 +1,9 @@
-#include "app/report/sha256.h"
+#include "app/text/sha256.h"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
-namespace plumbline::report {
+namespace plumbline::text {
 
 std::string Sha256Hex(std::string_view bytes) {
   unsigned char digest[EVP_MAX_MD_SIZE];
@@ -14,4 +14,4 @@ std::string Sha256Hex(std::string_view bytes) {
   return text;
 }
 
-}  // namespace plumbline::report
+}  // namespace plumbline::text

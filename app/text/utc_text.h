@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace plumbline::config {
+namespace plumbline::text {
 
 /// "2026-11-21T07:30:00Z" from seconds since 1970, rounded down to a full second.
 std::string TextFromUtc(double utc_s);
@@ -15,4 +15,4 @@ std::string TextOfUtcNow();
 /// Seconds since 1970, or nullopt if the text does not have this form.
 std::optional<double> UtcFromText(const std::string& text);
 
-}  // namespace plumbline::config
+}  // namespace plumbline::text

@@ -1,9 +1,9 @@
-#include "app/config/nearest_word.h"
+#include "app/text/nearest_word.h"
 
 #include <algorithm>
 #include <numeric>
 
-namespace plumbline::config {
+namespace plumbline::text {
 namespace {
 
 constexpr std::size_t kMaxWordLength = 64;
@@ -51,4 +51,4 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& k
   return nearest;
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::text

@@ -1,9 +1,9 @@
-#include "app/config/utc_text.h"
+#include "app/text/utc_text.h"
 
 #include <cmath>
 #include <ctime>
 
-namespace plumbline::config {
+namespace plumbline::text {
 
 std::string TextFromUtc(double utc_s) {
   const auto seconds = static_cast<std::time_t>(std::floor(utc_s));
@@ -26,4 +26,4 @@ std::optional<double> UtcFromText(const std::string& text) {
   return utc_s;
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::text

@@ -1,4 +1,4 @@
-#include "app/model_store/file_lock.h"
+#include "drivers/files/file_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline::model_store {
+namespace plumbline::files {
 namespace {
 
 Error LockFailure(const std::string& path, std::string_view what) {
@@ -76,4 +76,4 @@ Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& polic
   return lock;
 }
 
-}  // namespace plumbline::model_store
+}  // namespace plumbline::files

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 
-namespace plumbline {
+namespace plumbline::text {
 
 /// Number of decimals that shows each of these deviations with at least two significant digits, so
 /// that none is printed as 0.00: 0.0042 needs 4. A deviation of 0 was not estimated and is ignored.
@@ -20,4 +20,4 @@ inline int DecimalsFor(std::initializer_list<double> deviations, int least) {
   return std::min(decimals, kMost);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::text

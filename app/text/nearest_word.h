@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline::config {
+namespace plumbline::text {
 
 /// The nearest of `known` by edit distance; a missing or different unit suffix counts as one edit
 /// ("sigma" or "sigma_m" for "sigma_mm").
@@ -14,4 +14,4 @@ namespace plumbline::config {
 /// @return       empty if no word is near
 std::string NearestWord(std::string_view word, const std::vector<std::string>& known, double share);
 
-}  // namespace plumbline::config
+}  // namespace plumbline::text

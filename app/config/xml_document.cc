@@ -1,4 +1,4 @@
-#include "app/urdf/xml_document.h"
+#include "app/config/xml_document.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace plumbline::urdf {
+namespace plumbline::config {
 
 XmlDocument::XmlDocument(std::string_view text, const std::string& file, config::FaultList& faults)
     : text_(text) {
@@ -82,4 +82,4 @@ std::optional<std::vector<double>> NumbersFromText(std::string_view text, std::s
   return numbers;
 }
 
-}  // namespace plumbline::urdf
+}  // namespace plumbline::config

@@ -1,17 +1,17 @@
-#include "app/lens_store/opencv_file.h"
+#include "app/lens_files/opencv_file.h"
 
 #include <fmt/format.h>
 
 #include "app/lens/declaration_names.h"
 
-namespace plumbline::lens_store {
+namespace plumbline::lens_files {
 namespace {
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Writes all values in order. @param form  the syntax: Yaml or Xml
 template <typename Form>
-std::string WriteAll(const LensEntry& entry, Form form) {
+std::string WriteAll(const lens_store::LensEntry& entry, Form form) {
   const std::vector<double> coefficients = lens::DistortionOf(entry.lens);
   Matrix camera = Matrix::Identity(3, 3);
   const Matrix distortion = Eigen::Map<const Matrix>(
@@ -112,12 +112,12 @@ class Xml {
 
 }  // namespace
 
-std::string OpenCvYaml(const LensEntry& entry) {
+std::string OpenCvYaml(const lens_store::LensEntry& entry) {
   return WriteAll(entry, Yaml());
 }
 
-std::string OpenCvXml(const LensEntry& entry) {
+std::string OpenCvXml(const lens_store::LensEntry& entry) {
   return WriteAll(entry, Xml());
 }
 
-}  // namespace plumbline::lens_store
+}  // namespace plumbline::lens_files

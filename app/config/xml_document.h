@@ -10,7 +10,7 @@
 
 #include "app/config/fault.h"
 
-namespace plumbline::urdf {
+namespace plumbline::config {
 
 /// The tree of a text. The parser is not recursive and knows no entities but the five of XML
 /// itself.
@@ -40,4 +40,4 @@ class XmlDocument {
 /// @return nullopt if the text holds anything else, or another count of them
 std::optional<std::vector<double>> NumbersFromText(std::string_view text, std::size_t count);
 
-}  // namespace plumbline::urdf
+}  // namespace plumbline::config

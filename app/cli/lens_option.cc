@@ -1,0 +1,39 @@
+#include "app/cli/lens_option.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/failure.h"
+#include "app/config/body_reader.h"
+#include "app/config/required_file.h"
+
+namespace plumbline::cli {
+
+std::optional<lens::LensFile> ReadUsableLens(const std::string& path, bool force) {
+  config::FaultList faults;
+  const auto text = config::ReadRequiredFile(path, faults);
+  std::cerr << config::FaultsText(faults);
+  if (!text) return std::nullopt;
+  const auto lens = lens_files::LensFromFile(*text);
+  if (!lens) {
+    Fail(fmt::format("{}: {}", path, lens.error()));
+    return std::nullopt;
+  }
+  if (!lens->accepted && !force) {
+    Fail(
+        fmt::format("{}: this calibration was refused (accepted is not true) for the reasons "
+                    "given in the file; calibrate again, or use it anyway with --force",
+                    path));
+    return std::nullopt;
+  }
+  return *lens;
+}
+
+std::optional<tracking::TagDatabase> ReadBodies(const std::string& path) {
+  config::FaultList faults;
+  const auto text = config::ReadRequiredFile(path, faults);
+  auto bodies = text ? config::TagDatabaseFromText(*text, path, faults) : std::nullopt;
+  std::cerr << config::FaultsText(faults);
+  return bodies;
+}
+
+}  // namespace plumbline::cli
