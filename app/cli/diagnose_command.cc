@@ -52,6 +52,11 @@ int Interrupted(std::ostream& err) {
 
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err) {
+  const bool reported = !arguments.report.empty() || !arguments.pdf.empty();
+  if (arguments.certificate_details.tolerance_m && !reported) {
+    err << "--tolerance-mm is stated in the report only; add --report or --pdf\n";
+    return kExitUsage;
+  }
   if (!CheckDiagnoseOutputs(arguments, err)) return kExitUsage;
   Result<DiagnoseInput> input = ReadDiagnoseInput(arguments, err);
   if (!input) {

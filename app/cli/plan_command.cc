@@ -55,8 +55,11 @@ std::string TimeText(const PlanOptions& options, const plan::MeasurementPlan& pl
   const double all_s = *plan.moves_s + options.row_s * static_cast<double>(plan.rows.size());
   return fmt::format(
       "time: about {:.0f} min: {:.1f} min of moves at the stated speeds (acceleration neglected), "
-      "and {} measurements of {:.0f} s",
-      std::max(1.0, std::ceil(all_s / 60)), *plan.moves_s / 60, plan.rows.size(), options.row_s);
+      "and {} measurements of {:.0f} s{}",
+      std::max(1.0, std::ceil(all_s / 60)), *plan.moves_s / 60, plan.rows.size(), options.row_s,
+      plan.load_changes == 0 ? ""
+                             : fmt::format("; plus {} change{} of the load", plan.load_changes,
+                                           plan.load_changes == 1 ? "" : "s"));
 }
 
 /// What the plan assumes to be mounted and carried, and how to choose otherwise.
@@ -100,9 +103,9 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,
   for (const std::string& one : plan.excluded) std::cerr << "  " << one << '\n';
   std::cerr
       << fmt::format(
-             "order: sorted for short moves; the path has {:.0f} % of its length in the order "
+             "order: sorted {}for short moves; the path has {:.0f} % of its length in the order "
              "of selection\n",
-             100 * plan.path_share)
+             plan.load_changes == 0 ? "" : "by load, then ", 100 * plan.path_share)
       << TimeText(options, plan) << '\n';
   std::vector<std::size_t> not_free;  // the robot comes to the first row from anywhere
   for (std::size_t k = 1; k < plan.rows.size(); ++k) {

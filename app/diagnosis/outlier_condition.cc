@@ -93,9 +93,11 @@ class LimitSearch {
 
 /// The only name of all rejected rows, if chance does not explain that.
 /// @param name_of  empty for rows without a name in this column
+/// @param mostly   also at least half of the rows with that name are rejected
 template <typename NameOf>
 std::optional<OutlierCondition> NameOfOutliers(const Dataset& data, const PerRow<bool>& rejected,
-                                               const char* column, const NameOf& name_of) {
+                                               const char* column, const NameOf& name_of,
+                                               bool mostly = false) {
   std::map<std::string, int> rows;
   std::set<std::string> of_rejected;
   int count = 0;
@@ -109,6 +111,7 @@ std::optional<OutlierCondition> NameOfOutliers(const Dataset& data, const PerRow
   if (of_rejected.size() != 1 || of_rejected.begin()->empty() || rows.size() < 2)
     return std::nullopt;
   const int own = rows[*of_rejected.begin()];
+  if (mostly && 2 * count < own) return std::nullopt;
   const double p = HypergeometricTail(data.rows(), count, own, count);
   if (p * static_cast<double>(rows.size()) > kConditionSignificance) return std::nullopt;
   return OutlierCondition{column, *of_rejected.begin(), 0, true, own, count};
@@ -128,6 +131,23 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
   auto of_camera = NameOfOutliers(data, rejected, "camera",
                                   [&](RowIndex row) { return data.measured(row).camera; });
   if (of_camera) return of_camera;
+  // A number of rows in one session, or at one kind of observation, may be misread; most of them
+  // are not.
+  const auto numbered = [](const std::optional<int>& number) {
+    return number ? std::to_string(*number) : std::string();
+  };
+  const auto mostly = [&](const char* column, const auto& name_of) {
+    return NameOfOutliers(data, rejected, column, name_of, true);
+  };
+  for (const auto& found :
+       {mostly("tool", [&](RowIndex row) { return numbered(data.measured(row).tool_number); }),
+        mostly("payload_item",
+               [&](RowIndex row) { return numbered(data.measured(row).payload_item); }),
+        mostly("session", [&](RowIndex row) { return data.sessions[data.session_of[row]]; }),
+        mostly("kind",
+               [&](RowIndex row) { return std::string(Describe(data.observations[row].kind)); })}) {
+    if (found) return found;
+  }
   const std::vector<RowIndex> counted = CountedRows(data, rejected);
   const auto runs = static_cast<int>(
       std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));

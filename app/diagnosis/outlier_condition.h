@@ -12,22 +12,24 @@ namespace plumbline::diagnosis {
 /// Rows on one side of a value of a recorded signal, on one artefact, or measured by one camera.
 struct OutlierCondition {
   std::string column;
-  std::string name;            ///< of the artefact or camera, if `column` is one of these
+  std::string name;            ///< of the artefact, camera .., if `column` is one of these
   double limit = 0;            ///< in file units
   bool above = true;           ///< the rows from `limit` up, otherwise those from `limit` down
   int rows = 0, rejected = 0;  ///< of these rows
 };
 
 /// The condition under which rows were rejected, if chance does not explain it: of m rejected rows
-/// among n, at least x are among the k rows beyond a limit, k < 2 x, with the hypergeometric
+/// among n, at least x are among the k rows beyond a limit, k < 4 x, with the hypergeometric
 /// probability P(X >= x). That of the best limit, times the number of limits tried, must be at most
 /// 0.001. Signals are payload, temperature and further columns; joints and time are not considered,
 /// because an instrument may fail in one region or for a while. For the same reason a run of
 /// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
 /// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
 /// pose is one error. Rows on one artefact or from one camera are such a condition, too, as it may
-/// have moved; runs of rows count in full there, with P(X = m) that all rejected rows are on it.
-/// nullopt if there are fewer than three rejected rows by this count.
+/// have moved; runs of rows count in full there, with P(X = m) that all rejected rows are on it. So
+/// are rows of one tool, payload item, session or kind of observation (column "kind") if also at
+/// least half of those rows are rejected. nullopt if there are fewer than three rejected rows by
+/// this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
 

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "app/diagnosis/candidates.h"
@@ -248,14 +250,34 @@ std::vector<EffectDetermination> Determinations(const Columns& columns,
   return all;
 }
 
-/// Orders the rows of a plan for short moves, and states how long the moves take.
+/// Indices of the rows with the same payload, tool and item, in the order of these numbers: what is
+/// carried is changed as seldom as possible.
+std::vector<std::vector<std::size_t>> RowsByLoad(const std::vector<PlannedRow>& rows) {
+  using Load = std::tuple<std::optional<double>, std::optional<int>, std::optional<int>>;
+  std::map<Load, std::vector<std::size_t>> by_load;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    by_load[{rows[k].payload_kg, rows[k].tool_number, rows[k].payload_item}].push_back(k);
+  std::vector<std::vector<std::size_t>> groups;
+  for (auto& [load, indices] : by_load) groups.push_back(std::move(indices));
+  return groups;
+}
+
+/// Orders the rows of a plan by load, and for short moves with each load; states how long the moves
+/// take.
 void Order(const PostureCheck& check, const model::JointVector& speeds, MeasurementPlan& plan) {
   std::vector<model::JointVector> postures;
   for (const PlannedRow& row : plan.rows) postures.push_back(row.q);
-  const auto is_free = [&](std::size_t from, std::size_t to) {
-    return check.IsMoveFree(postures[from], postures[to]);
-  };
-  const std::vector<std::size_t> order = VisitOrder(postures, speeds, is_free);
+  const std::vector<std::vector<std::size_t>> groups = RowsByLoad(plan.rows);
+  plan.load_changes = static_cast<int>(groups.size()) - 1;
+  std::vector<std::size_t> order;
+  for (const std::vector<std::size_t>& group : groups) {
+    std::vector<model::JointVector> of_group;
+    for (const std::size_t k : group) of_group.push_back(postures[k]);
+    const auto is_free = [&](std::size_t from, std::size_t to) {
+      return check.IsMoveFree(of_group[from], of_group[to]);
+    };
+    for (const std::size_t k : VisitOrder(of_group, speeds, is_free)) order.push_back(group[k]);
+  }
   std::vector<std::size_t> as_chosen(order.size());
   std::iota(as_chosen.begin(), as_chosen.end(), std::size_t{0});
   const double unordered = PathCost(postures, as_chosen, speeds);

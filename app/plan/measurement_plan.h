@@ -27,11 +27,11 @@ struct PlanTask {
 
 struct PlannedRow {
   model::JointVector q;
-  double payload_kg = 0;
-  std::optional<int> tool_number;   ///< if the cell numbers its tools
-  std::optional<int> payload_item;  ///< if the cell has payload items
-  std::string artefact;             ///< empty if the position is measured
-  Pose X_WT;                        ///< expected tip, without deflection
+  std::optional<double> payload_kg{};  ///< absent: no payloads are planned
+  std::optional<int> tool_number;      ///< if the cell numbers its tools
+  std::optional<int> payload_item;     ///< if the cell has payload items
+  std::string artefact;                ///< empty if the position is measured
+  Pose X_WT;                           ///< expected tip, without deflection
   /// The straight joint move from the previous row was found free of collisions; false for the
   /// first row, to which the robot comes from anywhere.
   bool move_checked = false;
@@ -48,7 +48,8 @@ struct EffectDetermination {
 };
 
 struct MeasurementPlan {
-  std::vector<PlannedRow> rows;  ///< in an order with short moves, see visit_order.h
+  std::vector<PlannedRow> rows;  ///< by load, in an order with short moves (visit_order.h)
+  int load_changes = 0;          ///< between rows with different payloads or payload items
   double path_share = 1;         ///< length of the path relative to that in the order of the choice
   std::optional<double> moves_s;  ///< duration of all moves; absent if no speeds were stated
   std::vector<EffectDetermination> effects;

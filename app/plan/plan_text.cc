@@ -81,7 +81,10 @@ std::string LoadText(const PlannedRow& row) {
     parts.push_back(*row.payload_item == 0 ? "no payload item"
                                            : fmt::format("payload item {}", *row.payload_item));
   }
-  if (row.payload_kg != 0) parts.push_back(fmt::format("payload {:g} kg", row.payload_kg));
+  if (row.payload_kg) {
+    parts.push_back(*row.payload_kg == 0 ? "no payload"
+                                         : fmt::format("payload {:g} kg", *row.payload_kg));
+  }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -89,7 +92,7 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
   const auto any = [&](auto&& test) {
     return std::any_of(plan.rows.begin(), plan.rows.end(), test);
   };
-  const bool payload = any([](const PlannedRow& row) { return row.payload_kg != 0; });
+  const bool payload = any([](const PlannedRow& row) { return row.payload_kg.has_value(); });
   const bool artefact = any([](const PlannedRow& row) { return !row.artefact.empty(); });
   std::string text = JointNames(joints, ',').substr(1);
   const bool tool = any([](const PlannedRow& row) { return row.tool_number.has_value(); });
@@ -101,7 +104,7 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
     for (std::size_t k = 0; k < joints.size(); ++k) {
       line += fmt::format("{}{:.5f}", k == 0 ? "" : ",", InFile(row.q, k, joints));
     }
-    if (payload) line += fmt::format(",{:g}", row.payload_kg);
+    if (payload) line += fmt::format(",{:g}", row.payload_kg.value_or(0));
     if (tool) line += fmt::format(",{}", row.tool_number.value_or(0));
     if (item) line += fmt::format(",{}", row.payload_item.value_or(0));
     if (artefact) line += "," + row.artefact;

@@ -10,7 +10,7 @@ constexpr double kMargin = 6;
 constexpr double kTitleHeight = 8;
 constexpr double kRulerStrip = 11;    // left of the free area: the upright ruler
 constexpr double kFooterHeight = 26;  // below the free area: the other ruler and texts
-constexpr double kGap = 3;
+constexpr double kGap = 3, kRulerGap_mm = 1.5;
 constexpr double kLineSpacing = 3.2;
 constexpr double kBlockWidth = 26;
 constexpr std::size_t kBlocksInColumn = 2;
@@ -80,7 +80,8 @@ void AddFrame(Sheet& sheet, const Vec2& paper, const FrameTexts& texts) {
       {.at = {area.end().x(), title_y}, .words = texts.sheet_number, .align = Align::kRight});
   const Vec2 zero = RulerZero(paper);
   AddRuler(sheet, zero, Vec2::UnitX(), Vec2::UnitY());
-  AddRuler(sheet, zero, -Vec2::UnitY(), -Vec2::UnitX());
+  // Beside the other one, so that its zero tick does not lengthen the other's line.
+  AddRuler(sheet, zero - kRulerGap_mm * Vec2::UnitX(), -Vec2::UnitY(), -Vec2::UnitX());
   std::vector<std::string> lines = {
       "Print at 100 % (actual size), not fitted to the page. Then measure both rulers:",
       "if one is not 100.0 mm long, correct the scale of the printer and print again."};
