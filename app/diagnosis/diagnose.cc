@@ -29,6 +29,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_change_search.h"
 #include "app/diagnosis/verdict.h"
+#include "firmware-like/geometry/angle.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -214,6 +215,23 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
+/// Notes that an unaligned frame stands at a large angle to gravity as declared.
+void AddTiltNote(const Dataset& data, const Model& aligned, Diagnosis& diagnosis) {
+  constexpr double kLevel_rad = 2 * kRadPerDeg;  // compliances hardly change below
+  if (!data.frames_free()) return;
+  double most = 0;
+  for (const Model::Frames& frames : aligned.frames) {
+    const Vec3 up_in_base = frames.X_WB.R.transpose() * Vec3::UnitZ();
+    const Vec3 declared = data.cell.robot.X_WB.R.transpose() * Vec3::UnitZ();
+    most = std::max(most, std::acos(std::clamp(up_in_base.dot(declared), -1.0, 1.0)));
+  }
+  if (most <= kLevel_rad) return;
+  diagnosis.notes.push_back(fmt::format(
+      "the instrument's frame is tilted by {:.1f} deg against the declared base: gravity is taken "
+      "along its z axis; level the instrument, or transform its points to a level frame",
+      most / kRadPerDeg));
+}
+
 /// A diagnosis with some of the references of the cell.
 class StartedDiagnosis final : public Attempt {
  public:
@@ -298,23 +316,6 @@ Result<Diagnosis> StartedDiagnosis::Finish() {
   AddDomain(task(), *found_, declared_->model, *fit_, corrected, diagnosis_);
   task().Report(1, "done");
   return std::move(diagnosis_);
-}
-
-/// Notes that an unaligned frame stands at a large angle to gravity as declared.
-void AddTiltNote(const Dataset& data, const Model& aligned, Diagnosis& diagnosis) {
-  constexpr double kLevel_rad = 2 * kRadPerDeg;  // compliances hardly change below
-  if (!data.frames_free()) return;
-  double most = 0;
-  for (const Model::Frames& frames : aligned.frames) {
-    const Vec3 up_in_base = frames.X_WB.R.transpose() * Vec3::UnitZ();
-    const Vec3 declared = data.cell.robot.X_WB.R.transpose() * Vec3::UnitZ();
-    most = std::max(most, std::acos(std::clamp(up_in_base.dot(declared), -1.0, 1.0)));
-  }
-  if (most <= kLevel_rad) return;
-  diagnosis.notes.push_back(fmt::format(
-      "the instrument's frame is tilted by {:.1f} deg against the declared base: gravity is taken "
-      "along its z axis; level the instrument, or transform its points to a level frame",
-      most / kRadPerDeg));
 }
 
 }  // namespace
