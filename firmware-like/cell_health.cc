@@ -52,7 +52,7 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kApproachBlocked, "an approach path is blocked", "clear the path",
           Warning<warning::kApproachBlocked>},
     Entry{HealthReason::kObjectsNear, "monitored objects are near each other",
-          "check the clearance, see Distances",
+          "increase the distance, or reduce near_mm of the pair",
           [](const HealthInputs& facts) { return facts.objects_near; }},
     Entry{HealthReason::kDrift, "drift: probes no longer agree with the model",
           "do not rely on the radius; read the diagnosis", Warning<warning::kDrift>},

@@ -150,7 +150,7 @@ void PrintObjects(const DaemonRegisters& daemon, std::ostream& out) {
                         number("scene_object_b"), daemon.Scene("scene_distance"));
   }
   if (const int pairs = number("scene_near"); pairs > 0) {
-    text += fmt::format(", {} pairs near", pairs);
+    text += fmt::format(", {} pair{} near", pairs, pairs == 1 ? "" : "s");
   }
   if (const int pairs = number("scene_unmeasured"); pairs > 0) {
     text += fmt::format(", {} pairs not measured", pairs);

@@ -113,6 +113,7 @@ Dataset WithHeavierItem(Dataset data, const model::PayloadItem& item, double by_
     payload.cog_F =
         (payload.mass_kg * payload.cog_F + by_kg * item.cog_F) / (payload.mass_kg + by_kg);
     payload.mass_kg += by_kg;
+    if (auto& carried_kg = data.conditions[row].payload_kg) *carried_kg += by_kg;
   }
   return data;
 }
@@ -121,10 +122,12 @@ Dataset WithHeavierItem(Dataset data, const model::PayloadItem& item, double by_
 constexpr double kLeastMassDeviation_kg = 0.5;  // a judgement
 constexpr double kMassStep = 0.01;              // of the deviation, for the derivative
 
+/// @param declared  of the model with the declared masses
 /// @return  nullopt if the item has none of the rows or all of them, or if the nuisances absorb its
 ///          mass
 std::optional<DeclaredErrorColumns> ItemColumns(const LinearProblem& problem, const Model& model,
-                                                int index, int threads) {
+                                                const Linearisation& declared, int index,
+                                                int threads) {
   const Dataset& data = problem.data();
   const model::PayloadItem& item = data.cell.payload_items[static_cast<std::size_t>(index)];
   const auto carried =
@@ -134,17 +137,16 @@ std::optional<DeclaredErrorColumns> ItemColumns(const LinearProblem& problem, co
     return std::nullopt;
   const double deviation = std::max(kLeastMassDeviation_kg, item.mass_kg / 2);
   const double step_kg = kMassStep * deviation;
-  const Result<Linearisation> declared = Linearise(data, model, false, threads);
   const Result<Linearisation> heavier =
       Linearise(WithHeavierItem(data, item, step_kg), model, false, threads);
-  if (!declared || !heavier) return std::nullopt;
+  if (!heavier) return std::nullopt;
   const FitLayout& layout = problem.layout();
   const Whitener whitener(problem.fit());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(problem.response().size(), 1);
   for (const FitRowIndex j : problem.rows().indices()) {
     const RowIndex row = problem.rows()[j];
     const Eigen::MatrixXd slope =
-        (declared->rows[row].residual - heavier->rows[row].residual) / step_kg;
+        (declared.rows[row].residual - heavier->rows[row].residual) / step_kg;
     whitener[j].Apply(slope, layout.PartOf(columns, j));
   }
   DeclaredErrorKind kind{DeclaredErrorKind::What::kItemMass};
@@ -165,8 +167,10 @@ std::vector<DeclaredErrorColumns> ItemErrors(const LinearProblem& problem, const
                                              int threads) {
   std::vector<DeclaredErrorColumns> errors;
   if (!TestsItems(problem.data())) return errors;
+  const Result<Linearisation> declared = Linearise(problem.data(), model, false, threads);
+  if (!declared) return errors;
   for (int k = 0; k < static_cast<int>(problem.data().cell.payload_items.size()); ++k) {
-    if (auto columns = ItemColumns(problem, model, k, threads))
+    if (auto columns = ItemColumns(problem, model, *declared, k, threads))
       errors.push_back(std::move(*columns));
   }
   return errors;

@@ -32,8 +32,8 @@ struct DeclaredError {
 };
 
 /// The error that fits best in addition to the effects of the answer, or to some of them. It costs
-/// as much as an effect with three parameters, or one for a mass, plus the choice of the tool, the
-/// item, or the artefact and the moment.
+/// as much as an effect with as many parameters (three, or one for a mass), plus the choice of the
+/// tool, the item, or the artefact and the moment.
 /// @param with_moves  also moves of artefacts; false if a declared distance contradicts the other
 ///                    data, which imitates a move of one of its artefacts
 /// @return  nullopt if the rows can show no such error, or if nothing is `certain` or explains

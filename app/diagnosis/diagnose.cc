@@ -215,7 +215,8 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
-/// Notes that an unaligned frame stands at a large angle to gravity as declared.
+/// Notes that the estimated vertical of the base differs from the declared one by more than two
+/// degrees.
 void AddTiltNote(const Dataset& data, const Model& aligned, Diagnosis& diagnosis) {
   constexpr double kLevel_rad = 2 * kRadPerDeg;  // compliances hardly change below
   if (!data.frames_free()) return;
@@ -226,10 +227,13 @@ void AddTiltNote(const Dataset& data, const Model& aligned, Diagnosis& diagnosis
     most = std::max(most, std::acos(std::clamp(up_in_base.dot(declared), -1.0, 1.0)));
   }
   if (most <= kLevel_rad) return;
-  diagnosis.notes.push_back(fmt::format(
-      "the instrument's frame is tilted by {:.1f} deg against the declared base: gravity is taken "
-      "along its z axis; level the instrument, or transform its points to a level frame",
-      most / kRadPerDeg));
+  diagnosis.notes.push_back(
+      fmt::format("the vertical of the base differs by {:.1f} deg from the declared one if gravity "
+                  "is along the z "
+                  "axis of the instrument's frame, as assumed: level the instrument, or transform "
+                  "its points to "
+                  "a level frame; if it was level, correct base_rpy_deg",
+                  most / kRadPerDeg));
 }
 
 /// A diagnosis with some of the references of the cell.

@@ -202,9 +202,10 @@ std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) 
   check.limit = 1e3 * kUnexplainedNoiseRatio * noise_m;
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
-      "the residual is {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm is not "
-      "explained, unless repeated points show a larger noise",
-      check.figure, 1e3 * noise_m, check.limit);
+      "the residual is {:.3g} mm per axis; with a noise of {:.3g} mm{}, more than {:.3g} mm is not "
+      "explained{}",
+      check.figure, 1e3 * noise_m, repeats_m >= noise_m ? " (scatter of repeated points)" : "",
+      check.limit, repeats_m > 0 ? "" : ", unless repeated points show a larger noise");
   return check;
 }
 
@@ -249,15 +250,30 @@ std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Find
   return agree;
 }
 
-/// True if the effects predict points held out no better than the declared model. Orientations may
-/// support an effect that moves no point; then only an implausible value counts, whose correction
-/// is withheld.
-bool IsUseless(const Finding& finding, const Dataset& data, const Diagnosis& diagnosis) {
-  if (diagnosis.held_out_by.empty() || diagnosis.held_out.after_m < diagnosis.held_out.before_m)
-    return false;
-  const bool turned = std::find(data.turned_sessions.begin(), data.turned_sessions.end(), true) !=
-                      data.turned_sessions.end();
-  return !turned || (!finding.implausible.empty() && !diagnosis.withheld.empty());
+/// Whether points held out are predicted better with the effects than without; nullopt if none
+/// were.
+std::optional<ExplanationCheck> HeldOutGainCheck(const Diagnosis& diagnosis) {
+  if (diagnosis.held_out_by.empty()) return std::nullopt;
+  ExplanationCheck check;
+  check.name = "held_out_gain";
+  check.figure = 1e3 * diagnosis.held_out.after_m;
+  check.limit = 1e3 * diagnosis.held_out.before_m;
+  check.passed = check.figure < check.limit;
+  check.sentence = fmt::format(
+      "held-out points have an error of {:.3g} mm with the effects, and of {:.3g} mm without",
+      check.figure, check.limit);
+  return check;
+}
+
+bool HasOrientations(const Dataset& data) {
+  const auto& turned = data.turned_sessions;
+  return std::find(turned.begin(), turned.end(), true) != turned.end();
+}
+
+/// True if held-out points do not support a finding. Orientations may support one that moves no
+/// point; with them, only an implausible value whose correction is withheld is unsupported.
+bool IsUnsupported(const Finding& finding, const Dataset& data, const Diagnosis& diagnosis) {
+  return !HasOrientations(data) || (!finding.implausible.empty() && !diagnosis.withheld.empty());
 }
 
 }  // namespace
@@ -315,10 +331,13 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
     if (!sound) diagnosis.verdict = Verdict::kUnknown;
   }
   if (diagnosis.findings.empty()) return;
+  const std::optional<ExplanationCheck> gain = HeldOutGainCheck(diagnosis);
+  if (gain) diagnosis.checks.push_back(*gain);
+  const Dataset& data = evidence.problem.data;
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
     std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
-    if (failed.empty() && IsUseless(finding, evidence.problem.data, diagnosis)) {
+    if (failed.empty() && gain && !gain->passed && IsUnsupported(finding, data, diagnosis)) {
       failed.push_back((finding.implausible.empty() ? "" : finding.implausible + ", and ") +
                        "held-out points are predicted no better than by the declared model");
     }

@@ -131,8 +131,7 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
   auto of_camera = NameOfOutliers(data, rejected, "camera",
                                   [&](RowIndex row) { return data.measured(row).camera; });
   if (of_camera) return of_camera;
-  // A number of rows in one session, or at one kind of observation, may be misread; most of them
-  // are not.
+  // A few misread rows may be in one session by chance: at least half of its rows must be rejected.
   const auto numbered = [](const std::optional<int>& number) {
     return number ? std::to_string(*number) : std::string();
   };

@@ -57,8 +57,8 @@ double ResidualScatter(const FitProblem& problem, const PerRow<RowResidual>& res
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = problem.data.numbers[row];
     if (numbers.count == 0 || problem.weights[row] < kOutlierWeight) continue;
-    square += std::pow(SizeOf(numbers, residuals[row]), 2);
-    lengths += numbers.count;
+    square += problem.weights[row] * std::pow(SizeOf(numbers, residuals[row]), 2);
+    lengths += problem.weights[row] * numbers.count;
   }
   return std::sqrt(square / std::max(1.0, lengths - parameters));
 }

@@ -10,8 +10,8 @@ namespace plumbline::diagnosis {
 /// a measurement.
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals);
 
-/// Standard deviation of the residuals of the rows that are not outliers, one axis, with the
-/// degrees of freedom that `parameters` fitted to them leave [m].
+/// Standard deviation of the residuals on one axis [m], weighted as in the fit, without outliers,
+/// and with the degrees of freedom that `parameters` leave.
 double ResidualScatter(const FitProblem& problem, const PerRow<RowResidual>& residuals,
                        double parameters);
 

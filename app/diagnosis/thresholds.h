@@ -72,8 +72,9 @@ inline constexpr double kMaxOutliers = 0.1;
 /// repeatability at one distance and temperature, so an excess of one half needs no other cause.
 /// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.
 inline constexpr double kExcessNoiseRatio = 1.5;
-/// A residual above this many sigmas, declared or of repeated points, is not explained. A judgement:
-/// a larger excess over what a data sheet states needs repeated points to pass for noise.
+/// A residual above this many sigmas, declared or of repeated points, is not explained. A
+/// judgement: a larger excess over what a data sheet states needs repeated points to pass for
+/// noise.
 inline constexpr double kUnexplainedNoiseRatio = 2;
 
 // --- Explanations.

@@ -1,6 +1,7 @@
 #include "app/diagnosis/tip_displacement.h"
 
 #include <cmath>
+#include <optional>
 
 #include "app/diagnosis/thresholds.h"
 

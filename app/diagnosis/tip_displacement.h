@@ -1,4 +1,4 @@
-// Displacement of the measured point by an effect, in millimetres at the machine.
+// Displacement of the measured point by an effect.
 #pragma once
 
 #include <vector>

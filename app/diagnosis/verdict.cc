@@ -76,6 +76,15 @@ const char* WordsOf(const OutlierCondition& condition) {
     return "it may have moved, or its lens or tags are wrong; calibrate it again and measure more "
            "rows "
            "with it";
+  if (condition.column == "tool")
+    return "its tip, its stiffness or its mount may be wrong; measure its TCP again";
+  if (condition.column == "payload_item")
+    return "its mass or its centre of gravity may be wrong; weigh it";
+  if (condition.column == "session")
+    return "the instrument, its frame or the tool may have changed; check what differs there";
+  if (condition.column == "kind")
+    return "these rows contradict the others; check the instrument that measured them, its frame "
+           "and the tool";
   return "an effect acts only there, or the noise is larger there. Measure more rows there to "
          "distinguish these";
 }

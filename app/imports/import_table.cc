@@ -107,6 +107,14 @@ void Reject(std::string& reason, std::string why) {
   if (reason.empty()) reason = std::move(why);
 }
 
+/// A time since 1970 in the stated unit; without one, in that which the size of the number implies.
+std::optional<EpochTime> EpochTimeIn(double number, const std::string& unit) {
+  if (unit.empty()) return EpochTimeOf(number);
+  const auto scale = ScaleOf(ValueKind::kTime, unit);
+  const auto in_seconds = scale ? EpochTimeOf(number * scale->factor) : std::nullopt;
+  return in_seconds && in_seconds->unit == "seconds" ? in_seconds : std::nullopt;
+}
+
 void RowReader::Value(std::size_t column, const std::string& field, ImportedRow& row,
                       std::string& reason) {
   const ColumnMeaning& meaning = file_.meanings[column];
@@ -124,8 +132,8 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
     }
   }
   auto number = NumberIn(field, file_.layout.decimal);
-  if (*kind == ValueKind::kTime && number && meaning.unit.empty()) {
-    if (const auto epoch = EpochTimeOf(*number)) {
+  if (*kind == ValueKind::kTime && number) {
+    if (const auto epoch = EpochTimeIn(*number, meaning.unit)) {
       epoch_unit_ = epoch->unit;
       if (!first_stamp_s_) first_stamp_s_ = epoch->seconds;
       row.numbers["t_s"] = epoch->seconds - *first_stamp_s_;
@@ -170,7 +178,8 @@ void RowReader::AddNotes(std::vector<std::string>& notes) const {
             : ": assumed, since no day is above 12; write them as year-month-day if it is wrong"));
   }
   if (!epoch_unit_.empty())
-    notes.push_back(fmt::format("t_s: read as {} since 1970, from the first one", epoch_unit_));
+    notes.push_back(
+        fmt::format("t_s: read as {} since 1970; it counts from the first row", epoch_unit_));
   for (const auto& [target, left_out] : left_out_) {
     notes.push_back(fmt::format("{}: {} unusable value{} left out, the first in line {}: {}",
                                 target, left_out.count, left_out.count == 1 ? "" : "s",

@@ -92,9 +92,15 @@ std::string FromWindows1252(std::string_view bytes) {
 /// The minus sign U+2212 as the hyphen that numbers are written with.
 std::string WithHyphens(std::string text) {
   constexpr std::string_view kMinus = "\u2212";
-  for (auto at = text.find(kMinus); at != std::string::npos; at = text.find(kMinus, at + 1))
-    text.replace(at, kMinus.size(), "-");
-  return text;
+  std::size_t at = text.find(kMinus), from = 0;
+  if (at == std::string::npos) return text;
+  std::string replaced;
+  replaced.reserve(text.size());
+  for (; at != std::string::npos; at = text.find(kMinus, from)) {
+    replaced.append(text, from, at - from).append("-");
+    from = at + kMinus.size();
+  }
+  return replaced.append(text, from);
 }
 
 }  // namespace

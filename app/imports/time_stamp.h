@@ -21,8 +21,8 @@ struct EpochTime {
   double seconds = 0;
   std::string_view unit{};  ///< "seconds", "milliseconds", ..
 };
-/// Each of the four is a thousand times the next, so that the size of the number determines the
-/// unit. nullopt for a smaller or larger number.
+/// Seconds of these years lie between 1e8 and 1e10, a factor of 100, and each unit is a thousandth
+/// of the one before: the size of the number determines the unit. nullopt for any other number.
 std::optional<EpochTime> EpochTimeOf(double number);
 
 /// True if the text is a time stamp whose date has slashes, in either order.

@@ -268,7 +268,7 @@ void Order(const PostureCheck& check, const model::JointVector& speeds, Measurem
   std::vector<model::JointVector> postures;
   for (const PlannedRow& row : plan.rows) postures.push_back(row.q);
   const std::vector<std::vector<std::size_t>> groups = RowsByLoad(plan.rows);
-  plan.load_changes = static_cast<int>(groups.size()) - 1;
+  plan.load_changes = std::max(0, static_cast<int>(groups.size()) - 1);
   std::vector<std::size_t> order;
   for (const std::vector<std::size_t>& group : groups) {
     std::vector<model::JointVector> of_group;

@@ -86,7 +86,9 @@ std::string FittedText(const AchievedAccuracy& achieved) {
 AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
                                     const model::CellModel& cell) {
   AchievedAccuracy achieved;
-  achieved.rejected_rows = static_cast<int>(diagnosis.outlier_rows.size());
+  achieved.rejected_rows = static_cast<int>(std::count_if(
+      diagnosis.rows.begin(), diagnosis.rows.end(),
+      [](const diagnosis::RowTrace& row) { return row.outlier && MeasuresPosition(row); }));
   if (cell.measurement.kind == model::MeasurementKind::kRange) {
     achieved.why_none = "the instrument measures ranges, not positions";
     return achieved;

@@ -27,10 +27,10 @@ struct AchievedAccuracy {
   /// True if the errors are those of rows that were used neither to select nor to fit the effects.
   bool held_out = false;
   int rows = 0;           ///< rows that are used
-  int rejected_rows = 0;  ///< outliers, which are not used
+  int rejected_rows = 0;  ///< outliers among the rows that measure a position; they are not used
   int other_rows = 0;     ///< rows that do not measure a position, such as touches of artefacts
-  /// The instrument's frame, or the tool's tip, was fitted to the same rows: an error of the base
-  /// or of the tip that a frame or a tip absorbs is not seen.
+  /// The instrument's frame, or the tool's tip, was fitted to the measured points (without the rows
+  /// held out, if any): an error of the base or of the tip that these absorb is not seen.
   bool frame_fitted = false, tip_fitted = false;
 };
 

@@ -168,7 +168,12 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   }
   std::vector<std::string> notes;
   if (!diagnosis.withheld.empty()) notes.emplace_back("Not written to the model.");
-  notes.emplace_back("At the tip: RMS displacement at the measured poses by this value alone.");
+  const bool displaces =
+      std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                  [](const diagnosis::Finding& finding) { return finding.tip_rms_m > 0; });
+  if (displaces) {
+    notes.emplace_back("At the tip: RMS displacement at the measured poses by this value alone.");
+  }
   if (!trend.empty()) notes.push_back(trend + ".");
   if (count > kMaxCoefficients) {
     notes.push_back(CountText(count - kMaxCoefficients, "more parameter") + " in the appendix.");
@@ -184,17 +189,17 @@ std::string CoefficientsTable(const diagnosis::Diagnosis& diagnosis) {
   }
   if (notes.empty()) return table.Html();
   return table.Html() + "<p class=\"soft\">" +
-         Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength)) +
-         "</p>\n";
+         Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength)) + "</p>\n";
 }
 
 std::string NotTested(const CertificateInput& input) {
   std::vector<std::string> items;
   if (const std::string fitted = FittedText(input.achieved); !fitted.empty())
-    items.push_back(fitted + " (fitted to these rows)");
+    items.push_back(fitted + " (fitted to the measured points)");
   if (input.achieved.before && input.achieved.other_rows > 0) {
-    items.push_back(CountText(static_cast<std::size_t>(input.achieved.other_rows), "row") +
-                    " on artefacts against the tolerance");
+    items.push_back("the accuracy at the " +
+                    CountText(static_cast<std::size_t>(input.achieved.other_rows), "row") +
+                    " that measure no position");
   }
   if (input.achieved.before) {
     const accuracy::Characteristics& all = input.achieved.before->characteristics;

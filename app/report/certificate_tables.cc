@@ -274,7 +274,8 @@ Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
   const Achieved& of = achieved.after ? *achieved.after : *achieved.before;
   std::string when = achieved.after ? "after correction" : "without correction";
   if (const std::string fitted = FittedText(achieved); !fitted.empty())
-    when += fmt::format(", with {} fitted to the same rows,", fitted);
+    when += fmt::format(" (with {} fitted to {})", fitted,
+                        achieved.held_out ? "the other rows" : "the same rows");
   int conform = 0, fail = 0;
   const auto poses = static_cast<int>(of.characteristics.poses.size());
   for (std::size_t k = 0; k < of.characteristics.poses.size(); ++k) {

@@ -77,7 +77,7 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
     const model::WrittenEffect written = effects::WrittenFromActive(effect, effect.covariance);
     answer.doubts.push_back(
         {written.id, written.scope,
-         "it was taken from siblings; these rows do not tell it from its rivals"});
+         "it was taken from siblings; these rows do not separate it from its rivals"});
   }
   answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
   if (answer.verdict != diagnosis::Verdict::kUnknown)

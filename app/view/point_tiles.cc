@@ -75,14 +75,15 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
   const float margin = 0.6F * layout.em, x = area.x + margin, width = area.width - 1.6F * margin;
   // A low tile has its note beside the radius; one without room for it shows a warning at the top.
   const bool warned = tile.state == StateClass::kWarning;
-  const bool low = area.height < static_cast<float>(TileSize(layout).height);
+  const bool low = area.height < static_cast<float>(TileSize(layout).height) - 0.5F;
   const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
   const bool beside = low && writer.WidthOf(tile.radius, radius_em) + 2 * layout.em +
                                      writer.WidthOf(tile.note, layout.em) <=
                                  width;
   const bool at_top = low && warned && !beside;
   const std::string word = !tile.valid() ? "" : at_top ? tile.note : "corrected";
-  const float word_width = writer.WidthOf(word, layout.em) + 0.4F * layout.em;
+  const float word_width =
+      std::min(writer.WidthOf(word, layout.em) + 0.4F * layout.em, 0.6F * width);
   float y = area.y + 0.3F * layout.em;
   const std::string glyph = MarkOf(tile.state).glyph;
   const float glyph_width = writer.WidthOf(glyph + " ", layout.name_em);

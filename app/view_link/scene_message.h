@@ -10,8 +10,8 @@
 
 namespace plumbline::view_link {
 
-/// Little-endian: "plumbsc3", interferences (u32), near pairs (u32), unmeasured (u32), blocked paths
-/// (u32), smallest [mm] (f32), object a (u16), object b (u16).
+/// Little-endian: "plumbsc3", interferences (u32), near pairs (u32), unmeasured (u32), blocked
+/// paths (u32), smallest [mm] (f32), object a (u16), object b (u16).
 inline constexpr std::size_t kSceneMessageBytes = 32;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 

@@ -10,7 +10,7 @@
 namespace plumbline::view_link {
 
 /// Incremented with every change that an older reader would misinterpret.
-inline constexpr int kViewSchema = 6;
+inline constexpr int kViewSchema = 7;
 
 /// @return  one JSON object; non-finite numbers become null
 std::string JsonOfView(const ViewState& state);

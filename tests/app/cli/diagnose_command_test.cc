@@ -93,6 +93,14 @@ TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
   }
 }
 
+TEST_CASE("a tolerance without a report is refused before the diagnosis starts") {
+  Desk desk;
+  desk.arguments.certificate_details.tolerance_m = 5e-4;
+  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitUsage);
+  CHECK(desk.err.str().find("add --report or --pdf") != std::string::npos);
+  CHECK(desk.out.str().empty());
+}
+
 TEST_CASE("a summary is always short") {
   diagnosis::Diagnosis diagnosis = test::ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
   for (int k = 0; k < 4; ++k) {

@@ -488,6 +488,36 @@ TEST_CASE("rejected rows that share a payload make the verdict unknown, scattere
   }
 }
 
+TEST_CASE("rejected rows of one rare tool or session make the verdict unknown") {
+  for (const std::string column : {"tool", "session"}) {
+    CAPTURE(column);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 120 --repeats 0 --seed 5");
+    model::Tool second = data.cell.tool;
+    data.cell.tool.number = 1;
+    second.number = 2;
+    if (column == "tool") data.cell.further_tools = {second};
+    data.table.recorded.tool = column == "tool";
+    std::vector<std::size_t> rare;
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      const bool is_rare = column == "tool" ? k % 15 == 4 : k >= 60 && k < 68;
+      if (is_rare) rare.push_back(k);
+      if (column == "tool") data.table.rows[k].tool_number = is_rare ? 2 : 1;
+      if (column == "session") data.table.rows[k].session = is_rare ? "second" : "first";
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    double sign = 1;  // no constant error of the tip
+    for (const std::size_t k : rare) {
+      *data.table.rows[k].measured_W += sign * Vec3(2e-3, -3e-3, 2e-3);
+      sign = -sign;
+    }
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->outlier_rows.size() == rare.size());
+    CHECK(diagnosis->verdict == Verdict::kUnknown);
+    CHECK(diagnosis->drivers == std::vector<std::string>{column});
+  }
+}
+
 TEST_CASE("a run of rejected rows while a signal drifts is no condition") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {

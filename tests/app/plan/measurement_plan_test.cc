@@ -120,6 +120,21 @@ TEST_CASE("a plan is for one tool, and names tool, item and payload of every row
              Catch::Contains("has no [[payload.item]] with number = 4"));
 }
 
+TEST_CASE("the rows of a plan are grouped by load, and no payload is named, too") {
+  PlanTask task = Small();
+  task.payloads_kg = {8, 0};
+  const auto plan = PlanMeasurements(Ur10(), task);
+  REQUIRE(plan);
+  CHECK(plan->load_changes == 1);
+  int changes = 0;
+  for (std::size_t k = 1; k < plan->rows.size(); ++k)
+    changes += plan->rows[k].payload_kg != plan->rows[k - 1].payload_kg ? 1 : 0;
+  CHECK(changes == 1);
+  CHECK_THAT(LoadText(plan->rows.front()), Catch::Contains("no payload"));
+  CHECK_THAT(UrScript(*plan), Catch::Contains("measure with no payload, then"));
+  CHECK_THAT(UrScript(*plan), Catch::Contains("measure with payload 8 kg, then"));
+}
+
 TEST_CASE("singular postures, the floor and the arm itself are avoided") {
   const model::CellModel cell = Ur10();
   const PostureCheck check(cell, {});

@@ -542,6 +542,22 @@ TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected r
   CHECK(Has(before.sentence, "Does not conform to the tolerance of 0.10 mm without correction"));
 }
 
+TEST_CASE("conformity names what was fitted, and needs rows that measure a position") {
+  model::CellModel cell = DeclaredCell();
+  cell.measurement.frame_known = cell.measurement.tool_known = false;
+  diagnosis::Diagnosis measured = WithReplicates(diagnosis::Verdict::kExplained, 4, 0);
+  const Conformity fitted = ConformityOf(AchievedAccuracyOf(measured, cell), 1e-2);
+  CHECK(Has(fitted.sentence, "with the instrument's frame and the tool's tip fitted to"));
+  const Conformity exceeded = ConformityOf(AchievedAccuracyOf(measured, cell), 1e-7);
+  CHECK_FALSE(Has(exceeded.sentence, ",:"));
+  CHECK_FALSE(Has(exceeded.sentence, " :"));
+  for (diagnosis::RowTrace& row : measured.rows) row.kind = diagnosis::ObservationKind::kGauge;
+  const AchievedAccuracy touches = AchievedAccuracyOf(measured, cell);
+  CHECK_FALSE(touches.before);
+  CHECK(ConformityOf(touches, 1e-2).outcome == Conformity::Outcome::kNotDecided);
+  CHECK(Has(touches.why_none, "touch artefacts"));
+}
+
 TEST_CASE("characteristics come from held-out rows and state what the rows do not show") {
   const AchievedAccuracy single =
       AchievedAccuracyOf(ExampleDiagnosis(diagnosis::Verdict::kExplained), DeclaredCell());
