@@ -113,7 +113,7 @@ Dataset WithHeavierItem(Dataset data, const model::PayloadItem& item, double by_
     payload.cog_F =
         (payload.mass_kg * payload.cog_F + by_kg * item.cog_F) / (payload.mass_kg + by_kg);
     payload.mass_kg += by_kg;
-    if (auto& carried_kg = data.conditions[row].payload_kg) *carried_kg += by_kg;
+    data.conditions[row].payload_kg += by_kg;
   }
   return data;
 }

@@ -1,6 +1,7 @@
 // Robust scale and Hampel weights of rows.
 #pragma once
 
+#include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 #include "app/diagnosis/thresholds.h"
 

@@ -10,12 +10,12 @@ constexpr double kMargin = 6;
 constexpr double kTitleHeight = 8;
 constexpr double kRulerStrip = 11;    // left of the free area: the upright ruler
 constexpr double kFooterHeight = 26;  // below the free area: the other ruler and texts
-constexpr double kGap = 3, kRulerGap_mm = 1.5;
+constexpr double kGap = 3, kRulerGap = 1.5;
 constexpr double kLineSpacing = 3.2;
 constexpr double kBlockWidth = 26;
 constexpr std::size_t kBlocksInColumn = 2;
 
-/// The corner of the rulers, where both have their zero.
+/// Zero of the level ruler; the upright one has its zero beside it.
 Vec2 RulerZero(const Vec2& paper) {
   return {kMargin + kRulerStrip, paper.y() - kMargin - kFooterHeight};
 }
@@ -81,7 +81,7 @@ void AddFrame(Sheet& sheet, const Vec2& paper, const FrameTexts& texts) {
   const Vec2 zero = RulerZero(paper);
   AddRuler(sheet, zero, Vec2::UnitX(), Vec2::UnitY());
   // Beside the other one, so that its zero tick does not lengthen the other's line.
-  AddRuler(sheet, zero - kRulerGap_mm * Vec2::UnitX(), -Vec2::UnitY(), -Vec2::UnitX());
+  AddRuler(sheet, zero - kRulerGap * Vec2::UnitX(), -Vec2::UnitY(), -Vec2::UnitX());
   std::vector<std::string> lines = {
       "Print at 100 % (actual size), not fitted to the page. Then measure both rulers:",
       "if one is not 100.0 mm long, correct the scale of the printer and print again."};

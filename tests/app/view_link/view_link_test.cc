@@ -165,7 +165,7 @@ TEST_CASE("a malformed text is refused with the reason") {
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":6"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":7"), 10, "\"schema\":9");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
