@@ -106,6 +106,16 @@ void WarnAboutMissingColumns(const PredictOptions& options, const model::CellMod
   }
 }
 
+/// Warns that the radius is that of the measured temperatures if the poses state none.
+void WarnAboutTemperature(const PredictOptions& options, const model::CellModel& cell,
+                          const table::MeasuredTable& poses) {
+  if (!cell.domain || !cell.domain->temp_C || poses.recorded.temperature) return;
+  std::cerr << fmt::format(
+      "{}: warning: has no column temp_C; the radius holds for the measured {:.1f} to {:.1f} degC, "
+      "and no pose counts as extrapolated because of its temperature\n",
+      options.poses, cell.domain->temp_C->low, cell.domain->temp_C->high);
+}
+
 /// "lines 3, 7"; a long list is cut.
 std::string LinesText(const std::vector<int>& lines) {
   constexpr std::size_t kMax = 20;
@@ -229,6 +239,7 @@ int Run(const PredictOptions& options) {
   }
   WarnAboutPayload(options, *cell, *poses);
   WarnAboutMissingColumns(options, *cell, *poses);
+  WarnAboutTemperature(options, *cell, *poses);
   WarnAboutUnmeasured(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   diagnosis::FrameCovariances frames;

@@ -313,6 +313,17 @@ TEST_CASE("where a correction has faded the frames are those of the declared mod
   CHECK((near - faded).norm() > 5);
 }
 
+TEST_CASE("poses without a temperature are reported if the model was fitted at some") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  std::ofstream(folder.File("cell.toml"), std::ios::app)
+      << "\n[domain]\nq_deg = [[-360, 360], [-360, 360], [-360, 360], [-360, 360], [-360, 360], "
+         "[-360, 360]]\ntemp_C = [18, 28]\n";
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told, Catch::Contains("has no column temp_C; the radius holds for the measured "
+                                          "18.0 to 28.0 degC"));
+}
+
 TEST_CASE("--out - is standard output, as everywhere") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow);
