@@ -26,7 +26,7 @@ class Machine:
  -fsdev local,id=rig,path=share,security_model=none,readonly=on -device virtio-9p-pci,fsdev=rig,mount_tag=rig
  -device virtio-serial-pci -chardev socket,id=agent,path=agent,server=on,wait=off
  -device virtserialport,chardev=agent,name=rig
- -device virtio-rng-pci -device virtio-vga -device qemu-xhci,id=usb -chardev socket,id=serial,path=serial,server=on,wait=off
+ -device virtio-rng-pci -device virtio-vga,xres=1600,yres=1200 -device qemu-xhci,id=usb -chardev socket,id=serial,path=serial,server=on,wait=off
  -device usb-serial,chardev=serial,bus=usb.0 -qmp unix:qmp,server=on,wait=off""".split()
         words += [
             "-append",
