@@ -292,6 +292,7 @@ std::optional<ValueKind> KindOfTarget(std::string_view target) {
 std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
                                       const std::vector<std::string>& units) {
   std::vector<NameAndUnit> parts;
+  parts.reserve(names.size());
   for (const std::string& name : names) parts.push_back(Parted(name));
   const bool quaternion = HasQuaternion(parts), from_zero = NumberedFromZero(parts);
   std::vector<ColumnMeaning> meanings;

@@ -258,6 +258,7 @@ std::vector<std::vector<std::size_t>> RowsByLoad(const std::vector<PlannedRow>& 
   for (std::size_t k = 0; k < rows.size(); ++k)
     by_load[{rows[k].payload_kg, rows[k].tool_number, rows[k].payload_item}].push_back(k);
   std::vector<std::vector<std::size_t>> groups;
+  groups.reserve(by_load.size());
   for (auto& [load, indices] : by_load) groups.push_back(std::move(indices));
   return groups;
 }
@@ -266,12 +267,14 @@ std::vector<std::vector<std::size_t>> RowsByLoad(const std::vector<PlannedRow>& 
 /// take.
 void Order(const PostureCheck& check, const model::JointVector& speeds, MeasurementPlan& plan) {
   std::vector<model::JointVector> postures;
+  postures.reserve(plan.rows.size());
   for (const PlannedRow& row : plan.rows) postures.push_back(row.q);
   const std::vector<std::vector<std::size_t>> groups = RowsByLoad(plan.rows);
   plan.load_changes = std::max(0, static_cast<int>(groups.size()) - 1);
   std::vector<std::size_t> order;
   for (const std::vector<std::size_t>& group : groups) {
     std::vector<model::JointVector> of_group;
+    of_group.reserve(group.size());
     for (const std::size_t k : group) of_group.push_back(postures[k]);
     const auto is_free = [&](std::size_t from, std::size_t to) {
       return check.IsMoveFree(of_group[from], of_group[to]);

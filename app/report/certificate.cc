@@ -106,7 +106,7 @@ std::string ParticularsTable(const CertificateInput& input) {
 
 /// "(3.34 ± 0.06) × 10^-7": with one power of ten for both numbers, if the value has one.
 std::string WithUncertainty(const diagnosis::ValueText& shown) {
-  const std::string value = NumberHtml(shown.value);
+  std::string value = NumberHtml(shown.value);
   if (shown.sd.empty()) return value;
   const auto power = shown.value.find('e'), dot = shown.value.find('.');
   if (power == std::string::npos) return value + " &plusmn; " + NumberHtml(shown.sd);
