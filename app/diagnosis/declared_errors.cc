@@ -303,9 +303,9 @@ bool DeclaredError::certain() const {
   return within_noise && evidence_gap < -kMistakeMargin;
 }
 
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves,
-                                             int threads) {
-  std::optional<DeclaredError> best;
+DeclaredErrorSearch SearchDeclaredErrors(const Identified& found, bool with_moves, int threads) {
+  DeclaredErrorSearch search;
+  std::optional<DeclaredError>& best = search.likeliest;
   const auto consider = [&](const Answer& answer, const DeclaredErrorColumns& columns) {
     for (const double lenience : {0.0, kRivalGap}) {
       const ErrorFit fit =
@@ -319,9 +319,11 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_
     consider(answer, columns);
   }
   for (const DeclaredErrorColumns& columns : AllItemErrors(found, threads)) {
+    search.tested_items = true;
     consider(answer, columns);
   }
-  if (!with_moves || !TestsMoves(found.fit.data)) return best;
+  search.tested_moves = with_moves && TestsMoves(found.fit.data);
+  if (!search.tested_moves) return search;
   // A move may hide behind effects that imitate it, so that it is also sought in the whole
   // residual.
   const auto consider_moves = [&](const Answer& of) {
@@ -333,7 +335,7 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_
   };
   if (!RejectsTouches(found.fit)) {
     consider_moves(answer);
-    return best;
+    return search;
   }
   const LinearProblem problem(WithRejectedTouches(found.fit), found.linear, found.model);
   CandidateSet candidate_set(problem);
@@ -342,7 +344,7 @@ std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_
     support.push_back(candidate_set.Add(found.candidate_set->blocks()[block]));
   }
   consider_moves({candidate_set, candidate_set.Fit(support), found.fit.sigma_m});
-  return best;
+  return search;
 }
 
 std::string SentenceOf(const DeclaredError& error, const Identified& found) {
@@ -359,8 +361,9 @@ std::string SentenceOf(const DeclaredError& error, const Identified& found) {
   return text + fmt::format("; as declared, the rows would need {}", Listed(instead_of));
 }
 
-void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_moves,
-                       const Identified& found, Diagnosis& diagnosis) {
+void CheckDeclarations(const DeclaredErrorSearch& search, const Identified& found,
+                       Diagnosis& diagnosis) {
+  const std::optional<DeclaredError>& error = search.likeliest;
   if (diagnosis.findings.empty()) return;
   const auto add = [&](const char* name, const std::string& sentence) {
     ExplanationCheck& check = diagnosis.checks.emplace_back();
@@ -380,10 +383,10 @@ void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_move
   if (TestsTips(data)) {
     add("tool_tips", "no wrong tip of a tool and no turned orientation fits as well");
   }
-  if (TestsItems(data) && !AllItemErrors(found, 1).empty()) {
+  if (search.tested_items) {
     add("payload_items", "no wrong mass of a payload item fits as well");
   }
-  if (with_moves && TestsMoves(data)) add("artefact_moves", "no artefact that moved fits as well");
+  if (search.tested_moves) add("artefact_moves", "no artefact that moved fits as well");
 }
 
 }  // namespace plumbline::diagnosis

@@ -31,14 +31,21 @@ struct DeclaredError {
   bool certain() const;
 };
 
+/// Outcome of the search for errors of declarations.
+struct DeclaredErrorSearch {
+  std::optional<DeclaredError> likeliest{};
+  bool tested_items = false;  ///< the rows can show the wrong mass of a payload item
+  bool tested_moves = false;  ///< moves of artefacts were tested
+};
+
 /// The error that fits best in addition to the effects of the answer, or to some of them. It costs
 /// as much as an effect with as many parameters (three, or one for a mass), plus the choice of the
 /// tool, the item, or the artefact and the moment.
 /// @param with_moves  also moves of artefacts; false if a declared distance contradicts the other
 ///                    data, which imitates a move of one of its artefacts
-/// @return  nullopt if the rows can show no such error, or if nothing is `certain` or explains
-///          effects of the answer so well that it is not ruled out (kRivalGap)
-std::optional<DeclaredError> DeclaredErrorOf(const Identified& found, bool with_moves, int threads);
+/// @return  without `likeliest` if the rows can show no such error, or if nothing is `certain` or
+///          explains effects of the answer so well that it is not ruled out (kRivalGap)
+DeclaredErrorSearch SearchDeclaredErrors(const Identified& found, bool with_moves, int threads);
 
 /// The mistake and its remedy.
 std::string SentenceOf(const DeclaredError& error, const Identified& found);
@@ -46,8 +53,7 @@ std::string SentenceOf(const DeclaredError& error, const Identified& found);
 /// Adds the checks `tool_tips`, `payload_items` and `artefact_moves` of findings whose rows can
 /// show such an error. If there is one, adds only the check that it fails, doubts the findings that
 /// it would replace, and withholds the correction.
-/// @param with_moves  as given to DeclaredErrorOf
-void CheckDeclarations(const std::optional<DeclaredError>& error, bool with_moves,
-                       const Identified& found, Diagnosis& diagnosis);
+void CheckDeclarations(const DeclaredErrorSearch& search, const Identified& found,
+                       Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

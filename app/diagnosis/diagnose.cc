@@ -284,8 +284,10 @@ Result<void> StartedDiagnosis::Identify() {
   if (!tested) return tested.failure();
   // A wrong distance imitates a move of one of its artefacts; it is set aside first.
   const bool with_moves = tested->references.contradicting.empty();
-  const std::optional<DeclaredError> error = DeclaredErrorOf(*found_, with_moves, options_.threads);
-  if (error && error->certain()) return Error{SentenceOf(*error, *found_)};
+  const DeclaredErrorSearch search = SearchDeclaredErrors(*found_, with_moves, options_.threads);
+  if (search.likeliest && search.likeliest->certain()) {
+    return Error{SentenceOf(*search.likeliest, *found_)};
+  }
   Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
   if (!fit) return fit.failure();
   fit_.emplace(std::move(fit).value());
@@ -301,7 +303,7 @@ Result<void> StartedDiagnosis::Identify() {
     return checked;
   }
   CheckContradictions(*tested, diagnosis_);
-  CheckDeclarations(error, with_moves, *found_, diagnosis_);
+  CheckDeclarations(search, *found_, diagnosis_);
   return {};
 }
 

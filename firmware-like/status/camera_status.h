@@ -35,15 +35,14 @@ struct CameraStatus {
   CameraName name = CameraName::kNone;
   lens::ZoomState state = lens::ZoomState::kUnknown;
   lens::ZoomReason reason = lens::ZoomReason::kNoReading;
-  bool lens_stale = false;        ///< measurements of this camera must not be used
-  bool camera_lost = false;       ///< no frames arrive
-  bool zoom_unknown = false;      ///< the zoom sensor does not respond
-  bool board_wanted = false;      ///< the operator is asked to show the calibration board
-  bool fiducials_hidden = false;  ///< the reference tags are not visible
-  bool fiducial_moved = false;    ///< a reference tag is not where it was declared; see the log
-  bool store_fault = false;       ///< lenses cannot be stored; see the log
-  bool rests_on_no_window =
-      false;  ///< the lens in use was accepted because [camera] declares no_window
+  bool lens_stale = false;            ///< measurements of this camera must not be used
+  bool camera_lost = false;           ///< no frames arrive
+  bool zoom_unknown = false;          ///< the zoom sensor does not respond
+  bool board_wanted = false;          ///< the operator is asked to show the calibration board
+  bool fiducials_hidden = false;      ///< the reference tags are not visible
+  bool fiducial_moved = false;        ///< a reference tag is not where it was declared; see the log
+  bool store_fault = false;           ///< lenses cannot be stored; see the log
+  bool rests_on_no_window = false;    ///< the lens in use rests on no_window of [camera]
   bool rests_on_fixed_focus = false;  ///< the same for fixed_focus
   bool opencv_prints = false;  ///< tags are read as OpenCV draws them; the file does not say so
   /// Ids of reference tags that contradict the others, or each other; the first ones if there are

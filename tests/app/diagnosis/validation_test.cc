@@ -202,6 +202,21 @@ TEST_CASE("values smaller than their standard deviations are not determined") {
   CHECK_THAT(one.sentence, Catch::Contains("do not determine time_constant: its standard"));
 }
 
+TEST_CASE("effects that do not improve held-out points are in doubt") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const FitProblem problem = UnitWeightFit(data, 1);
+  for (const bool better : {true, false}) {
+    CAPTURE(better);
+    Diagnosis diagnosis = Explained("gear_ratio");
+    diagnosis.held_out_by = "blocks of time";
+    diagnosis.held_out.before_m = 1e-4;
+    diagnosis.held_out.after_m = better ? 0.9e-4 : 1e-4;
+    CheckExplanation({problem, HeldOutOf(data, problem.sigma_m), 2, 0, data.sigma_m}, diagnosis);
+    CHECK(CheckNamed(diagnosis, "held_out_gain").passed == better);
+    CHECK(diagnosis.verdict == (better ? Verdict::kExplained : Verdict::kAmbiguous));
+  }
+}
+
 TEST_CASE("a residual far beyond the declared noise is not explained") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);
