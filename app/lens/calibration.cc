@@ -124,7 +124,10 @@ std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiag
 /// @param decisive  see AdoptBest()
 void AddReasonsBeside(const ConsistentFit& fitted, std::span<const BoardView> kept,
                       const std::vector<UnprovedEffect>& decisive,
-                      const CalibrationOptions& options, LensCalibration& result) {
+                      const CalibrationOptions& options, const LensVerdict& verdict,
+                      LensCalibration& result) {
+  if (std::isfinite(verdict.least_px) && verdict.least_px > options.acceptable_px)
+    result.reasons.push_back(LeastUncertaintyReason(verdict.least_px, options.acceptable_px));
   if (!decisive.empty()) {
     result.reasons.push_back("estimated together with the lens, this would be acceptable, but " +
                              UnprovedAdvice(decisive, options.declared));
@@ -190,7 +193,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   if (result.reasons.empty()) {
     JudgeCertainty(fitted, kept, views, diagnosis, options, verdict, result);
   } else {
-    AddReasonsBeside(fitted, kept, decisive, options, result);
+    AddReasonsBeside(fitted, kept, decisive, options, verdict, result);
   }
   return true;
 }

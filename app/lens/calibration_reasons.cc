@@ -227,6 +227,14 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
       uncertain_px, acceptable_px, advice);
 }
 
+std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
+  return fmt::format(
+      "with this, the projection would be uncertain by {:.2g} px even in the part of the image "
+      "where "
+      "the lens is known best, but at most {:.2g} px is acceptable",
+      least_px, acceptable_px);
+}
+
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {
   // Only the outermost corners: 99.6 % would be printed as all of the image.
   const double share = std::min(100 * UsableShare(lens), 99.0);

@@ -39,6 +39,9 @@ std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
 
 std::string UncertaintyReason(double uncertain_px, double acceptable_px, const std::string& advice);
 
+/// What is left to a lens that a finding makes uncertain: see RegionChoice::least_px.
+std::string LeastUncertaintyReason(double least_px, double acceptable_px);
+
 /// Note on a lens that is accepted for a part of the image.
 /// @param beyond_px  largest uncertainty outside that part
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice);

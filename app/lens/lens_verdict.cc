@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "app/lens/calibration_reasons.h"
@@ -36,6 +37,12 @@ void ChooseRegion(const RadiusErrors& errors_px, const std::vector<UnprovedEffec
       DecisiveEffects({verdict.result.lens, covariance, errors_px, verdict.result.size,
                        options.distance_m, options.acceptable_px},
                       unproved);
+}
+
+/// Least uncertainty of a lens that can be accepted at all [px].
+double LeastOf(const LensVerdict& verdict) {
+  return verdict.change.empty() && !verdict.displaced ? verdict.region.least_px
+                                                      : std::numeric_limits<double>::infinity();
 }
 
 /// Whether a view fits much worse than the others and than its noise.
@@ -99,9 +106,11 @@ std::vector<UnprovedEffect> AdoptBest(const CaptureDiagnosis& diagnosis,
                                       const CalibrationOptions& options,
                                       const LensCalibration& plain, LensVerdict& verdict) {
   std::vector<UnprovedEffect> decisive;
+  verdict.least_px = LeastOf(verdict);
   for (const CaptureDiagnosis::Adopted& adopted : diagnosis.adopted) {
     if (verdict.acceptable() && UsableEverywhere(verdict.result)) break;
     LensVerdict other = AdoptedVerdict(adopted, fitted, kept, options, plain);
+    other.least_px = verdict.least_px = std::min(verdict.least_px, LeastOf(other));
     if (other.change.empty() && !other.displaced && decisive.empty()) decisive = other.decisive;
     if (!other.acceptable() ||
         (verdict.acceptable() && other.region.radius_px <= verdict.region.radius_px))

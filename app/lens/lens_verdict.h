@@ -2,6 +2,7 @@
 // between the views.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct LensVerdict {
   std::string change;      ///< see ChangeReason()
   bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
   bool displaced = false;  ///< some views do not fit
+  /// Least uncertainty in half of the image or more, of all lenses that a larger limit would accept
+  /// [px]; infinite if there is none.
+  double least_px = std::numeric_limits<double>::infinity();
 
   bool acceptable() const { return region.acceptable && change.empty() && !displaced; }
 };

@@ -10,6 +10,7 @@ namespace plumbline::lens {
 namespace {
 
 constexpr double kMaxDeviations = 3;  // of one view
+constexpr double kCollinear = 1e-6;   // eigenvalue of the scaled information, to the largest
 
 /// What a step is subject to beside the corners, times the squared noise.
 struct StepPrior {
@@ -84,6 +85,72 @@ class LinearStep {
   std::vector<double> variances_;  ///< of the residuals of each view
 };
 
+/// Information of one view about the common parameters, and its score.
+struct Information {
+  Eigen::MatrixXd S;
+  Eigen::VectorXd s;
+};
+
+/// Least value that an estimated ratio of variances proves: the estimate less two of its standard
+/// deviations, which independent errors would have.
+double ProvedRatio(double ratio, double degrees_of_freedom) {
+  return ratio / (1 + 2 * std::sqrt(2 / degrees_of_freedom));
+}
+
+/// Variance of the scores of the last `added` parameters about the step, the others eliminated:
+///   trace(I^-1 sum u_j u_j^T) / added n / (n - 1),  u_j = s_j - I_j step
+/// with s_j and I_j score and information of view j about them, I the sum of the I_j, and as far as
+/// n views prove it. [K. Liang, S. Zeger, Biometrika 73 (1986) 13]
+/// @param C     covariance of the common parameters over the squared noise
+/// @param step  of the common parameters
+/// @param most_per_view  a view with wrong corners counts as at most this variance
+double ScoreDispersion(const std::vector<Information>& views, const Eigen::MatrixXd& C,
+                       const Eigen::VectorXd& step, Eigen::Index added, double most_per_view) {
+  if (added == 0 || views.size() < 2) return 0;
+  // Columns of the added parameters, less what the other parameters explain of them.
+  const Eigen::MatrixXd last = C.rightCols(added);
+  const Eigen::MatrixXd own =
+      last * last.bottomRows(added).ldlt().solve(Eigen::MatrixXd::Identity(added, added));
+  std::vector<Eigen::MatrixXd> shares;
+  std::vector<Eigen::VectorXd> scores;
+  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(added, added);
+  for (const Information& view : views) {
+    shares.emplace_back(own.transpose() * view.S * own);
+    scores.emplace_back(own.transpose() * view.s - shares.back() * step.tail(added));
+    total += shares.back();
+  }
+  const auto factor = total.ldlt();
+  double scatter = 0;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    scatter += std::min(scores[j].dot(factor.solve(scores[j])),
+                        most_per_view * factor.solve(shares[j]).trace());
+  }
+  const double freedom = static_cast<double>(added) * (static_cast<double>(views.size()) - 1);
+  const auto n = static_cast<double>(views.size());
+  return ProvedRatio(scatter * n / freedom, freedom);
+}
+
+/// Mean square of the residuals in the directions that the shared parameters span in each view, the
+/// view's own parameters eliminated.
+double SmoothDispersion(const std::vector<Information>& views) {
+  double energy = 0;
+  int directions = -kSharedCount;  // fitted
+  for (const Information& view : views) {
+    const SharedMatrix S = view.S.topLeftCorner<kSharedCount, kSharedCount>();
+    const SharedVector scale = S.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<SharedMatrix> solver(scale.asDiagonal() * S *
+                                                             scale.asDiagonal());
+    const SharedVector along =
+        solver.eigenvectors().transpose() * scale.cwiseProduct(view.s.head<kSharedCount>());
+    for (int k = 0; k < kSharedCount; ++k) {
+      if (solver.eigenvalues()[k] < kCollinear * solver.eigenvalues()[kSharedCount - 1]) continue;
+      energy += along[k] * along[k] / solver.eigenvalues()[k];
+      ++directions;
+    }
+  }
+  return directions > 0 ? ProvedRatio(energy / directions, directions) : 0;
+}
+
 /// A value with its variance.
 struct Estimate {
   double value = 0, variance = 0;
@@ -143,12 +210,15 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
     s[k] = prior.weights[extra] * at_.extra[extra];
   }
   double sum = 0;
+  std::vector<Information> views;
   for (std::size_t j = 0; j < squares_.size(); ++j) {
     const auto [A, a] = OwnOf(j, own, rival, prior);
     const Eigen::MatrixXd B = squares_[j](own, common);
     const auto factor = A.ldlt();
-    S += squares_[j](common, common) - B.transpose() * factor.solve(B);
-    s += scores_[j](common) - B.transpose() * factor.solve(a);
+    views.push_back({squares_[j](common, common) - B.transpose() * factor.solve(B),
+                     scores_[j](common) - B.transpose() * factor.solve(a)});
+    S += views.back().S;
+    s += views.back().s;
     sum += a.dot(factor.solve(a));
   }
   const Eigen::MatrixXd C = S.ldlt().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
@@ -173,6 +243,9 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
   for (std::size_t k = 0; k < added; ++k)
     weights[k] = prior.weights[rival.global[rival.global.size() - added + k]];
   test.occam = OccamOf(C, weights);
+  if (!rival.local.empty()) test.smooth_dispersion = SmoothDispersion(views);
+  test.score_dispersion = ScoreDispersion(views, C, d, weights.size(),
+                                          kMaxDeviations * kMaxDeviations * test.view_dispersion);
   test.covariance = LensCovarianceIn(rival, C);
   return test;
 }
@@ -203,6 +276,8 @@ std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals
     test.local_deviation *= noise_px_;
     test.local_square /= noise2;
     test.view_dispersion /= noise2;
+    test.score_dispersion /= noise2;
+    test.smooth_dispersion /= noise2;
     return test;
   };
   const double base_decrease = step_with({}).decrease;

@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kNegligible = 0.0027;  // probability beyond three standard deviations
 constexpr double kMostUneven = 2;       // variance of the residuals, to its median over the views
-// Odds of an effect before the capture: even. A window in one of ten cameras would be more
-// plausible, but then some windows that hardly show are accepted (tests/lens_captures/README.md).
+// Odds of an effect before the capture: assumptions.
 constexpr double kPriorOdds = 1;
+constexpr double kWindowOdds = 1.0 / 9;  // one camera in ten is behind glass
 constexpr double kVariationOdds = 0.02;  // of a camera that refocuses from view to view
 constexpr double kLeastVariation = 1e-4, kMostVariation = 1e-2;  // of the focal length
 
@@ -44,7 +44,7 @@ RadiusErrors ExcessOf(const Lens& lens, const LensCovariance& with, const LensCo
 /// 1 per cent: an assumption, like the odds.
 UnprovedEffect UnprovedVariation(const ScoreTest& test, std::size_t views) {
   constexpr int kSteps = 24;
-  const double dispersion = std::max(1.0, test.view_dispersion);
+  const double dispersion = std::max({1.0, test.view_dispersion, test.smooth_dispersion});
   const double deviation = std::sqrt(dispersion) * test.local_deviation;
   double sum = 0, square_sum = 0;
   for (int k = 0; k < kSteps; ++k) {
@@ -97,14 +97,18 @@ std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) 
   if (test.rival.global.size() == fit.base.global.size()) return std::nullopt;  // in the fit
   UnprovedEffect effect;
   effect.cause = fit.scored.causes[k];
-  const double odds =
-      kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / fit.dispersion - test.occam));
+  const double dispersion = std::max(fit.dispersion, test.score_dispersion);
+  const auto added = static_cast<double>(test.rival.global.size() - fit.base.global.size());
+  const double occam =
+      std::max(0.0, test.occam - 0.5 * added * std::log(dispersion / fit.dispersion));
+  const double before = effect.cause == CaptureCause::kWindowPane ? kWindowOdds : kPriorOdds;
+  const double odds = before * std::exp(std::min(50.0, 0.5 * test.decrease / dispersion - occam));
   effect.probability = odds / (1 + odds);
   if (effect.probability < kNegligible) return std::nullopt;
   const double weight = std::max(std::sqrt(effect.probability), 1.0 / 3);
   const RadiusErrors difference = LensDifferences(fit.lens, test.rival, test.result, fit.size);
-  RadiusErrors errors = ExcessOf(fit.lens, fit.dispersion * test.covariance,
-                                 fit.dispersion * fit.scored.tests[0].covariance, fit.size);
+  RadiusErrors errors = ExcessOf(fit.lens, dispersion * test.covariance,
+                                 dispersion * fit.scored.tests[0].covariance, fit.size);
   for (std::size_t r = 0; r < errors.size(); ++r)
     errors[r] = weight * std::hypot(difference[r], errors[r]);
   IncludeErrors(effect.cause, errors, effect.error_px);

@@ -1,5 +1,7 @@
 #include "app/lens/usable_region.h"
 
+#include <algorithm>
+
 #include "app/lens/projection_uncertainty.h"
 #include "firmware-like/lens/known_lens.h"
 
@@ -29,6 +31,7 @@ RegionChoice LargestRegion(const Lens& lens, const LensCovariance& covariance,
     choice.acceptable = both_px <= acceptable_px;
     if (choice.acceptable) return choice;
     if (k == 0) whole = choice;
+    whole.least_px = std::min(whole.least_px, both_px);
   }
   return whole;
 }

@@ -30,6 +30,8 @@ struct RegionChoice {
   double error_px = 0;  ///< largest error within that is not in the covariance [px]
   /// Both together over the whole image [px].
   double everywhere_px = 0;
+  /// Both together within the candidate region where they are least [px]; only if not acceptable.
+  double least_px = std::numeric_limits<double>::infinity();
 };
 
 /// The largest region in which the standard deviation of the projection and the error that may come

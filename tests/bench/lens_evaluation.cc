@@ -3,6 +3,7 @@
 // [--declare] [-v]
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -49,7 +50,7 @@ Arguments ArgumentsOf(int argc, char** argv) {
 
 struct Counts {
   int runs = 0, accepted = 0, in_part = 0, falsely_accepted = 0, refused_bad = 0, named = 0,
-      unclear = 0;
+      unclear = 0, uncertain = 0;
   void Add(const Counts& other) {
     runs += other.runs;
     accepted += other.accepted;
@@ -58,6 +59,7 @@ struct Counts {
     refused_bad += other.refused_bad;
     named += other.named;
     unclear += other.unclear;
+    uncertain += other.uncertain;
   }
 };
 
@@ -76,6 +78,13 @@ bool Names(const std::vector<std::string>& reasons, const std::string& words) {
     start = end + 1;
   }
   return false;
+}
+
+/// Whether the reasons name no cause, but effects that are not excluded.
+bool OnlyNotExcluded(const std::vector<std::string>& reasons) {
+  return std::all_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+    return reason.find("not excluded") != std::string::npos;
+  });
 }
 
 /// What an owner could declare truthfully of the cameras of this kind.
@@ -117,6 +126,7 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     counts.refused_bad += !c.accepted;
     counts.named += named;
     counts.unclear += unclear;
+    counts.uncertain += !c.accepted && !named && !unclear && OnlyNotExcluded(c.reasons);
     const bool notable = (c.accepted && wrong) ||
                          (!c.accepted && !named && kind.expected != Kind::Expected::kGood) ||
                          (!c.accepted && kind.expected == Kind::Expected::kGood);
@@ -147,8 +157,9 @@ int main(int argc, char** argv) {
     fmt::print("{:42} accepted {:3} of {} (in part {:3}), falsely {:3}", kind.name, counts.accepted,
                counts.runs, counts.in_part, counts.falsely_accepted);
     if (!is_good) {
-      fmt::print("; cause named {:3}, not clear {:3}, wrong {:3}", counts.named, counts.unclear,
-                 counts.refused_bad - counts.named - counts.unclear);
+      fmt::print("; cause named {:3}, not clear {:3}, not excluded {:3}, wrong {:3}", counts.named,
+                 counts.unclear, counts.uncertain,
+                 counts.refused_bad - counts.named - counts.unclear - counts.uncertain);
     }
     fmt::print("\n");
     std::fflush(stdout);
@@ -162,9 +173,12 @@ int main(int argc, char** argv) {
       "good captures accepted: {} of {} ({:.1f} %, goal 99 %), {} of them for a part of the "
       "image\n",
       good.accepted, good.runs, 100.0 * good.accepted / std::max(1, good.runs), good.in_part);
-  fmt::print("refused with the true cause: {} of {} ({:.1f} %, goal 90 %); cause not clear {}\n",
-             bad.named, bad.refused_bad, 100.0 * bad.named / std::max(1, bad.refused_bad),
-             bad.unclear);
+  fmt::print(
+      "refused with the true cause: {} of {} ({:.1f} %, goal 90 %); cause not clear {}, effects "
+      "not "
+      "excluded and no cause stated {}, another cause stated {}\n",
+      bad.named, bad.refused_bad, 100.0 * bad.named / std::max(1, bad.refused_bad), bad.unclear,
+      bad.uncertain, bad.refused_bad - bad.named - bad.unclear - bad.uncertain);
   if (kinds == 0 && good.runs == 0) {
     fmt::print(stderr, "lens_evaluation: no kind contains \"{}\"\n", arguments.kind);
     return 2;

@@ -182,6 +182,17 @@ Solver OpenCv(int flags) {
   };
 }
 
+/// "0.7", the least of a few limits [px] at which the capture is accepted, or "none".
+std::string AcceptedFrom(const MeasuredCapture& capture) {
+  for (const double limit_px : {0.5, 0.6, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0}) {
+    lens::CalibrationOptions options;
+    options.acceptable_px = limit_px;
+    if (lens::CalibrateLens(capture.board, capture.views, capture.size, options).accepted)
+      return fmt::format("{} px", limit_px);
+  }
+  return "none up to 10 px";
+}
+
 }  // namespace
 
 void MeasuredLenses() {
@@ -206,8 +217,8 @@ void MeasuredLenses() {
     for (const auto* lines : {&c.reasons, &c.notes}) {
       for (const std::string& line : *lines) fmt::print("    {}\n", line);
     }
-    fmt::print("    RMS {:.3f} px, standard deviation at most {:.2f} px\n", c.rms_px,
-               c.uncertainty.max_px);
+    fmt::print("    RMS {:.3f} px, standard deviation at most {:.2f} px, accepted from {}\n",
+               c.rms_px, c.uncertainty.max_px, AcceptedFrom(capture));
     const double reference_px = HeldOut(capture, OpenCv(0));
     for (const auto& [name, solver] : peers) {
       if (std::string(name) == "mrcal" && !HasMrcal()) {

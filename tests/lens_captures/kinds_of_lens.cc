@@ -136,6 +136,33 @@ void AddLensChanges(std::vector<Kind>& kinds) {
        }});
 }
 
+/// Effects close to what the corners' noise hides: they may be accepted if the stated uncertainty
+/// covers them, and must not be taken for another cause.
+void AddSlightEffects(std::vector<Kind>& kinds) {
+  Kind zoom = Halfway("zoom by 0.1 to 0.2 % halfway", "focal length",
+                      [](CameraModel& c, double size) { Zoom(c, 1 + 0.002 * size); });
+  Kind centre = Halfway("principal point moves by 1 to 2 px", "principal point|camera changed",
+                        [](CameraModel& c, double size) { c.cx += 2 * size; });
+  for (Kind* slight : {&zoom, &centre}) {
+    slight->expected = Expected::kEither;
+    kinds.push_back(*slight);
+  }
+  kinds.push_back(EachFrame(
+      "focal length varies by 0.2 %", Expected::kEither, "focal length",
+      [](CameraModel& c, Random& random) { Zoom(c, 1 + Uniform(random, -0.002, 0.002)); }));
+  kinds.push_back(
+      {"pixels slightly anamorphic", Expected::kEither, "square|aspect",
+       [](Conditions& c, Random& random) { c.camera.fy *= 1 + EitherSign(random, 0.001, 0.003); }});
+  kinds.push_back(
+      {"thin window pane", Expected::kEither, "window|glass", [](Conditions& c, Random& random) {
+         c.camera.pane.thickness_m = Uniform(random, 0.002, 0.004);
+         c.camera.pane.normal = {Uniform(random, -0.5, 0.5), 0.1, 1};
+       }});
+  kinds.push_back(
+      {"sensor slightly tilted", Expected::kEither, "distort|tilt",
+       [](Conditions& c, Random& random) { c.camera.tilt = EitherSign(random, 0.002, 0.008); }});
+}
+
 /// Motion during the read-out, in pixels per read-out of the whole sensor.
 Kind Rolling(const char* name, const std::function<Vector3d(int j, Random&)>& px) {
   return {name, Expected::kBad, "rolling shutter", [px](Conditions& c, Random& random) {
@@ -251,6 +278,7 @@ void AddKindsOfLens(std::vector<Kind>& kinds) {
   AddLensChanges(kinds);
   AddShutters(kinds);
   AddLenses(kinds);
+  AddSlightEffects(kinds);
 }
 
 }  // namespace plumbline::lens_captures

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 
 #include "app/lens/calibration.h"
 #include "app/lens/calibration_reasons.h"
@@ -22,15 +23,13 @@ namespace {
 
 /// @param error_px  receives the largest true error within the usable region
 LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
-                              double* error_px = nullptr, const DeclaredFacts& declared = {}) {
+                              double* error_px = nullptr, const CalibrationOptions& options = {}) {
   for (const Kind& kind : AllKinds()) {
     if (kind.name != name) continue;
     Random random(seed);
     Conditions conditions = GoodConditions(random);
     kind.prepare(conditions, random);
     const SimulatedCapture capture = Simulate(conditions, random);
-    CalibrationOptions options;
-    options.declared = declared;
     const LensCalibration c = CalibrateLens(conditions.board, capture.views,
                                             {conditions.width, conditions.height}, options);
     if (error_px != nullptr) {
@@ -41,6 +40,12 @@ LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
   }
   FAIL("no kind " << name);
   return {};
+}
+
+CalibrationOptions Declaring(bool no_window, bool fixed_focus) {
+  CalibrationOptions options;
+  options.declared = {no_window, fixed_focus};
+  return options;
 }
 
 std::string ReasonsOf(const LensCalibration& calibration) {
@@ -87,6 +92,58 @@ TEST_CASE("one linear step predicts the fit of a rival, also from a fit that has
   CHECK(tests[1].covariance(kFx, kFx) == Approx(precision.covariance(kFx, kFx)).epsilon(0.05));
 }
 
+TEST_CASE("correlated residuals count as less evidence, the effect itself does not") {
+  const auto tested = [](double haze_px, double stretch) {
+    Random random(12);
+    Conditions conditions = GoodConditions(random);
+    conditions.print_noise_m = 0;
+    conditions.deform = [stretch](int, const Vector3d& p) {
+      return Vector3d((1 + stretch) * p.x(), p.y(), p.z());
+    };
+    SimulatedCapture capture = Simulate(conditions, random);
+    for (std::size_t j = 0; j < capture.views.size(); ++j) {
+      for (Vec2& p : capture.views[j].corners_px) {
+        const double phase = 2.4 * static_cast<double>(j);
+        p += haze_px * Vec2(std::sin(phase + p.y() / 60), std::cos(phase + p.x() / 70));
+      }
+    }
+    const image::ImageSize size{conditions.width, conditions.height};
+    const auto fit = FitLens(conditions.board, capture.views, size);
+    REQUIRE(fit);
+    const RivalProblem problem(conditions.board, capture.views, size, *fit,
+                               ConsistencyOf(conditions.board, *fit, capture.views).used,
+                               conditions.noise_px);
+    Rival stretched, zoom;
+    stretched.global = {kStretch, kSkew};
+    zoom.local = {kZoom};
+    return problem.ScoreTests({stretched, zoom}, {}, problem.Fit({}));
+  };
+  const auto good = tested(0, 0), haze = tested(0.2, 0), stretch = tested(0, 0.002);
+  CHECK(good[0].score_dispersion == Approx(1).margin(0.7));
+  CHECK(good[1].smooth_dispersion == Approx(1).margin(0.3));
+  CHECK(haze[0].score_dispersion > 4);
+  CHECK(haze[1].smooth_dispersion > 4);
+  CHECK(stretch[0].decrease > 100);
+  CHECK(stretch[0].score_dispersion < 2);
+}
+
+TEST_CASE("a refusal states the uncertainty that its cause leaves, and that much is accepted") {
+  constexpr const char* kWords = "the projection would be uncertain by ";
+  int stated = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    CalibrationOptions options;
+    const LensCalibration refused = CalibrationOf("window pane, parallel", seed, nullptr, options);
+    const std::string reasons = ReasonsOf(refused);
+    const std::size_t at = reasons.find(kWords);
+    if (refused.accepted || at == std::string::npos) continue;
+    ++stated;
+    options.acceptable_px = 1.06 * std::stod(reasons.substr(at + std::strlen(kWords)));  // rounded
+    INFO("seed " << seed << "\n" << reasons);
+    CHECK(CalibrationOf("window pane, parallel", seed, nullptr, options).accepted);
+  }
+  CHECK(stated >= 2);
+}
+
 TEST_CASE("a zoom that jumps before the last frames is refused, and the frame is named") {
   for (const char* name : {"zoom jumps before the last 2", "zoom jumps before the last 3"}) {
     const LensCalibration c = CalibrationOf(name, 3);
@@ -109,19 +166,21 @@ TEST_CASE("a board that moves under a rolling shutter is not a moved lens") {
 }
 
 TEST_CASE("a window is named, tilted or not, or the stated uncertainty includes its effect") {
-  int named = 0;
+  int named = 0, beyond = 0;
   for (const char* name : {"window pane, parallel", "window pane, tilted"}) {
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       double error_px = 0;
       const LensCalibration c = CalibrationOf(name, seed, &error_px);
       INFO(name << ", seed " << seed << ", error " << error_px << " px, claimed "
                 << c.uncertainty.max_px << " px\n"
                 << ReasonsOf(c));
-      if (c.accepted) CHECK(error_px < std::max(0.3, 3 * c.uncertainty.max_px));
+      if (c.accepted) CHECK(error_px < std::max(0.3, 4 * c.uncertainty.max_px));
+      beyond += c.accepted && error_px > std::max(0.3, 3 * c.uncertainty.max_px);
       named += ReasonsOf(c).find("window") != std::string::npos;
     }
   }
-  CHECK(named >= 4);
+  CHECK(named >= 8);
+  CHECK(beyond <= 1);
 }
 
 TEST_CASE("a focal length that may vary is named, and its constancy can be declared") {
@@ -168,26 +227,26 @@ TEST_CASE("a window that is not excluded is named, with the way to exclude it") 
   CHECK(reasons.find("if there is none, declare it (--no-window, or no_window in [camera]); "
                      "otherwise take views at different distances") != std::string::npos);
   CHECK(reasons.find("looks through a window") == std::string::npos);  // that is not shown
-  const LensCalibration declared = CalibrationOf("window pane, parallel", 26, nullptr,
-                                                 {.no_window = true, .fixed_focus = false});
+  const LensCalibration declared =
+      CalibrationOf("window pane, parallel", 26, nullptr, Declaring(true, false));
   CHECK(declared.everywhere_px < open.everywhere_px);
 }
 
 TEST_CASE("an effect that is declared absent but likely is said to contradict the declaration") {
   const std::vector<UnprovedEffect> likely{{CaptureCause::kWindowPane, 0.9999, 0, {}}};
-  CHECK(UnprovedAdvice(likely, {.no_window = true, .fixed_focus = false}) ==
+  CHECK(UnprovedAdvice(likely, Declaring(true, false).declared) ==
         "a pane of glass in front of the lens is likely (probability 0.99), contrary to the "
         "declaration (no_window): take views at different distances");
 }
 
 TEST_CASE("a declaration that the corners contradict does not help, and the answer says so") {
   const LensCalibration window =
-      CalibrationOf("window pane, tilted", 1, nullptr, {.no_window = true, .fixed_focus = false});
+      CalibrationOf("window pane, tilted", 1, nullptr, Declaring(true, false));
   INFO(ReasonsOf(window));
   CHECK_FALSE(window.accepted);
   CHECK(ReasonsOf(window).find("contrary to the declaration (no_window)") != std::string::npos);
   const LensCalibration varies =
-      CalibrationOf("autofocus breathes", 1, nullptr, {.no_window = false, .fixed_focus = true});
+      CalibrationOf("autofocus breathes", 1, nullptr, Declaring(false, true));
   INFO(ReasonsOf(varies));
   CHECK_FALSE(varies.accepted);
   CHECK(ReasonsOf(varies).find("contrary to the declaration (fixed_focus)") != std::string::npos);
