@@ -10,6 +10,7 @@
 #include "app/diagnosis/indices.h"
 #include "app/diagnosis/observations.h"
 #include "app/diagnosis/references.h"
+#include "app/diagnosis/row_condition.h"
 #include "app/table/csv.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
@@ -225,8 +226,12 @@ struct Diagnosis {
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;
-  /// The condition that the rejected rows share ("payload_kg of 80 or more"); empty if none.
+  /// The condition that the rejected rows share ("payload_kg of 80 or more"), or under which
+  /// residuals are larger; empty if none.
   std::string outlier_condition;
+  bool larger_residuals = false;  ///< under `outlier_condition`; not only rejected rows
+  /// Rows under these conditions contradict the others, and are outside the domain.
+  std::optional<RowCondition> excluded;
   /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
   /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;

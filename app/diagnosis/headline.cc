@@ -134,7 +134,8 @@ std::string UnknownPart(const Diagnosis& diagnosis) {
            ", which may have moved";
   }
   if (!diagnosis.outlier_condition.empty() && diagnosis.drivers.size() == 1) {
-    return "an effect outside the catalogue, or larger noise, in the rejected rows with " +
+    return std::string("an effect outside the catalogue, or larger noise, in the ") +
+           (diagnosis.larger_residuals ? "rows with " : "rejected rows with ") +
            diagnosis.outlier_condition;
   }
   if (!diagnosis.drivers.empty()) {

@@ -1,5 +1,7 @@
 #include "app/diagnosis/outlier_condition.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,11 +10,14 @@
 #include <vector>
 
 #include "app/diagnosis/thresholds.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kMinRuns = 3;
+constexpr int kMinStretches = 3;  // in which the residuals are larger
+constexpr double kMinTimes = 2;   // larger, at least
 
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
@@ -75,7 +80,7 @@ class LimitSearch {
       if (inside >= kMostInside * rejected_inside) continue;
       const double p = HypergeometricTail(rows_, rejected_, inside, rejected_inside);
       if (!best_ || p < best_->p_value) {
-        best_ = Candidate{{column, "", sorted[k].value, above, inside, rejected_inside}, p};
+        best_ = Candidate{{{column, "", sorted[k].value, above}, inside, rejected_inside}, p};
       }
     }
   }
@@ -114,7 +119,50 @@ std::optional<OutlierCondition> NameOfOutliers(const Dataset& data, const PerRow
   if (mostly && 2 * count < own) return std::nullopt;
   const double p = HypergeometricTail(data.rows(), count, own, count);
   if (p * static_cast<double>(rows.size()) > kConditionSignificance) return std::nullopt;
-  return OutlierCondition{column, *of_rejected.begin(), 0, true, own, count};
+  return OutlierCondition{{column, *of_rejected.begin(), 0, true}, own, count};
+}
+
+/// The best limit of a recorded signal that separates rejected rows; not of joints or time.
+std::optional<OutlierCondition> LimitOf(const Dataset& data, const std::vector<RowIndex>& counted,
+                                        const PerRow<bool>& rejected, int count) {
+  LimitSearch search(static_cast<int>(counted.size()), count);
+  for (const RecordedSignal& signal : data.signals) {
+    if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
+    std::vector<SignalRow> rows;
+    rows.reserve(counted.size());
+    for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
+    std::sort(rows.begin(), rows.end(),
+              [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
+    search.Try(signal.column, false, rows);
+    std::reverse(rows.begin(), rows.end());
+    search.Try(signal.column, true, rows);
+  }
+  return search.Best();
+}
+
+std::string NumberText(const std::optional<int>& number) {
+  return number ? std::to_string(*number) : std::string();
+}
+
+/// The first row of each pose, in the order of the file, with the mean size of its visits.
+std::vector<std::pair<RowIndex, double>> MeanOfPoses(const Dataset& data,
+                                                     const PerRow<double>& sizes) {
+  std::map<ClusterIndex, std::pair<double, int>> sums;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    auto& [sum, visits] = sums[data.cluster_of[row]];
+    sum += sizes[row];
+    ++visits;
+  }
+  std::vector<std::pair<RowIndex, double>> poses;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const auto pose = sums.find(data.cluster_of[row]);
+    if (pose == sums.end()) continue;
+    poses.emplace_back(row, pose->second.first / pose->second.second);
+    sums.erase(pose);
+  }
+  return poses;
 }
 
 }  // namespace
@@ -132,16 +180,13 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                   [&](RowIndex row) { return data.measured(row).camera; });
   if (of_camera) return of_camera;
   // A few misread rows may be in one session by chance: at least half of its rows must be rejected.
-  const auto numbered = [](const std::optional<int>& number) {
-    return number ? std::to_string(*number) : std::string();
-  };
   const auto mostly = [&](const char* column, const auto& name_of) {
     return NameOfOutliers(data, rejected, column, name_of, true);
   };
   for (const auto& found :
-       {mostly("tool", [&](RowIndex row) { return numbered(data.measured(row).tool_number); }),
+       {mostly("tool", [&](RowIndex row) { return NumberText(data.measured(row).tool_number); }),
         mostly("payload_item",
-               [&](RowIndex row) { return numbered(data.measured(row).payload_item); }),
+               [&](RowIndex row) { return NumberText(data.measured(row).payload_item); }),
         mostly("session", [&](RowIndex row) { return data.sessions[data.session_of[row]]; }),
         mostly("kind",
                [&](RowIndex row) { return std::string(Describe(data.observations[row].kind)); })}) {
@@ -151,19 +196,62 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
   const auto runs = static_cast<int>(
       std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));
   if (runs < kMinRuns) return std::nullopt;
-  LimitSearch search(static_cast<int>(counted.size()), runs);
-  for (const RecordedSignal& signal : data.signals) {
-    if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
-    std::vector<SignalRow> rows;
-    rows.reserve(counted.size());
-    for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
-    std::sort(rows.begin(), rows.end(),
-              [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
-    search.Try(signal.column, false, rows);
-    std::reverse(rows.begin(), rows.end());
-    search.Try(signal.column, true, rows);
+  return LimitOf(data, counted, rejected, runs);
+}
+
+std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
+                                                   const PerRow<double>& sizes) {
+  const std::vector<std::pair<RowIndex, double>> poses = MeanOfPoses(data, sizes);
+  const std::size_t quarter = poses.size() / 4;
+  if (quarter < static_cast<std::size_t>(kMinRuns)) return std::nullopt;
+  std::vector<double> sorted;
+  for (const auto& [row, size] : poses) sorted.push_back(size);
+  std::nth_element(sorted.begin(), sorted.end() - static_cast<std::ptrdiff_t>(quarter),
+                   sorted.end());
+  const double limit = *(sorted.end() - static_cast<std::ptrdiff_t>(quarter));
+  PerRow<bool> large(sizes.size(), false);
+  std::vector<RowIndex> rows;
+  int count = 0;
+  for (const auto& [row, size] : poses) {
+    rows.push_back(row);
+    large[row] = size >= limit;
+    count += large[row] ? 1 : 0;
   }
-  return search.Best();
+  const std::optional<OutlierCondition> found = LimitOf(data, rows, large, count);
+  if (!found) return std::nullopt;
+  std::vector<double> inside, outside;
+  int stretches = 0;
+  bool before = false;
+  for (const auto& [row, size] : poses) {
+    const bool meets = Meets(found->condition, data, row);
+    (meets ? inside : outside).push_back(size);
+    stretches += meets && !before ? 1 : 0;
+    before = meets;
+  }
+  ScatterCondition scatter{found->condition, found->rows, found->rejected,
+                           statistics::MedianOf(inside) / statistics::MedianOf(outside)};
+  if (stretches < kMinStretches || !(scatter.times >= kMinTimes)) return std::nullopt;
+  return scatter;
+}
+
+bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {
+  if (condition.name.empty()) {
+    for (const RecordedSignal& signal : data.signals) {
+      if (signal.column != condition.column) continue;
+      const double value = signal.values[row];
+      return condition.above ? value >= condition.limit : value <= condition.limit;
+    }
+  }
+  if (condition.column == "tool")
+    return NumberText(data.measured(row).tool_number) == condition.name;
+  return condition.column == "payload_item" &&
+         NumberText(data.measured(row).payload_item) == condition.name;
+}
+
+std::string TextOf(const RowCondition& condition) {
+  if (!condition.name.empty()) return condition.column + " " + condition.name;
+  return fmt::format("{} of {:.6g} or {}", condition.column, condition.limit,
+                     condition.above ? "more" : "less");
 }
 
 }  // namespace plumbline::diagnosis

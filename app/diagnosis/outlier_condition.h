@@ -3,19 +3,16 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "app/diagnosis/dataset.h"
+#include "app/diagnosis/row_condition.h"
 
 namespace plumbline::diagnosis {
 
-/// Rows on one side of a value of a recorded signal, on one artefact, or measured by one camera.
+/// A condition, and how many of its rows were rejected.
 struct OutlierCondition {
-  std::string column;
-  std::string name;            ///< of the artefact, camera .., if `column` is one of these
-  double limit = 0;            ///< in file units
-  bool above = true;           ///< the rows from `limit` up, otherwise those from `limit` down
-  int rows = 0, rejected = 0;  ///< of these rows
+  RowCondition condition;
+  int rows = 0, rejected = 0;
 };
 
 /// The condition under which rows were rejected, if chance does not explain it: of m rejected rows
@@ -32,5 +29,24 @@ struct OutlierCondition {
 /// this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
+
+/// A condition under which residuals are larger.
+struct ScatterCondition {
+  RowCondition condition;
+  int poses = 0, large = 0;  ///< under it, and of these among the largest quarter of all poses
+  double times = 0;          ///< median residual there over that of the other poses
+};
+
+/// The condition under which residuals are larger, if chance does not explain it: as in
+/// ConditionOfOutliers, with the quarter of the poses that have the largest residuals in place of
+/// rejected rows. The median residual there is at least twice that of the others, and the condition
+/// came and went at least three times, so that it is not one disturbed stretch of time.
+/// @param sizes  of the residuals in units of the noise; a pose has the mean of its visits
+std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
+                                                   const PerRow<double>& sizes);
+
+/// Whether a row is one of those of a condition on a recorded signal, a tool or a payload item;
+/// false for the other conditions.
+bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row);
 
 }  // namespace plumbline::diagnosis

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/lack_of_fit.h"
+#include "app/diagnosis/load_direction.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/periodic_search.h"
@@ -68,8 +69,17 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
           : fmt::format("the declared sigma_mm = {:.3g}", 1e3 * data.sigma_m)));
 }
 
+/// Sizes of the residuals in standard deviations of the noise.
+PerRow<double> SizesOf(const Dataset& data, const FitOfAllRows& fit) {
+  const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
+  PerRow<double> sizes;
+  for (const RowIndex row : data.row_indices())
+    sizes.push_back(SizeOf(data.numbers[row], residuals[row]));
+  return sizes;
+}
+
 /// What rows under a condition that were rejected may have in common, and what to do.
-const char* WordsOf(const OutlierCondition& condition) {
+const char* WordsOf(const RowCondition& condition) {
   if (condition.column == "artefact")
     return "it may have moved, or it is loose; fasten it and measure again";
   if (condition.column == "camera")
@@ -86,21 +96,29 @@ const char* WordsOf(const OutlierCondition& condition) {
     return "these rows contradict the others; check the instrument that measured them, its frame "
            "and the tool";
   return "an effect acts only there, or the noise is larger there. Measure more rows there to "
-         "distinguish these";
+         "distinguish these; if it is noise, state that of each row in the column sigma_mm";
 }
 
-/// Rejected rows that share a condition: what acts there is unknown.
-void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Diagnosis& diagnosis) {
-  const std::optional<OutlierCondition> found = ConditionOfOutliers(data, weights);
-  if (!found) return;
-  diagnosis.outlier_condition = found->name.empty()
-                                    ? fmt::format("{} of {:.6g} or {}", found->column, found->limit,
-                                                  found->above ? "more" : "less")
-                                    : found->column + " " + found->name;
-  diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
-                                        found->rejected, found->rows, diagnosis.outlier_condition,
-                                        WordsOf(*found)));
-  AddEach({found->column}, diagnosis.drivers);
+/// Rejected rows that share a condition, or larger residuals under one: what acts there is unknown.
+void AddOutlierCondition(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  const std::optional<OutlierCondition> found = ConditionOfOutliers(data, fit.problem.weights);
+  if (found) {
+    diagnosis.excluded = found->condition;
+    diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
+                                          found->rejected, found->rows, TextOf(found->condition),
+                                          WordsOf(found->condition)));
+  } else if (const auto scatter = ConditionOfScatter(data, SizesOf(data, fit))) {
+    diagnosis.excluded = scatter->condition;
+    diagnosis.larger_residuals = true;
+    diagnosis.notes.push_back(fmt::format(
+        "residuals are {:.1f} times as large with {} as elsewhere ({} of {} poses are among the "
+        "quarter with the largest residuals): {}",
+        scatter->times, TextOf(scatter->condition), scatter->large, scatter->poses,
+        WordsOf(scatter->condition)));
+  }
+  if (!diagnosis.excluded) return;
+  diagnosis.outlier_condition = TextOf(*diagnosis.excluded);
+  AddEach({diagnosis.excluded->column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }
 
@@ -129,6 +147,38 @@ void CheckLackOfFit(const Identified& found, const FitOfAllRows& fit, Diagnosis&
   diagnosis.checks.push_back(LackOfFitCheck(*lack));
   if (!lack->significant()) return;
   diagnosis.notes.push_back(diagnosis.checks.back().sentence);
+  diagnosis.verdict = Verdict::kUnknown;
+}
+
+ExplanationCheck LoadDirectionCheck(const LoadDirection& found) {
+  ExplanationCheck check;
+  check.name = "load_direction";
+  check.effect = found.effect;
+  check.figure = found.t;
+  check.limit = found.limit;
+  check.passed = !found.significant();
+  check.sentence =
+      check.passed
+          ? fmt::format(
+                "no joint's compliance depends on the direction of its load (t test, 0.1 %)")
+          : fmt::format(
+                "axis {} yields by {:.2g} rad/(N m) under a positive torque and by {:.2g} rad/(N "
+                "m) "
+                "under a negative one (t = {:.1f}, at most {:.1f} by chance); one compliance for "
+                "both is wrong",
+                found.joint + 1, found.positive, found.negative, found.t, found.limit);
+  return check;
+}
+
+/// Adds the check `load_direction` if a compliance is named. If it fails, one compliance does not
+/// describe the joint.
+void CheckLoadDirection(const Identified& found, Diagnosis& diagnosis) {
+  const auto direction = LargestLoadDirection(found);
+  if (!direction) return;
+  diagnosis.checks.push_back(LoadDirectionCheck(*direction));
+  if (!direction->significant()) return;
+  diagnosis.notes.push_back(diagnosis.checks.back().sentence);
+  AddEach({fmt::format("tau{}_Nm", direction->joint + 1)}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }
 
@@ -164,8 +214,9 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddOutlierCondition(data, fit.problem.weights, diagnosis);
+  AddOutlierCondition(data, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
+  CheckLoadDirection(found, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",

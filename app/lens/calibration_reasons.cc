@@ -105,6 +105,14 @@ Exclusion ExclusionOf(const UnprovedEffect& effect) {
   }
 }
 
+/// "0.52 px", with so many digits that it does not look equal to the limit.
+std::string Exceeding(double value_px, double limit_px) {
+  std::string text = fmt::format("{:.2g}", value_px);
+  for (int digits = 3; digits < 6 && text == fmt::format("{:.2g}", limit_px); ++digits)
+    text = fmt::format("{:.{}g}", value_px, digits);
+  return text + " px";
+}
+
 }  // namespace
 
 /// Peak-to-valley deviation of the board from its plane [m].
@@ -178,7 +186,7 @@ std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consiste
         std::sqrt(smooth_px2));
   }
   return fmt::format(
-      "one lens and one flat board explain the corners to {:.2f} px, but their noise is {:.2f} px, "
+      "one lens and one flat board explain the corners to {:.3f} px, but their noise is {:.3f} px, "
       "and the cause is not clear; use a stiff board printed true to size, avoid heat haze and "
       "vibration",
       fit.sigma_px, consistency.noise_px);
@@ -222,17 +230,16 @@ std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
 std::string UncertaintyReason(double uncertain_px, double acceptable_px,
                               const std::string& advice) {
   return fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
-      "{:.2g} px is acceptable: {}",
-      uncertain_px, acceptable_px, advice);
+      "the projection is uncertain by {} at the worst place of the image, but at most {:.2g} px is "
+      "acceptable: {}",
+      Exceeding(uncertain_px, acceptable_px), acceptable_px, advice);
 }
 
 std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
   return fmt::format(
-      "with this, the projection would be uncertain by {:.2g} px even in the part of the image "
-      "where "
-      "the lens is known best, but at most {:.2g} px is acceptable",
-      least_px, acceptable_px);
+      "with this, the projection would be uncertain by {} even in the part of the image where the "
+      "lens is known best, but at most {:.2g} px is acceptable",
+      Exceeding(least_px, acceptable_px), acceptable_px);
 }
 
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {

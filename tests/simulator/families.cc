@@ -376,6 +376,7 @@ const std::vector<std::string> kOutside = {"creep",
                                            "payload_squared",
                                            "temperature_squared",
                                            "two_bumps",
+                                           "one_sided_compliance",
                                            "velocity_squared",
                                            "air_pressure",
                                            "two_drivers",
@@ -427,6 +428,11 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
     bumps.scope = {Name(joint)};
     hidden.effects = {bumps};
     hidden.drivers = {fmt::format("q{}_deg", joint)};
+  } else if (family == "one_sided_compliance") {
+    // The gravity torque of the last joint but one has both directions in random poses.
+    const int loaded = std::max(1, int(cell.joints.size()) - 1);
+    hidden.effects = {PerJoint(family, {loaded}, "rad/(N m)", 1e-7, false, random)};
+    hidden.drivers = {fmt::format("tau{}_Nm", loaded)};
   } else if (family == "velocity_squared") {
     hidden.effects = {PerJoint(family, {joint}, "s^2/rad", 1e-4, false, random)};
     hidden.drivers = {fmt::format("qd{}_deg_s", joint)};

@@ -518,6 +518,56 @@ TEST_CASE("rejected rows of one rare tool or session make the verdict unknown") 
   }
 }
 
+TEST_CASE("larger residuals under a rare load are its condition, and that load is not validated") {
+  for (const bool by_load : {true, false}) {
+    CAPTURE(by_load);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    std::vector<std::size_t> noisy;
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      const bool heavy = k % 9 == 4;
+      data.table.rows[k].payload_kg = heavy ? 8 : k % 2 == 0 ? 2 : 4;
+      if (by_load ? heavy : k % 9 == 5) noisy.push_back(k);
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise(0, 2e-4);  // mostly within what rejects a row
+    for (const std::size_t k : noisy)
+      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->outlier_condition == (by_load ? "payload_kg of 8 or more" : ""));
+    REQUIRE(diagnosis->domain.payload_kg);
+    CHECK(diagnosis->domain.payload_kg->high == (by_load ? 4 : 8));
+    if (!by_load) continue;
+    CHECK(diagnosis->verdict == Verdict::kUnknown);
+    CHECK(diagnosis->drivers == std::vector<std::string>{"payload_kg"});
+  }
+}
+
+TEST_CASE("a compliance that depends on the direction of the load is unknown, with both values") {
+  const auto direction_of = [](const Diagnosis& diagnosis) {
+    const auto check =
+        std::find_if(diagnosis.checks.begin(), diagnosis.checks.end(),
+                     [](const ExplanationCheck& one) { return one.name == "load_direction"; });
+    REQUIRE(check != diagnosis.checks.end());
+    return *check;
+  };
+  const auto one_sided =
+      Answer(Simulated("--family one_sided_compliance --seed 3 --signal 15 --robot ur10"));
+  REQUIRE(one_sided);
+  CHECK(one_sided->verdict == Verdict::kUnknown);
+  CHECK(std::count(one_sided->drivers.begin(), one_sided->drivers.end(), "tau5_Nm") == 1);
+  CHECK_FALSE(direction_of(*one_sided).passed);
+  CHECK_THAT(direction_of(*one_sided).sentence,
+             Catch::Contains("axis 5 yields by") && Catch::Contains("under a positive torque"));
+  // Gross errors are no direction of a load.
+  const auto errors = Answer(
+      Simulated("--family joint_compliance --seed 3 --signal 15 --robot ur10 --outliers 0.05"));
+  REQUIRE(errors);
+  CHECK(errors->verdict == Verdict::kExplained);
+  CHECK(direction_of(*errors).passed);
+}
+
 TEST_CASE("a run of rejected rows while a signal drifts is no condition") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
