@@ -2,11 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::siblings {
 namespace {
+
+constexpr double kConfidence = 0.8;
+constexpr double kContradicted = 0.01;
+constexpr double kMinDeviations = 3;  // of a mean from zero
+constexpr double kMostSpread = 10;    // ends the search
 
 struct WeightedMean {
   double mean = 0, weights = 0;
@@ -49,15 +55,47 @@ double Pooled::next_sd() const {
   return std::hypot(between_sd, mean_sd);
 }
 
-std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates) {
+std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
+                                    std::optional<double> common) {
   if (estimates.size() < 2) return std::nullopt;
-  constexpr double kConfidence = 0.8;
   const auto freedom = static_cast<double>(estimates.size() - 1);
-  double variance = VarianceWith(estimates, statistics::ChiSquareQuantile(kConfidence, freedom));
-  variance = std::max(variance, std::pow(kLeastSpread * MeanOf(estimates, variance).mean, 2));
+  const double of_common = std::pow(common.value_or(0) * MeanOf(estimates, 0).mean, 2);
+  double variance = of_common;
+  if (!common || MeanOf(estimates, of_common).squares >
+                     statistics::ChiSquareQuantile(kContradicted, freedom)) {
+    variance = VarianceWith(estimates, statistics::ChiSquareQuantile(kConfidence, freedom));
+    variance = std::max(variance, std::pow(kLeastSpread * MeanOf(estimates, variance).mean, 2));
+  }
   const WeightedMean of = MeanOf(estimates, variance);
   return Pooled{of.mean, std::sqrt(variance), 1 / std::sqrt(of.weights),
                 static_cast<int>(estimates.size())};
+}
+
+std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities) {
+  std::vector<std::pair<const std::vector<Estimate>*, double>> counted;  // with their mean
+  double freedom = 0;
+  for (const std::vector<Estimate>& estimates : quantities) {
+    if (estimates.size() < 2) continue;
+    const WeightedMean of = MeanOf(estimates, 0);
+    if (std::abs(of.mean) < kMinDeviations / std::sqrt(of.weights)) continue;
+    counted.emplace_back(&estimates, of.mean);
+    freedom += static_cast<double>(estimates.size() - 1);
+  }
+  if (freedom < kMinCommonFreedom) return std::nullopt;
+  const double limit = statistics::ChiSquareQuantile(kConfidence, freedom);
+  const auto exceeds = [&](double spread) {
+    double squares = 0;
+    for (const auto& [estimates, mean] : counted)
+      squares += MeanOf(*estimates, std::pow(spread * mean, 2)).squares;
+    return squares > limit;
+  };
+  double low = kLeastCommonSpread, high = low;
+  while (exceeds(high) && high < kMostSpread) high *= 2;
+  while (high - low > 1e-6) {
+    const double middle = (low + high) / 2;
+    (exceeds(middle) ? low : high) = middle;
+  }
+  return high;
 }
 
 }  // namespace plumbline::siblings

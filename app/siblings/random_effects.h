@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace plumbline::siblings {
 
@@ -27,10 +28,23 @@ struct Pooled {
 /// value at which the weighted squares about the mean equal the 20 % quantile of chi-square with
 /// arms - 1 degrees of freedom [Viechtbauer 2007, doi:10.1002/sim.2514]. It is at least
 /// kLeastSpread of the mean.
-/// @return  nullopt with fewer than two estimates
-std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates);
+/// @param common  spread of all quantities as a share of their means (CommonSpread); used instead
+///                unless the estimates contradict it (1 %)
+/// @return        nullopt with fewer than two estimates
+std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
+                                    std::optional<double> common = std::nullopt);
 
-/// Judgement: arms of one model differ at least by this share.
+/// Spread of several quantities from arm to arm, as a share of their means, if it is the same for
+/// all: its upper 80 % confidence limit by the Q-profile method over all of them. Few arms with
+/// many quantities determine it far better than each quantity its own. Quantities whose mean is
+/// within three of its standard deviations of zero do not count.
+/// @return  at least kLeastCommonSpread; nullopt with fewer than kMinCommonFreedom degrees of
+///          freedom
+std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities);
+
+/// Judgement: arms of one model differ at least by this share, if few estimates show their spread.
 inline constexpr double kLeastSpread = 0.1;
+inline constexpr double kLeastCommonSpread = 0.02;  ///< likewise, if many do
+inline constexpr double kMinCommonFreedom = 8;
 
 }  // namespace plumbline::siblings

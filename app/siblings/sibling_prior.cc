@@ -100,8 +100,9 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
     }
   }
   std::vector<SizePrior> prior;
+  const std::optional<double> common = CommonSpread(estimates);
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    const std::optional<Pooled> pooled = PoolEstimates(estimates[k]);
+    const std::optional<Pooled> pooled = PoolEstimates(estimates[k], common);
     if (pooled) prior.push_back({keys[k], *pooled});
   }
   return prior;

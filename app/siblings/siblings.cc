@@ -88,6 +88,16 @@ std::string Names(const std::vector<std::string>& arms) {
   return fmt::format("{}", fmt::join(arms, ", "));
 }
 
+/// True if the siblings' mean alone, which no row of this arm took part in, explains most of the
+/// rows' excess over their noise. Held-out errors near the noise can no longer show that.
+bool PredictedByMean(const diagnosis::SiblingEvidence& evidence, double noise_m) {
+  constexpr double kMost = 0.75;  // of the mean square: a judgement
+  const double noise2 = noise_m * noise_m;
+  const double declared2 = evidence.declared_m * evidence.declared_m - noise2;
+  const double left2 = evidence.predicted_m * evidence.predicted_m - noise2;
+  return declared2 > 0 && left2 < (1 - kMost) * declared2;
+}
+
 /// Below this probability the arm counts as different from its siblings. The level is approximate:
 /// the spread of few siblings is an upper limit, not known.
 constexpr double kDifferentArm = 0.01;
@@ -166,7 +176,10 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   const std::string errors = fmt::format(
       "the held-out error is {:.3f} mm with them and {:.3f} mm without",
       kMmPerMetre * evidence.held_out_with_m, kMmPerMetre * evidence.held_out_without_m);
-  if (!BetterWith(*with, *without, *factor)) return not_used(errors + ", no clear gain");
+  const double gain = GainWith(*with, *without, *factor).value_or(0);
+  const bool predicted_well = PredictedByMean(evidence, without->noise_floor_m);
+  if (gain < -1) return not_used(errors + ", clearly worse");
+  if (gain <= 1 && !predicted_well) return not_used(errors + ", no clear gain");
   evidence.used = true;
   answer = std::move(with).value();
   StateErrorsBefore(*without, answer);

@@ -36,8 +36,8 @@ void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis
   }
 }
 
-bool BetterWith(const diagnosis::Diagnosis& with, const diagnosis::Diagnosis& without,
-                double factor) {
+std::optional<double> GainWith(const diagnosis::Diagnosis& with,
+                               const diagnosis::Diagnosis& without, double factor) {
   const auto written = [](const diagnosis::Diagnosis& answer, const diagnosis::RowTrace& row) {
     return answer.withheld.empty() ? row.held_out_after : row.held_out_before;
   };
@@ -53,12 +53,13 @@ bool BetterWith(const diagnosis::Diagnosis& with, const diagnosis::Diagnosis& wi
     gains.push_back(square_without.at(row.line) -
                     factor * factor * written(with, row)->squaredNorm());
   }
-  if (gains.size() < 3) return false;
+  if (gains.size() < 3) return std::nullopt;
   const double count = static_cast<double>(gains.size());
   const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / count;
   double squares = 0;
   for (const double gain : gains) squares += std::pow(gain - mean, 2);
-  return mean > std::sqrt(squares / (count - 1) / count);
+  const double error = std::sqrt(squares / (count - 1) / count);
+  return error > 0 ? mean / error : 0;
 }
 
 std::optional<double> FactorForNewRows(double parameters, const diagnosis::Diagnosis& diagnosis) {

@@ -19,11 +19,12 @@ void Widen(double factor, diagnosis::Diagnosis& diagnosis);
 /// Held-out error of the model that an answer writes; nullopt if no row could be held out.
 std::optional<double> HeldOutOf(const diagnosis::Diagnosis& answer);
 
-/// True if the held-out rows are better with the siblings by more than the standard error of the
-/// mean difference of their squared errors (a judgement; few rows rarely show more).
+/// Mean decrease of the squared held-out errors with the siblings, in units of its standard error;
+/// nullopt with fewer than three rows. More than one is clearly better, less than -1 clearly worse
+/// (a judgement; few rows rarely show more).
 /// @param factor  applied to the errors with them
-bool BetterWith(const diagnosis::Diagnosis& with, const diagnosis::Diagnosis& without,
-                double factor);
+std::optional<double> GainWith(const diagnosis::Diagnosis& with,
+                               const diagnosis::Diagnosis& without, double factor);
 
 /// Replaces the errors before correction by those under the declared cell, by line.
 void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis& with);

@@ -14,6 +14,7 @@
 #include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/headline.h"
 #include "app/diagnosis/summary.h"
+#include "app/diagnosis/tip_displacement.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/loads/numbered_load.h"
@@ -566,6 +567,45 @@ TEST_CASE("a compliance that depends on the direction of the load is unknown, wi
   REQUIRE(errors);
   CHECK(errors->verdict == Verdict::kExplained);
   CHECK(direction_of(*errors).passed);
+}
+
+TEST_CASE("the displacement by an effect is that of the tip, for all its values and for each") {
+  const MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 5");
+  const auto rms_m = [&](const std::vector<std::pair<std::string, double>>& values) {
+    double squares = 0;
+    const auto moved = DisplacementBy(data, {EffectWith(data.cell, "joint_offset", values)});
+    for (const Vec3& by : moved) squares += by.squaredNorm() / static_cast<double>(moved.size());
+    return std::sqrt(squares);
+  };
+  const Result<Dataset> rows = DatasetFrom(data.cell, data.table);
+  REQUIRE(rows);
+  const TipDisplacement found =
+      TipDisplacementOf(UnitWeightFit(*rows, 1),
+                        EffectWith(data.cell, "joint_offset", {{"q2", 1e-4}, {"q3", -2e-4}}));
+  CHECK(found.all_m == Approx(rms_m({{"q2", 1e-4}, {"q3", -2e-4}})).epsilon(1e-2));
+  REQUIRE(found.each_m.size() == 2);
+  CHECK(found.each_m[0] == Approx(rms_m({{"q2", 1e-4}})).epsilon(1e-2));
+  CHECK(found.each_m[1] == Approx(rms_m({{"q3", -2e-4}})).epsilon(1e-2));
+}
+
+TEST_CASE("an instrument that is not level is noted, with the angle") {
+  for (const double tilt_deg : {0.0, 5.0}) {
+    CAPTURE(tilt_deg);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 5");
+    Remeasure(data, {}, 5e-5, 7);
+    data.cell.measurement.frame_known = false;
+    const Mat3 R = RotationFromVector(tilt_deg * kRadPerDeg * Vec3::UnitX());
+    for (table::MeasuredRow& row : data.table.rows) *row.measured_W = R * *row.measured_W;
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    const auto noted =
+        std::find_if(diagnosis->notes.begin(), diagnosis->notes.end(), [](const std::string& note) {
+          return note.find("level the instrument") != std::string::npos;
+        });
+    CHECK((noted != diagnosis->notes.end()) == (tilt_deg > 2));
+    if (noted != diagnosis->notes.end())
+      CHECK_THAT(*noted, Catch::Contains("differs by 5.0 deg from the declared one"));
+  }
 }
 
 TEST_CASE("a run of rejected rows while a signal drifts is no condition") {

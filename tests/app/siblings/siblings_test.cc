@@ -134,6 +134,40 @@ TEST_CASE(
   CHECK(equal->between_sd == Approx(kLeastSpread));
 }
 
+TEST_CASE("quantities of one fleet have a common spread, except those that contradict it") {
+  std::mt19937_64 generator(6);
+  std::normal_distribution<double> normal(0, 1);
+  constexpr int kFleets = 400, kArms = 4, kSizes = 5;
+  constexpr double kSpread = 0.06;
+  int above = 0;
+  double largest = 0, mean = 0;
+  for (int fleet = 0; fleet < kFleets; ++fleet) {
+    std::vector<std::vector<Estimate>> quantities(kSizes);
+    for (int size = 0; size < kSizes; ++size) {
+      for (int arm = 0; arm < kArms; ++arm) {
+        const double sd = 0.02 * (size + 1), value = 1.0 + size;
+        quantities[size].push_back(
+            {value * (1 + kSpread * normal(generator)) + sd * normal(generator), sd});
+      }
+    }
+    const auto common = CommonSpread(quantities);
+    REQUIRE(common);
+    above += *common > kSpread ? 1 : 0;
+    mean += *common / kFleets;
+    largest = std::max(largest, *common);
+  }
+  CHECK(above > 0.74 * kFleets);
+  CHECK(above < 0.87 * kFleets);
+  CHECK(mean < 1.4 * kSpread);
+  CHECK(largest < 3 * kSpread);
+  // One size alone would have its own upper limit, which few arms hardly bound.
+  const std::vector<Estimate> alike{{1, 0.01}, {1.01, 0.01}, {0.99, 0.01}, {1, 0.01}};
+  const std::vector<Estimate> apart{{1, 0.01}, {2, 0.01}, {0.5, 0.01}, {1.4, 0.01}};
+  CHECK(PoolEstimates(alike, 0.03)->between_sd == Approx(0.03).epsilon(0.01));
+  CHECK(PoolEstimates(apart, 0.03)->between_sd > 0.5);
+  CHECK_FALSE(CommonSpread(std::vector<std::vector<Estimate>>{alike, apart}));  // too few
+}
+
 TEST_CASE("what siblings share is adjusted to the arm, written with its origin, and improves it") {
   const MeasuredCell data = ArmWith(90, 2.1e-6, 3.8e-4, 12);
   const auto found = Answer(data, ThreeSiblings());
