@@ -49,6 +49,51 @@ double VarianceWith(std::span<const Estimate> estimates, double squares) {
   return high;
 }
 
+/// Estimates of one quantity with their mean.
+struct Quantity {
+  std::vector<Estimate> estimates;
+  double mean = 0;
+};
+
+double FreedomOf(const std::vector<Quantity>& quantities) {
+  double freedom = 0;
+  for (const Quantity& one : quantities) freedom += static_cast<double>(one.estimates.size() - 1);
+  return freedom;
+}
+
+double SquaresWith(const Quantity& quantity, double spread) {
+  return MeanOf(quantity.estimates, std::pow(spread * quantity.mean, 2)).squares;
+}
+
+/// The upper limit of their common spread.
+double SpreadOf(const std::vector<Quantity>& quantities) {
+  const double limit = statistics::ChiSquareQuantile(kConfidence, FreedomOf(quantities));
+  const auto exceeds = [&](double spread) {
+    double squares = 0;
+    for (const Quantity& one : quantities) squares += SquaresWith(one, spread);
+    return squares > limit;
+  };
+  double low = kLeastCommonSpread, high = low;
+  while (exceeds(high) && high < kMostSpread) high *= 2;
+  while (high - low > 1e-6) {
+    const double middle = (low + high) / 2;
+    (exceeds(middle) ? low : high) = middle;
+  }
+  return high;
+}
+
+/// Squares of a quantity with the spread of the others, in units of what contradicts that.
+double Excess(const Quantity& quantity, const std::vector<Quantity>& all) {
+  std::vector<Quantity> others;
+  for (const Quantity& one : all) {
+    if (&one != &quantity) others.push_back(one);
+  }
+  if (others.empty()) return 0;
+  const auto freedom = static_cast<double>(quantity.estimates.size() - 1);
+  return SquaresWith(quantity, SpreadOf(others)) /
+         statistics::ChiSquareQuantile(kContradicted / static_cast<double>(all.size()), freedom);
+}
+
 }  // namespace
 
 double Pooled::next_sd() const {
@@ -72,30 +117,42 @@ std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
 }
 
 std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities) {
-  std::vector<std::pair<const std::vector<Estimate>*, double>> counted;  // with their mean
-  double freedom = 0;
+  std::vector<Quantity> counted;
   for (const std::vector<Estimate>& estimates : quantities) {
     if (estimates.size() < 2) continue;
     const WeightedMean of = MeanOf(estimates, 0);
     if (std::abs(of.mean) < kMinDeviations / std::sqrt(of.weights)) continue;
-    counted.emplace_back(&estimates, of.mean);
-    freedom += static_cast<double>(estimates.size() - 1);
+    counted.push_back({estimates, of.mean});
   }
-  if (freedom < kMinCommonFreedom) return std::nullopt;
-  const double limit = statistics::ChiSquareQuantile(kConfidence, freedom);
-  const auto exceeds = [&](double spread) {
-    double squares = 0;
-    for (const auto& [estimates, mean] : counted)
-      squares += MeanOf(*estimates, std::pow(spread * mean, 2)).squares;
-    return squares > limit;
+  while (FreedomOf(counted) >= kMinCommonFreedom) {
+    const auto worst =
+        std::max_element(counted.begin(), counted.end(), [&](const Quantity& a, const Quantity& b) {
+          return Excess(a, counted) < Excess(b, counted);
+        });
+    if (Excess(*worst, counted) <= 1) return SpreadOf(counted);
+    counted.erase(worst);
+  }
+  return std::nullopt;
+}
+
+double SpreadAboutZero(std::span<const Estimate> estimates) {
+  if (estimates.empty()) return 0;
+  const auto squares = [&](double variance) {
+    double sum = 0;
+    for (const Estimate& one : estimates)
+      sum += one.value * one.value / (one.sd * one.sd + variance);
+    return sum;
   };
-  double low = kLeastCommonSpread, high = low;
-  while (exceeds(high) && high < kMostSpread) high *= 2;
-  while (high - low > 1e-6) {
+  const double limit =
+      statistics::ChiSquareQuantile(kConfidence, static_cast<double>(estimates.size()));
+  if (squares(0) <= limit) return 0;
+  double low = 0, high = 0;
+  for (const Estimate& one : estimates) high += one.value * one.value / limit;
+  for (int k = 0; k < 200 && high - low > 1e-12 * high; ++k) {
     const double middle = (low + high) / 2;
-    (exceeds(middle) ? low : high) = middle;
+    (squares(middle) > limit ? low : high) = middle;
   }
-  return high;
+  return std::sqrt(high);
 }
 
 }  // namespace plumbline::siblings

@@ -36,11 +36,16 @@ std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
 
 /// Spread of several quantities from arm to arm, as a share of their means, if it is the same for
 /// all: its upper 80 % confidence limit by the Q-profile method over all of them. Few arms with
-/// many quantities determine it far better than each quantity its own. Quantities whose mean is
-/// within three of its standard deviations of zero do not count.
+/// many quantities determine it far better than each quantity its own. Not counted are quantities
+/// whose mean is within three of its standard deviations of zero, and those that contradict the
+/// spread of the others (1 %).
 /// @return  at least kLeastCommonSpread; nullopt with fewer than kMinCommonFreedom degrees of
 ///          freedom
 std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities);
+
+/// Standard deviation of quantities with mean zero that is the same for all, its upper 80 %
+/// confidence limit as above; 0 if the estimates are within their own errors.
+double SpreadAboutZero(std::span<const Estimate> estimates);
 
 /// Judgement: arms of one model differ at least by this share, if few estimates show their spread.
 inline constexpr double kLeastSpread = 0.1;

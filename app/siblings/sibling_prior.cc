@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware-like/effects/catalogue.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::siblings {
@@ -32,6 +33,21 @@ std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
     if (found_in[k] >= 2 && 2 * found_in[k] >= arms.size()) common.push_back(keys[k]);
   }
   return common;
+}
+
+/// The sizes that every arm has of its own, of all revolute joints.
+std::vector<SizeKey> IndividualSizes(const model::CellModel& cell) {
+  std::vector<SizeKey> keys;
+  for (const effects::Effect* effect : effects::Catalogue()) {
+    if (!effect->traits().individual) continue;
+    for (std::size_t joint = 0; joint < cell.robot.joints.size(); ++joint) {
+      if (cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
+      effects::TermParameter parameter;
+      parameter.joint = static_cast<int>(joint);
+      keys.push_back({effect, {}, parameter});
+    }
+  }
+  return keys;
 }
 
 /// Covariance of the sizes of one effect.
@@ -77,12 +93,34 @@ std::vector<effects::ActiveEffect> EffectsWith(const std::vector<SizeKey>& keys,
   return effects;
 }
 
+/// Places of the sizes to apply: all but individual ones that the rows hardly show, which remain
+/// near zero.
+/// @param covariance  after the update
+std::vector<Eigen::Index> ShownPlaces(const std::vector<SizeKey>& keys,
+                                      const std::vector<SizePrior>& prior,
+                                      const Eigen::MatrixXd& covariance) {
+  constexpr double kHardly = 0.8;  // of the prior's variance is left
+  std::vector<Eigen::Index> shown;
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    const bool individual = keys[k].effect->traits().individual && prior[k].pooled.mean == 0;
+    if (individual && covariance(at, at) > kHardly * std::pow(prior[k].pooled.next_sd(), 2))
+      continue;
+    shown.push_back(at);
+  }
+  return shown;
+}
+
 }  // namespace
 
 std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
                                  std::vector<std::string>& notes) {
-  const std::vector<SizeKey> keys = CommonSizes(arms);
+  std::vector<SizeKey> keys = CommonSizes(arms);
   if (keys.empty()) return {};
+  const std::size_t common_keys = keys.size();
+  for (const SizeKey& key : IndividualSizes(arms.front().cell)) {
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+  }
   std::vector<std::vector<Estimate>> estimates(keys.size());
   for (const Arm& arm : arms) {
     const Result<SizeFit> fit =
@@ -100,10 +138,19 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
     }
   }
   std::vector<SizePrior> prior;
-  const std::optional<double> common = CommonSpread(estimates);
-  for (std::size_t k = 0; k < keys.size(); ++k) {
+  const std::span<const std::vector<Estimate>> of_common(estimates.data(), common_keys);
+  const std::optional<double> common = CommonSpread(of_common);
+  for (std::size_t k = 0; k < common_keys; ++k) {
     const std::optional<Pooled> pooled = PoolEstimates(estimates[k], common);
     if (pooled) prior.push_back({keys[k], *pooled});
+  }
+  std::vector<Estimate> individual;
+  for (std::size_t k = common_keys; k < keys.size(); ++k)
+    individual.insert(individual.end(), estimates[k].begin(), estimates[k].end());
+  const double spread = SpreadAboutZero(individual);
+  for (std::size_t k = common_keys; k < keys.size() && spread > 0; ++k) {
+    if (!estimates[k].empty())
+      prior.push_back({keys[k], {0, spread, 0, static_cast<int>(estimates[k].size())}});
   }
   return prior;
 }
@@ -139,7 +186,15 @@ Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior,
     posterior.parameters = (selects * gain).trace();
     means.assign(updated.begin(), updated.end());
   }
-  posterior.effects = EffectsWith(keys, means, covariance, arm.cell);
+  const std::vector<Eigen::Index> shown = ShownPlaces(keys, prior, covariance);
+  const Eigen::MatrixXd of_shown = covariance(shown, shown);
+  std::vector<SizeKey> shown_keys;
+  std::vector<double> shown_means;
+  for (const Eigen::Index at : shown) {
+    shown_keys.push_back(keys[static_cast<std::size_t>(at)]);
+    shown_means.push_back(means[static_cast<std::size_t>(at)]);
+  }
+  posterior.effects = EffectsWith(shown_keys, shown_means, of_shown, arm.cell);
   return posterior;
 }
 

@@ -77,7 +77,11 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
     const model::WrittenEffect written = effects::WrittenFromActive(effect, effect.covariance);
     answer.doubts.push_back(
         {written.id, written.scope,
-         "it was taken from siblings; these rows do not separate it from its rivals"});
+         effect.term.effect->traits().individual
+             ? "each arm has its own, and siblings show only how large it usually is; these rows "
+               "do "
+               "not separate it from its rivals"
+             : "it was taken from siblings; these rows do not separate it from its rivals"});
   }
   answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
   if (answer.verdict != diagnosis::Verdict::kUnknown)

@@ -144,6 +144,9 @@ struct EffectTraits {
   /// Caused by the arm itself, not by its tool, load, floor or instrument, so that it may be
   /// similar in all arms of one model (app/siblings).
   bool of_arm = false;
+  /// Each arm has a size of its own, zero on average over the arms of one model, as its mastering
+  /// leaves it.
+  bool individual = false;
 
   /// The word names the camera whose rows the effect changes; see Conditions::camera_name.
   bool of_one_camera = false;

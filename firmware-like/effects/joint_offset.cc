@@ -19,7 +19,8 @@ struct JointOffsetFormula {
         .needs = {},
         .confused_with = {"backlash", "gear_ratio", "link_geometry", "base_frame", "tool_frame"},
         .per_joint = true,
-        .of_arm = true};
+        .of_arm = true,
+        .individual = true};
   }
 
   template <typename T>
