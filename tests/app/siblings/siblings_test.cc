@@ -168,6 +168,28 @@ TEST_CASE("quantities of one fleet have a common spread, except those that contr
   CHECK_FALSE(CommonSpread(std::vector<std::vector<Estimate>>{alike, apart}));  // too few
 }
 
+TEST_CASE("the spread of sizes that are zero on average is an upper limit, or zero") {
+  std::mt19937_64 generator(8);
+  std::normal_distribution<double> normal(0, 1);
+  constexpr int kFleets = 400, kEstimates = 20;
+  int above = 0, zero = 0;
+  for (int fleet = 0; fleet < kFleets; ++fleet) {
+    std::vector<Estimate> spread, noise;
+    for (int k = 0; k < kEstimates; ++k) {
+      const double sd = k % 2 == 0 ? 0.5 : 1.5;
+      spread.push_back({2 * normal(generator) + sd * normal(generator), sd});
+      noise.push_back({sd * normal(generator), sd});
+    }
+    above += SpreadAboutZero(spread) > 2 ? 1 : 0;
+    zero += SpreadAboutZero(noise) == 0 ? 1 : 0;
+  }
+  CHECK(above > 0.74 * kFleets);
+  CHECK(above < 0.87 * kFleets);
+  CHECK(zero > 0.13 * kFleets);  // one in five
+  CHECK(zero < 0.27 * kFleets);
+  CHECK(SpreadAboutZero({}) == 0);
+}
+
 TEST_CASE("what siblings share is adjusted to the arm, written with its origin, and improves it") {
   const MeasuredCell data = ArmWith(90, 2.1e-6, 3.8e-4, 12);
   const auto found = Answer(data, ThreeSiblings());
