@@ -43,6 +43,14 @@ diagnosis::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progre
   return options;
 }
 
+/// The first given option that only the report states; null if none is given.
+const char* OptionForReport(const report::CertificateDetails& details) {
+  if (details.tolerance_m) return "--tolerance-mm";
+  if (!details.instrument.empty()) return "--instrument";
+  if (!details.serial.empty()) return "--serial";
+  return details.approved_by.empty() ? nullptr : "--approved-by";
+}
+
 int Interrupted(std::ostream& err) {
   err << "interrupted; no file was changed\n";
   return kExitInterrupted;
@@ -53,8 +61,9 @@ int Interrupted(std::ostream& err) {
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err) {
   const bool reported = !arguments.report.empty() || !arguments.pdf.empty();
-  if (arguments.certificate_details.tolerance_m && !reported) {
-    err << "--tolerance-mm is stated in the report only; add --report or --pdf\n";
+  const char* report_only = OptionForReport(arguments.certificate_details);
+  if (report_only != nullptr && !reported) {
+    err << report_only << " is stated in the report only; add --report or --pdf\n";
     return kExitUsage;
   }
   if (!CheckDiagnoseOutputs(arguments, err)) return kExitUsage;

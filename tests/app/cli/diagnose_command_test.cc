@@ -93,12 +93,20 @@ TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
   }
 }
 
-TEST_CASE("a tolerance without a report is refused before the diagnosis starts") {
-  Desk desk;
-  desk.arguments.certificate_details.tolerance_m = 5e-4;
-  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitUsage);
-  CHECK(desk.err.str().find("add --report or --pdf") != std::string::npos);
-  CHECK(desk.out.str().empty());
+TEST_CASE("what only the report states is refused without one, before the diagnosis starts") {
+  const std::pair<const char*, report::CertificateDetails> cases[] = {
+      {"--tolerance-mm", {5e-4, "", "", ""}},
+      {"--instrument", {std::nullopt, "laser tracker", "", ""}},
+      {"--serial", {std::nullopt, "", "1234", ""}},
+      {"--approved-by", {std::nullopt, "", "", "A. N. Other"}}};
+  for (const auto& [option, details] : cases) {
+    Desk desk;
+    desk.arguments.certificate_details = details;
+    CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitUsage);
+    CHECK(desk.err.str() ==
+          std::string(option) + " is stated in the report only; add --report or --pdf\n");
+    CHECK(desk.out.str().empty());
+  }
 }
 
 TEST_CASE("a summary is always short") {
