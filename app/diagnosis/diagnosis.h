@@ -230,7 +230,7 @@ struct Diagnosis {
   /// residuals are larger; empty if none.
   std::string outlier_condition;
   bool larger_residuals = false;  ///< under `outlier_condition`; not only rejected rows
-  /// Rows under these conditions contradict the others, and are outside the domain.
+  /// Rows under this condition are outside the domain.
   std::optional<RowCondition> excluded;
   /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
   /// use (3-D) then replaces `noise_floor_m`.

@@ -1,9 +1,9 @@
 #include "app/diagnosis/load_direction.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/student.h"
@@ -19,7 +19,6 @@ constexpr double kCollinear = 1e-3;  // share of the term that the other columns
 LinearProblem ProblemOfAllRows(const Identified& found) {
   FitProblem fit = UnitWeightFit(found.fit.data, found.fit.threads);
   fit.sigma_m = found.fit.sigma_m;
-  fit.row_correlation = found.fit.row_correlation;
   return {std::move(fit), found.linear, found.model};
 }
 
@@ -63,20 +62,19 @@ std::map<int, Compliance> CompliantJoints(const Identified& found) {
   return joints;
 }
 
-/// Sums of one pose: of products of the term with the residual, of its squares, and of the squared
-/// residuals after it is fitted.
+/// Sums of one pose: of products of the term with the residual, of its squares, of the squared
+/// residuals after it is fitted, and their number.
 struct Sums {
   double product = 0, square = 0, left = 0;
+  int count = 0;
 };
 
-/// |t| of a term beside other columns, the least of those without each pose.
+/// Sums of each pose.
 /// @param term      less what the other columns explain
 /// @param residual  likewise
-double LeastT(const LinearProblem& problem, const Eigen::VectorXd& term,
-              const Eigen::VectorXd& residual, double freedom) {
-  const Sums all{term.dot(residual), term.squaredNorm(),
-                 residual.squaredNorm() - std::pow(term.dot(residual), 2) / term.squaredNorm()};
-  const Eigen::VectorXd left = residual - all.product / all.square * term;
+std::vector<Sums> SumsOfPoses(const LinearProblem& problem, const Eigen::VectorXd& term,
+                              const Eigen::VectorXd& residual) {
+  const Eigen::VectorXd left = residual - term.dot(residual) / term.squaredNorm() * term;
   std::map<ClusterIndex, Sums> poses;
   for (const FitRowIndex j : problem.rows().indices()) {
     const Eigen::VectorXd x = problem.layout().PartOf(term, j);
@@ -84,14 +82,35 @@ double LeastT(const LinearProblem& problem, const Eigen::VectorXd& term,
     pose.product += x.dot(problem.layout().PartOf(residual, j));
     pose.square += x.squaredNorm();
     pose.left += problem.layout().PartOf(left, j).squaredNorm();
+    pose.count += problem.layout().count(j);
   }
+  std::vector<Sums> sums;
+  for (const auto& [index, pose] : poses) sums.push_back(pose);
+  return sums;
+}
+
+/// |t|, the least of those with one pose left out.
+double LeastT(const std::vector<Sums>& poses, double freedom) {
+  Sums all;
+  for (const Sums& pose : poses) {
+    all.product += pose.product;
+    all.square += pose.square;
+    all.left += pose.left;
+  }
+  const double sign = all.product > 0 ? 1 : -1;
   double least = HUGE_VAL;
-  for (const auto& [index, pose] : poses) {
-    const double square = all.square - pose.square;
-    if (!(square > kCollinear * all.square)) return 0;  // only this pose shows the term
-    const double product = (all.product - pose.product) * (all.product > 0 ? 1 : -1);
-    const double variance = (all.left - pose.left) / freedom;
-    least = std::min(least, std::max(0.0, product) / std::sqrt(square * variance));
+  for (const Sums& out : poses) {
+    const double square = all.square - out.square, remaining = freedom - out.count;
+    if (!(square > kCollinear * all.square) || remaining < 1) return 0;  // only this pose shows it
+    const double product = all.product - out.product;
+    double by_poses = 0;
+    for (const Sums& pose : poses) {
+      if (&pose != &out) by_poses += std::pow(pose.product - product / square * pose.square, 2);
+    }
+    const auto n = static_cast<double>(poses.size() - 1);
+    by_poses *= n / std::max(1.0, n - 1);
+    const double by_rows = square * (all.left - out.left) / remaining;
+    least = std::min(least, std::max(0.0, sign * product) / std::sqrt(std::max(by_rows, by_poses)));
   }
   return least;
 }
@@ -123,9 +142,13 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
     LoadDirection one;
     one.effect = compliance.effect;
     one.joint = joint;
-    one.t = LeastT(problem, term, residual, freedom);
+    const std::vector<Sums> poses = SumsOfPoses(problem, term, residual);
+    one.t = LeastT(poses, freedom);
+    // Replicates count once.
+    const double of_poses = freedom * static_cast<double>(poses.size()) / problem.rows().count();
     one.limit = statistics::StudentCoverageFactor(
-        1 - kLoadDirectionSignificance / static_cast<double>(joints.size()), freedom);
+        1 - kLoadDirectionSignificance / static_cast<double>(joints.size()),
+        std::max(1.0, of_poses));
     const double a = term.col(0).dot(residual) / term.squaredNorm();
     const double c = (values[at] - a * parts[at]) / lengths[at] +
                      found.fit.data.cell.robot.joints[static_cast<std::size_t>(joint)]

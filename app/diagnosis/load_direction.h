@@ -1,5 +1,5 @@
-// Joints whose compliance depends on the direction of their load, which no effect of the catalogue
-// describes.
+// Joints whose residual follows the size of their torque, as if their compliance depended on the
+// direction of the load.
 #pragma once
 
 #include <optional>
@@ -11,10 +11,12 @@ namespace plumbline::diagnosis {
 
 /// Test of the term a |tau| beside the compliance c tau of a joint:
 ///   s = (c + a) tau if tau > 0, (c - a) tau if tau < 0
-/// with tau the gravity torque. t is the estimate of a over its standard deviation. All rows count,
-/// with equal weights: those that contradict one compliance may have been rejected as outliers. So
-/// that no single pose decides, t is the least of those without each pose (replicates left out
-/// together).
+/// with tau the gravity torque; friction on arrivals from one side looks alike. t is the estimate
+/// of a over its standard deviation, that of independent rows or the one by the scatter of the
+/// poses, whichever is larger [K. Liang, S. Zeger, Biometrika 73 (1986) 13]. All rows count, with
+/// equal weights: those that contradict one compliance may have been rejected as outliers. So that
+/// no single pose decides, t is the least of those with one pose left out; the other columns are
+/// not fitted again.
 struct LoadDirection {
   std::string effect;   ///< id of the effect that names the compliance
   int joint = 0;        ///< 0-based

@@ -4,29 +4,20 @@
 #include <set>
 
 #include "app/diagnosis/joint_combinations.h"
-#include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
-/// Whether a row counts for the domain: it was not rejected, nor is it one of those that contradict
-/// the others.
-bool Counts(const FitProblem& problem, const std::optional<RowCondition>& excluded, RowIndex row) {
-  return problem.weights[row] >= kOutlierWeight &&
-         !(excluded && Meets(*excluded, problem.data, row));
-}
-
 /// The lowest and highest load if all rows are at two distinct loads; otherwise empty. Three loads
 /// at least a tenth of their range apart can reveal a deflection that is not proportional to the
 /// load.
-std::vector<double> FewPayloadLevels(const FitProblem& problem,
-                                     const std::optional<RowCondition>& excluded) {
+std::vector<double> FewPayloadLevels(const FitProblem& problem) {
   if (!problem.data.loads_recorded()) return {};
   constexpr double kApart = 0.1;
   std::vector<double> loads_kg, levels_kg;
   for (const RowIndex row : problem.data.row_indices()) {
-    if (!Counts(problem, excluded, row)) continue;
+    if (problem.weights[row] < kOutlierWeight) continue;
     loads_kg.push_back(problem.data.conditions[row].payload_kg);
   }
   std::sort(loads_kg.begin(), loads_kg.end());
@@ -61,7 +52,7 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   };
   std::set<int> tools, items;
   for (const RowIndex index : data.row_indices()) {
-    if (!Counts(problem, diagnosis.excluded, index)) continue;
+    if (problem.weights[index] < kOutlierWeight) continue;
     const table::MeasuredRow& row = data.measured(index);
     const double load_kg = data.conditions[index].payload_kg;
     if (domain.q.empty()) {
@@ -79,7 +70,7 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   domain.tools.assign(tools.begin(), tools.end());
   if (!data.cell.payload_items.empty()) domain.payload_items.emplace(items.begin(), items.end());
   domain.combinations = NearlyConstantCombinations(problem);
-  domain.payload_levels_kg = FewPayloadLevels(problem, diagnosis.excluded);
+  domain.payload_levels_kg = FewPayloadLevels(problem);
 }
 
 }  // namespace plumbline::diagnosis

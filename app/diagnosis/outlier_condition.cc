@@ -1,7 +1,5 @@
 #include "app/diagnosis/outlier_condition.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,7 +15,7 @@ namespace {
 
 constexpr int kMinRuns = 3;
 constexpr int kMinStretches = 3;  // in which the residuals are larger
-constexpr double kMinTimes = 2;   // larger, at least
+constexpr double kMinRatio = 2;   // larger, at least
 
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
@@ -229,8 +227,9 @@ std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
     before = meets;
   }
   ScatterCondition scatter{found->condition, found->rows, found->rejected,
+                           static_cast<int>(poses.size()),
                            statistics::MedianOf(inside) / statistics::MedianOf(outside)};
-  if (stretches < kMinStretches || !(scatter.times >= kMinTimes)) return std::nullopt;
+  if (stretches < kMinStretches || !(scatter.ratio >= kMinRatio)) return std::nullopt;
   return scatter;
 }
 
@@ -246,12 +245,6 @@ bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {
     return NumberText(data.measured(row).tool_number) == condition.name;
   return condition.column == "payload_item" &&
          NumberText(data.measured(row).payload_item) == condition.name;
-}
-
-std::string TextOf(const RowCondition& condition) {
-  if (!condition.name.empty()) return condition.column + " " + condition.name;
-  return fmt::format("{} of {:.6g} or {}", condition.column, condition.limit,
-                     condition.above ? "more" : "less");
 }
 
 }  // namespace plumbline::diagnosis

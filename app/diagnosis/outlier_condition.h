@@ -33,8 +33,10 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
 /// A condition under which residuals are larger.
 struct ScatterCondition {
   RowCondition condition;
-  int poses = 0, large = 0;  ///< under it, and of these among the largest quarter of all poses
-  double times = 0;          ///< median residual there over that of the other poses
+  int poses = 0;               ///< under it
+  int in_largest_quarter = 0;  ///< of these, with residuals in the largest quarter of all poses
+  int of_poses = 0;            ///< of all
+  double ratio = 0;            ///< median residual there over that of the other poses
 };
 
 /// The condition under which residuals are larger, if chance does not explain it: as in

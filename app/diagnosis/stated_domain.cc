@@ -8,12 +8,21 @@
 #include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/measured_range.h"
+#include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/residual_spread.h"
 #include "app/diagnosis/rival_spread.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
 namespace {
+
+/// The problem in which rows under a condition that contradicts the others have no weight.
+FitProblem WithoutExcluded(FitProblem problem, const std::optional<RowCondition>& excluded) {
+  for (const RowIndex row : problem.weights.indices()) {
+    if (excluded && Meets(*excluded, problem.data, row)) problem.weights[row] = 0;
+  }
+  return problem;
+}
 
 /// A correction fades with the distance from the measured poses unless its causes are confirmed.
 Correction CorrectionOf(const Diagnosis& diagnosis) {
@@ -36,7 +45,8 @@ void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& di
 /// Adds the expected residuals of new points, near the measured poses and far from them. Rivals
 /// count as errors of the correction, so that one which fades does so sooner.
 void AddSpread(const Task& task, const Identified& found, const Model& declared,
-               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
+               const PerRow<double>& weights, const CorrectedModel& corrected,
+               Diagnosis& diagnosis) {
   auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
   if (!spread) return;
   if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
@@ -52,7 +62,7 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   }
   FitRows accepted;
   for (const RowIndex row : task.data.row_indices()) {
-    if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
+    if (weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
   const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
   const std::vector<model::JointVector> poses = StoredPoses(cell, task.data, accepted);
@@ -78,8 +88,9 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
 
 void AddDomain(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  AddSpread(task, found, declared, fit, corrected, diagnosis);
+  const FitProblem validated = WithoutExcluded(fit.problem, diagnosis.excluded);
+  AddFramesAndDomain(validated, corrected.model, diagnosis);
+  AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {

@@ -101,24 +101,26 @@ const char* WordsOf(const RowCondition& condition) {
 
 /// Rejected rows that share a condition, or larger residuals under one: what acts there is unknown.
 void AddOutlierCondition(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  std::optional<RowCondition> condition;
   const std::optional<OutlierCondition> found = ConditionOfOutliers(data, fit.problem.weights);
   if (found) {
-    diagnosis.excluded = found->condition;
+    diagnosis.excluded = condition = found->condition;
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
                                           WordsOf(found->condition)));
   } else if (const auto scatter = ConditionOfScatter(data, SizesOf(data, fit))) {
-    diagnosis.excluded = scatter->condition;
+    condition = scatter->condition;
+    if (2 * scatter->poses <= scatter->of_poses) diagnosis.excluded = condition;
     diagnosis.larger_residuals = true;
     diagnosis.notes.push_back(fmt::format(
         "residuals are {:.1f} times as large with {} as elsewhere ({} of {} poses are among the "
         "quarter with the largest residuals): {}",
-        scatter->times, TextOf(scatter->condition), scatter->large, scatter->poses,
+        scatter->ratio, TextOf(scatter->condition), scatter->in_largest_quarter, scatter->poses,
         WordsOf(scatter->condition)));
   }
-  if (!diagnosis.excluded) return;
-  diagnosis.outlier_condition = TextOf(*diagnosis.excluded);
-  AddEach({diagnosis.excluded->column}, diagnosis.drivers);
+  if (!condition) return;
+  diagnosis.outlier_condition = TextOf(*condition);
+  AddEach({condition->column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }
 
@@ -157,21 +159,23 @@ ExplanationCheck LoadDirectionCheck(const LoadDirection& found) {
   check.figure = found.t;
   check.limit = found.limit;
   check.passed = !found.significant();
-  check.sentence =
-      check.passed
-          ? fmt::format(
-                "no joint's compliance depends on the direction of its load (t test, 0.1 %)")
-          : fmt::format(
-                "axis {} yields by {:.2g} rad/(N m) under a positive torque and by {:.2g} rad/(N "
-                "m) "
-                "under a negative one (t = {:.1f}, at most {:.1f} by chance); one compliance for "
-                "both is wrong",
-                found.joint + 1, found.positive, found.negative, found.t, found.limit);
+  check.sentence = fmt::format(
+      "no residual follows the size of the gravity torque of a joint whose compliance is named "
+      "(largest t = {:.1f}, limit {:.1f})",
+      found.t, found.limit);
+  if (check.passed) return check;
+  check.sentence = fmt::format(
+      "axis {0}: the residual follows the size of its gravity torque (t = {1:.1f}, at most {2:.1f} "
+      "by chance), as if it yielded by {3:.2g} rad/(N m) under a positive torque and by {4:.2g} "
+      "under a negative one; a compliance that depends on the direction of the load, or friction "
+      "on "
+      "arrivals from one side, would do this",
+      found.joint + 1, found.t, found.limit, found.positive, found.negative);
   return check;
 }
 
 /// Adds the check `load_direction` if a compliance is named. If it fails, one compliance does not
-/// describe the joint.
+/// explain the joint's deflection.
 void CheckLoadDirection(const Identified& found, Diagnosis& diagnosis) {
   const auto direction = LargestLoadDirection(found);
   if (!direction) return;

@@ -105,12 +105,11 @@ Exclusion ExclusionOf(const UnprovedEffect& effect) {
   }
 }
 
-/// "0.52 px", with so many digits that it does not look equal to the limit.
-std::string Exceeding(double value_px, double limit_px) {
-  std::string text = fmt::format("{:.2g}", value_px);
-  for (int digits = 3; digits < 6 && text == fmt::format("{:.2g}", limit_px); ++digits)
-    text = fmt::format("{:.{}g}", value_px, digits);
-  return text + " px";
+/// "0.53 px": rounded up to two digits, so that it suffices as a limit.
+std::string RoundedUp(double value_px) {
+  if (!(value_px > 0) || !std::isfinite(value_px)) return fmt::format("{:.2g} px", value_px);
+  const double step = std::pow(10.0, std::floor(std::log10(value_px)) - 1);
+  return fmt::format("{:.2g} px", step * std::ceil(value_px / step * (1 - 1e-9)));
 }
 
 }  // namespace
@@ -232,14 +231,15 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
   return fmt::format(
       "the projection is uncertain by {} at the worst place of the image, but at most {:.2g} px is "
       "acceptable: {}",
-      Exceeding(uncertain_px, acceptable_px), acceptable_px, advice);
+      RoundedUp(uncertain_px), acceptable_px, advice);
 }
 
 std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
   return fmt::format(
-      "with this, the projection would be uncertain by {} even in the part of the image where the "
-      "lens is known best, but at most {:.2g} px is acceptable",
-      Exceeding(least_px, acceptable_px), acceptable_px);
+      "even so, the projection would be uncertain by {} in the best half of the image or more, but "
+      "at "
+      "most {:.2g} px is acceptable",
+      RoundedUp(least_px), acceptable_px);
 }
 
 std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {

@@ -63,7 +63,7 @@ struct ScoreTest {
   double view_dispersion = 0;
   /// Of the added global parameters: variance of their scores over the views about the step, in
   /// units of what independent corner errors of noise_px make. Correlated residuals make it larger
-  /// than the variance of the residuals; the effect itself does not. As far as the views prove it.
+  /// than the variance of the residuals; the effect itself does not. A lower limit.
   double score_dispersion = 0;
   /// Of a rival with local parameters: variance of the residuals, after those are fitted, in the
   /// directions in which the shared parameters would change the view, in units of noise_px^2,

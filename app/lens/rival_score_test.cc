@@ -10,6 +10,7 @@ namespace plumbline::lens {
 namespace {
 
 constexpr double kMaxDeviations = 3;  // of one view
+constexpr double kEliminated = 1e-9;  // share of the information that is round-off
 constexpr double kCollinear = 1e-6;   // eigenvalue of the scaled information, to the largest
 
 /// What a step is subject to beside the corners, times the squared noise.
@@ -89,18 +90,21 @@ class LinearStep {
 struct Information {
   Eigen::MatrixXd S;
   Eigen::VectorXd s;
+  Eigen::VectorXd whole{};  ///< diagonal of S before the view's own parameters are eliminated
 };
 
-/// Least value that an estimated ratio of variances proves: the estimate less two of its standard
-/// deviations, which independent errors would have.
+/// Lower limit of a ratio of variances, which independent errors exceed by two standard deviations:
+///   r / (1 + 2 sqrt(2 / nu))
 double ProvedRatio(double ratio, double degrees_of_freedom) {
   return ratio / (1 + 2 * std::sqrt(2 / degrees_of_freedom));
 }
 
 /// Variance of the scores of the last `added` parameters about the step, the others eliminated:
 ///   trace(I^-1 sum u_j u_j^T) / added n / (n - 1),  u_j = s_j - I_j step
-/// with s_j and I_j score and information of view j about them, I the sum of the I_j, and as far as
-/// n views prove it. [K. Liang, S. Zeger, Biometrika 73 (1986) 13]
+/// with s_j and I_j score and information of view j about them, I the sum of the I_j, and
+///   n = 1 / sum (trace(I^-1 I_j) / added)^2
+/// the number of views that count; its lower limit with added (n - 1) degrees of freedom. [K.
+/// Liang, S. Zeger, Biometrika 73 (1986) 13]
 /// @param C     covariance of the common parameters over the squared noise
 /// @param step  of the common parameters
 /// @param most_per_view  a view with wrong corners counts as at most this variance
@@ -120,28 +124,35 @@ double ScoreDispersion(const std::vector<Information>& views, const Eigen::Matri
     total += shares.back();
   }
   const auto factor = total.ldlt();
-  double scatter = 0;
+  double scatter = 0, squares = 0;
   for (std::size_t j = 0; j < views.size(); ++j) {
-    scatter += std::min(scores[j].dot(factor.solve(scores[j])),
-                        most_per_view * factor.solve(shares[j]).trace());
+    const double share = factor.solve(shares[j]).trace();
+    scatter += std::min(scores[j].dot(factor.solve(scores[j])), most_per_view * share);
+    squares += share * share;
   }
-  const double freedom = static_cast<double>(added) * (static_cast<double>(views.size()) - 1);
-  const auto n = static_cast<double>(views.size());
-  return ProvedRatio(scatter * n / freedom, freedom);
+  const auto count = static_cast<double>(added);
+  const double n = count * count / squares;
+  if (!(n > 1)) return 0;
+  return ProvedRatio(scatter / count * n / (n - 1), count * (n - 1));
 }
 
 /// Mean square of the residuals in the directions that the shared parameters span in each view, the
 /// view's own parameters eliminated.
-double SmoothDispersion(const std::vector<Information>& views) {
+/// @param step  of the common parameters, the shared ones first
+double SmoothDispersion(const std::vector<Information>& views, const Eigen::VectorXd& step) {
   double energy = 0;
   int directions = -kSharedCount;  // fitted
   for (const Information& view : views) {
     const SharedMatrix S = view.S.topLeftCorner<kSharedCount, kSharedCount>();
-    const SharedVector scale = S.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const SharedVector score = view.s.head<kSharedCount>() - S * step.head<kSharedCount>();
+    // The view's own parameters may leave nothing of a shared one, such as of the focal length.
+    SharedVector scale = SharedVector::Zero();
+    for (int k = 0; k < kSharedCount; ++k) {
+      if (S(k, k) > kEliminated * view.whole[k]) scale[k] = 1 / std::sqrt(S(k, k));
+    }
     const Eigen::SelfAdjointEigenSolver<SharedMatrix> solver(scale.asDiagonal() * S *
                                                              scale.asDiagonal());
-    const SharedVector along =
-        solver.eigenvectors().transpose() * scale.cwiseProduct(view.s.head<kSharedCount>());
+    const SharedVector along = solver.eigenvectors().transpose() * scale.cwiseProduct(score);
     for (int k = 0; k < kSharedCount; ++k) {
       if (solver.eigenvalues()[k] < kCollinear * solver.eigenvalues()[kSharedCount - 1]) continue;
       energy += along[k] * along[k] / solver.eigenvalues()[k];
@@ -216,7 +227,8 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
     const Eigen::MatrixXd B = squares_[j](own, common);
     const auto factor = A.ldlt();
     views.push_back({squares_[j](common, common) - B.transpose() * factor.solve(B),
-                     scores_[j](common) - B.transpose() * factor.solve(a)});
+                     scores_[j](common) - B.transpose() * factor.solve(a),
+                     squares_[j](common, common).diagonal()});
     S += views.back().S;
     s += views.back().s;
     sum += a.dot(factor.solve(a));
@@ -243,7 +255,7 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
   for (std::size_t k = 0; k < added; ++k)
     weights[k] = prior.weights[rival.global[rival.global.size() - added + k]];
   test.occam = OccamOf(C, weights);
-  if (!rival.local.empty()) test.smooth_dispersion = SmoothDispersion(views);
+  if (!rival.local.empty()) test.smooth_dispersion = SmoothDispersion(views, d);
   test.score_dispersion = ScoreDispersion(views, C, d, weights.size(),
                                           kMaxDeviations * kMaxDeviations * test.view_dispersion);
   test.covariance = LensCovarianceIn(rival, C);

@@ -99,6 +99,7 @@ std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) 
   effect.cause = fit.scored.causes[k];
   const double dispersion = std::max(fit.dispersion, test.score_dispersion);
   const auto added = static_cast<double>(test.rival.global.size() - fit.base.global.size());
+  // d_0 stays out: gross errors raise it, and do not widen what is known of the parameters.
   const double occam =
       std::max(0.0, test.occam - 0.5 * added * std::log(dispersion / fit.dispersion));
   const double before = effect.cause == CaptureCause::kWindowPane ? kWindowOdds : kPriorOdds;

@@ -25,10 +25,11 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 
 /// Effects of the whole capture that the residuals neither show nor exclude. With P the probability
 /// of one,
-///   P / (1 - P) = o exp(decrease / (2 d) - occam)
-/// o the odds before the capture, d the variance of the residuals in units of the corners' noise
-/// or, if that is larger, of the scores over the views (ScoreTest::score_dispersion), D the
-/// difference of its lens, and E the excess of its lens's standard deviation, it adds
+///   P / (1 - P) = o exp(decrease / (2 d) - occam) (d / d_0)^(p / 2)
+/// o the odds before the capture, d_0 the variance of the residuals in units of the corners' noise,
+/// d the same or, if that is larger, that of the scores over the views
+/// (ScoreTest::score_dispersion), p the number of added parameters, D the difference of its lens,
+/// and E the excess of its lens's standard deviation, it adds
 ///   P (D^2 + E^2)
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
 /// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. A focal

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "firmware-like/statistics/chi_square.h"
 
@@ -12,7 +11,6 @@ namespace {
 constexpr double kConfidence = 0.8;
 constexpr double kContradicted = 0.01;
 constexpr double kMinDeviations = 3;  // of a mean from zero
-constexpr double kMostSpread = 10;    // ends the search
 
 struct WeightedMean {
   double mean = 0, weights = 0;
@@ -35,24 +33,37 @@ WeightedMean MeanOf(std::span<const Estimate> estimates, double between_variance
   return of;
 }
 
+/// Where a decreasing function falls to `limit`, between `low` and a bound that is doubled from
+/// `high` on; `low` if it is below the limit there already.
+template <typename Decreasing>
+double RootOf(const Decreasing& function, double limit, double low, double high) {
+  if (function(low) <= limit) return low;
+  for (int k = 0; k < 200 && function(high) > limit; ++k) high *= 2;
+  for (int k = 0; k < 200 && high - low > 1e-12 * high; ++k) {
+    const double middle = (low + high) / 2;
+    (function(middle) > limit ? low : high) = middle;
+  }
+  return high;
+}
+
+double SumOfVariances(std::span<const Estimate> estimates) {
+  double sum = 0;
+  for (const Estimate& estimate : estimates) sum += estimate.sd * estimate.sd;
+  return sum;
+}
+
 /// The spread's variance at which the weighted squares fall to `squares`; 0 if they are below
 /// already.
 double VarianceWith(std::span<const Estimate> estimates, double squares) {
-  if (MeanOf(estimates, 0).squares <= squares) return 0;
-  double low = 0, high = 0;
-  for (const Estimate& estimate : estimates) high += estimate.sd * estimate.sd;
-  while (MeanOf(estimates, high).squares > squares) high *= 4;
-  for (int k = 0; k < 200 && high - low > 1e-12 * high; ++k) {
-    const double middle = (low + high) / 2;
-    (MeanOf(estimates, middle).squares > squares ? low : high) = middle;
-  }
-  return high;
+  return RootOf([&](double variance) { return MeanOf(estimates, variance).squares; }, squares, 0,
+                SumOfVariances(estimates));
 }
 
 /// Estimates of one quantity with their mean.
 struct Quantity {
   std::vector<Estimate> estimates;
   double mean = 0;
+  std::size_t place = 0;  ///< among all
 };
 
 double FreedomOf(const std::vector<Quantity>& quantities) {
@@ -68,18 +79,13 @@ double SquaresWith(const Quantity& quantity, double spread) {
 /// The upper limit of their common spread.
 double SpreadOf(const std::vector<Quantity>& quantities) {
   const double limit = statistics::ChiSquareQuantile(kConfidence, FreedomOf(quantities));
-  const auto exceeds = [&](double spread) {
-    double squares = 0;
-    for (const Quantity& one : quantities) squares += SquaresWith(one, spread);
-    return squares > limit;
-  };
-  double low = kLeastCommonSpread, high = low;
-  while (exceeds(high) && high < kMostSpread) high *= 2;
-  while (high - low > 1e-6) {
-    const double middle = (low + high) / 2;
-    (exceeds(middle) ? low : high) = middle;
-  }
-  return high;
+  return RootOf(
+      [&](double spread) {
+        double squares = 0;
+        for (const Quantity& one : quantities) squares += SquaresWith(one, spread);
+        return squares;
+      },
+      limit, kLeastCommonSpread, 2 * kLeastCommonSpread);
 }
 
 /// Squares of a quantity with the spread of the others, in units of what contradicts that.
@@ -104,10 +110,10 @@ std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
                                     std::optional<double> common) {
   if (estimates.size() < 2) return std::nullopt;
   const auto freedom = static_cast<double>(estimates.size() - 1);
-  const double of_common = std::pow(common.value_or(0) * MeanOf(estimates, 0).mean, 2);
-  double variance = of_common;
-  if (!common || MeanOf(estimates, of_common).squares >
-                     statistics::ChiSquareQuantile(kContradicted, freedom)) {
+  double variance = 0;
+  if (common) {
+    variance = std::pow(*common * MeanOf(estimates, 0).mean, 2);
+  } else {
     variance = VarianceWith(estimates, statistics::ChiSquareQuantile(kConfidence, freedom));
     variance = std::max(variance, std::pow(kLeastSpread * MeanOf(estimates, variance).mean, 2));
   }
@@ -116,21 +122,26 @@ std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
                 static_cast<int>(estimates.size())};
 }
 
-std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities) {
+std::optional<CommonSpread> CommonSpreadOf(std::span<const std::vector<Estimate>> quantities) {
   std::vector<Quantity> counted;
-  for (const std::vector<Estimate>& estimates : quantities) {
-    if (estimates.size() < 2) continue;
-    const WeightedMean of = MeanOf(estimates, 0);
+  for (std::size_t k = 0; k < quantities.size(); ++k) {
+    if (quantities[k].size() < 2) continue;
+    const WeightedMean of = MeanOf(quantities[k], 0);
     if (std::abs(of.mean) < kMinDeviations / std::sqrt(of.weights)) continue;
-    counted.push_back({estimates, of.mean});
+    counted.push_back({quantities[k], of.mean, k});
   }
   while (FreedomOf(counted) >= kMinCommonFreedom) {
     const auto worst =
         std::max_element(counted.begin(), counted.end(), [&](const Quantity& a, const Quantity& b) {
           return Excess(a, counted) < Excess(b, counted);
         });
-    if (Excess(*worst, counted) <= 1) return SpreadOf(counted);
-    counted.erase(worst);
+    if (Excess(*worst, counted) > 1) {
+      counted.erase(worst);
+      continue;
+    }
+    CommonSpread common{SpreadOf(counted), std::vector<bool>(quantities.size(), false)};
+    for (const Quantity& one : counted) common.shared_by[one.place] = true;
+    return common;
   }
   return std::nullopt;
 }
@@ -143,16 +154,9 @@ double SpreadAboutZero(std::span<const Estimate> estimates) {
       sum += one.value * one.value / (one.sd * one.sd + variance);
     return sum;
   };
-  const double limit =
-      statistics::ChiSquareQuantile(kConfidence, static_cast<double>(estimates.size()));
-  if (squares(0) <= limit) return 0;
-  double low = 0, high = 0;
-  for (const Estimate& one : estimates) high += one.value * one.value / limit;
-  for (int k = 0; k < 200 && high - low > 1e-12 * high; ++k) {
-    const double middle = (low + high) / 2;
-    (squares(middle) > limit ? low : high) = middle;
-  }
-  return std::sqrt(high);
+  return std::sqrt(RootOf(
+      squares, statistics::ChiSquareQuantile(kConfidence, static_cast<double>(estimates.size())), 0,
+      SumOfVariances(estimates)));
 }
 
 }  // namespace plumbline::siblings

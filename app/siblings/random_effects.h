@@ -28,20 +28,25 @@ struct Pooled {
 /// value at which the weighted squares about the mean equal the 20 % quantile of chi-square with
 /// arms - 1 degrees of freedom [Viechtbauer 2007, doi:10.1002/sim.2514]. It is at least
 /// kLeastSpread of the mean.
-/// @param common  spread of all quantities as a share of their means (CommonSpread); used instead
-///                unless the estimates contradict it (1 %)
+/// @param common  spread as a share of the mean that the quantity shares with others
+///                (CommonSpread); it replaces the limit
 /// @return        nullopt with fewer than two estimates
 std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
                                     std::optional<double> common = std::nullopt);
 
-/// Spread of several quantities from arm to arm, as a share of their means, if it is the same for
-/// all: its upper 80 % confidence limit by the Q-profile method over all of them. Few arms with
-/// many quantities determine it far better than each quantity its own. Not counted are quantities
-/// whose mean is within three of its standard deviations of zero, and those that contradict the
-/// spread of the others (1 %).
-/// @return  at least kLeastCommonSpread; nullopt with fewer than kMinCommonFreedom degrees of
-///          freedom
-std::optional<double> CommonSpread(std::span<const std::vector<Estimate>> quantities);
+/// Spread of several quantities from arm to arm, as a share of their means.
+struct CommonSpread {
+  double spread = 0;            ///< at least kLeastCommonSpread
+  std::vector<bool> shared_by;  ///< per quantity
+};
+
+/// The upper 80 % confidence limit of the common spread, by the Q-profile method over all
+/// quantities that share it. With few arms, many quantities together determine the spread far
+/// better than each one alone. It is not shared by quantities whose mean is within three of its
+/// standard deviations of zero, nor by those that contradict the spread of the others (1 %, over
+/// all quantities).
+/// @return  nullopt if fewer than kMinCommonFreedom degrees of freedom remain
+std::optional<CommonSpread> CommonSpreadOf(std::span<const std::vector<Estimate>> quantities);
 
 /// Standard deviation of quantities with mean zero that is the same for all, its upper 80 %
 /// confidence limit as above; 0 if the estimates are within their own errors.

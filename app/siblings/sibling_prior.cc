@@ -11,6 +11,8 @@
 namespace plumbline::siblings {
 namespace {
 
+constexpr double kMinFleetDeviations = 3;  // of a fleet's mean from zero
+
 /// Sizes found in at least two, and at least half, of the arms, in order of first appearance.
 std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
   std::vector<SizeKey> keys;
@@ -39,7 +41,7 @@ std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
 std::vector<SizeKey> IndividualSizes(const model::CellModel& cell) {
   std::vector<SizeKey> keys;
   for (const effects::Effect* effect : effects::Catalogue()) {
-    if (!effect->traits().individual) continue;
+    if (!effect->traits().zero_mean_over_arms) continue;
     for (std::size_t joint = 0; joint < cell.robot.joints.size(); ++joint) {
       if (cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
       effects::TermParameter parameter;
@@ -103,7 +105,8 @@ std::vector<Eigen::Index> ShownPlaces(const std::vector<SizeKey>& keys,
   std::vector<Eigen::Index> shown;
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const auto at = static_cast<Eigen::Index>(k);
-    const bool individual = keys[k].effect->traits().individual && prior[k].pooled.mean == 0;
+    const bool individual =
+        keys[k].effect->traits().zero_mean_over_arms && prior[k].pooled.mean == 0;
     if (individual && covariance(at, at) > kHardly * std::pow(prior[k].pooled.next_sd(), 2))
       continue;
     shown.push_back(at);
@@ -139,19 +142,25 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
   }
   std::vector<SizePrior> prior;
   const std::span<const std::vector<Estimate>> of_common(estimates.data(), common_keys);
-  const std::optional<double> common = CommonSpread(of_common);
-  for (std::size_t k = 0; k < common_keys; ++k) {
-    const std::optional<Pooled> pooled = PoolEstimates(estimates[k], common);
-    if (pooled) prior.push_back({keys[k], *pooled});
+  const std::optional<CommonSpread> common = CommonSpreadOf(of_common);
+  std::vector<std::size_t> of_own;  // sizes that each arm has of its own
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const bool shares = k < common_keys && common && common->shared_by[k];
+    const std::optional<Pooled> pooled =
+        PoolEstimates(estimates[k], shares ? std::optional(common->spread) : std::nullopt);
+    if (!pooled) continue;
+    const bool zero_mean = keys[k].effect->traits().zero_mean_over_arms &&
+                           std::abs(pooled->mean) < kMinFleetDeviations * pooled->mean_sd;
+    if (zero_mean) of_own.push_back(k);
+    if (!zero_mean && k < common_keys) prior.push_back({keys[k], *pooled});
   }
   std::vector<Estimate> individual;
-  for (std::size_t k = common_keys; k < keys.size(); ++k)
+  for (const std::size_t k : of_own)
     individual.insert(individual.end(), estimates[k].begin(), estimates[k].end());
   const double spread = SpreadAboutZero(individual);
-  for (std::size_t k = common_keys; k < keys.size() && spread > 0; ++k) {
-    if (!estimates[k].empty())
-      prior.push_back({keys[k], {0, spread, 0, static_cast<int>(estimates[k].size())}});
-  }
+  if (!(spread > 0)) return prior;
+  for (const std::size_t k : of_own)
+    prior.push_back({keys[k], {0, spread, 0, static_cast<int>(estimates[k].size())}});
   return prior;
 }
 

@@ -15,10 +15,9 @@ struct SizePrior {
 };
 
 /// Sizes that at least two, and at least half, of the arms show, fitted jointly in every arm, so
-/// that arms in which a size was not selected take part, too. A mean near zero is knowledge as
-/// well: it shows which sizes differ from arm to arm, and by how much. With
-/// them come the sizes that every arm has of its own (EffectTraits::individual), with mean zero and
-/// one spread for all joints, if the siblings show that they have them.
+/// that arms in which a size was not selected take part, too. With them come the sizes that every
+/// arm has of its own (EffectTraits::zero_mean_over_arms), with mean zero and one spread for all
+/// joints: its upper 80 % limit, so that they are usually included even if the siblings have none.
 /// @param notes  receives a sentence for each arm in which they cannot be fitted
 std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
                                  std::vector<std::string>& notes);

@@ -77,10 +77,8 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
     const model::WrittenEffect written = effects::WrittenFromActive(effect, effect.covariance);
     answer.doubts.push_back(
         {written.id, written.scope,
-         effect.term.effect->traits().individual
-             ? "each arm has its own, and siblings show only how large it usually is; these rows "
-               "do "
-               "not separate it from its rivals"
+         effect.term.effect->traits().zero_mean_over_arms
+             ? "each arm has its own: siblings show only how large it usually is"
              : "it was taken from siblings; these rows do not separate it from its rivals"});
   }
   answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
@@ -100,6 +98,11 @@ bool PredictedByMean(const diagnosis::SiblingEvidence& evidence, double noise_m)
   const double declared2 = evidence.declared_m * evidence.declared_m - noise2;
   const double left2 = evidence.predicted_m * evidence.predicted_m - noise2;
   return declared2 > 0 && left2 < (1 - kMost) * declared2;
+}
+
+bool IsZero(const effects::ActiveEffect& effect) {
+  return std::all_of(effect.values.begin(), effect.values.end(),
+                     [](double value) { return value == 0; });
 }
 
 /// Below this probability the arm counts as different from its siblings. The level is approximate:
@@ -147,6 +150,7 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   if (options.order_unknown) arm.rows.recorded.order = false;
   const std::vector<effects::ActiveEffect> mean = MeanEffectsOf(prior, cell);
   for (const effects::ActiveEffect& effect : mean) {
+    if (IsZero(effect)) continue;  // each arm has its own
     diagnosis::Finding& common = evidence.common.emplace_back();
     common.effect = effect;
     common.covariance = effect.covariance;
@@ -180,18 +184,19 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   const std::string errors = fmt::format(
       "the held-out error is {:.3f} mm with them and {:.3f} mm without",
       kMmPerMetre * evidence.held_out_with_m, kMmPerMetre * evidence.held_out_without_m);
-  const double gain = GainWith(*with, *without, *factor).value_or(0);
+  const std::optional<double> gain = GainInStandardErrors(*with, *without, *factor);
+  if (!gain)
+    return not_used("fewer than three rows can be held out, so that nothing confirms them");
   const bool predicted_well = PredictedByMean(evidence, without->noise_floor_m);
-  if (gain < -1) return not_used(errors + ", clearly worse");
-  if (gain <= 1 && !predicted_well) return not_used(errors + ", no clear gain");
+  if (*gain < -1) return not_used(errors + ", clearly worse");
+  if (*gain <= 1 && !predicted_well) return not_used(errors + ", no clear gain");
   evidence.used = true;
   answer = std::move(with).value();
   StateErrorsBefore(*without, answer);
   AddFindings(posterior->effects, "siblings: " + Names(evidence.arms), answer);
   std::vector<std::string> ids;
-  for (const effects::ActiveEffect& effect : posterior->effects) {
-    ids.emplace_back(effect.term.effect->traits().id);
-  }
+  for (const diagnosis::Finding& finding : evidence.common)
+    ids.emplace_back(finding.effect.term.effect->traits().id);
   evidence.applied = posterior->effects;
   evidence.reason = fmt::format(
       "the first effects are what they have in common ({}), adjusted to these rows. The declared "

@@ -36,8 +36,8 @@ void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis
   }
 }
 
-std::optional<double> GainWith(const diagnosis::Diagnosis& with,
-                               const diagnosis::Diagnosis& without, double factor) {
+std::optional<double> GainInStandardErrors(const diagnosis::Diagnosis& with,
+                                           const diagnosis::Diagnosis& without, double factor) {
   const auto written = [](const diagnosis::Diagnosis& answer, const diagnosis::RowTrace& row) {
     return answer.withheld.empty() ? row.held_out_after : row.held_out_before;
   };

@@ -23,8 +23,8 @@ std::optional<double> HeldOutOf(const diagnosis::Diagnosis& answer);
 /// nullopt with fewer than three rows. More than one is clearly better, less than -1 clearly worse
 /// (a judgement; few rows rarely show more).
 /// @param factor  applied to the errors with them
-std::optional<double> GainWith(const diagnosis::Diagnosis& with,
-                               const diagnosis::Diagnosis& without, double factor);
+std::optional<double> GainInStandardErrors(const diagnosis::Diagnosis& with,
+                                           const diagnosis::Diagnosis& without, double factor);
 
 /// Replaces the errors before correction by those under the declared cell, by line.
 void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis& with);

@@ -146,7 +146,7 @@ struct EffectTraits {
   bool of_arm = false;
   /// Each arm has a size of its own, zero on average over the arms of one model, as its mastering
   /// leaves it.
-  bool individual = false;
+  bool zero_mean_over_arms = false;
 
   /// The word names the camera whose rows the effect changes; see Conditions::camera_name.
   bool of_one_camera = false;

@@ -20,7 +20,7 @@ struct JointOffsetFormula {
         .confused_with = {"backlash", "gear_ratio", "link_geometry", "base_frame", "tool_frame"},
         .per_joint = true,
         .of_arm = true,
-        .individual = true};
+        .zero_mean_over_arms = true};
   }
 
   template <typename T>

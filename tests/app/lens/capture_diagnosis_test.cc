@@ -137,7 +137,7 @@ TEST_CASE("a refusal states the uncertainty that its cause leaves, and that much
     const std::size_t at = reasons.find(kWords);
     if (refused.accepted || at == std::string::npos) continue;
     ++stated;
-    options.acceptable_px = 1.06 * std::stod(reasons.substr(at + std::strlen(kWords)));  // rounded
+    options.acceptable_px = std::stod(reasons.substr(at + std::strlen(kWords)));
     INFO("seed " << seed << "\n" << reasons);
     CHECK(CalibrationOf("window pane, parallel", seed, nullptr, options).accepted);
   }
@@ -166,6 +166,8 @@ TEST_CASE("a board that moves under a rolling shutter is not a moved lens") {
 }
 
 TEST_CASE("a window is named, tilted or not, or the stated uncertainty includes its effect") {
+  // Parallel windows hardly show: one of these is beyond three claimed standard deviations, which
+  // the evaluation counts as a false acceptance (tests/lens_captures/README.md).
   int named = 0, beyond = 0;
   for (const char* name : {"window pane, parallel", "window pane, tilted"}) {
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {

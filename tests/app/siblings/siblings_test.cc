@@ -150,22 +150,28 @@ TEST_CASE("quantities of one fleet have a common spread, except those that contr
             {value * (1 + kSpread * normal(generator)) + sd * normal(generator), sd});
       }
     }
-    const auto common = CommonSpread(quantities);
+    const auto common = CommonSpreadOf(quantities);
     REQUIRE(common);
-    above += *common > kSpread ? 1 : 0;
-    mean += *common / kFleets;
-    largest = std::max(largest, *common);
+    above += common->spread > kSpread ? 1 : 0;
+    mean += common->spread / kFleets;
+    largest = std::max(largest, common->spread);
   }
   CHECK(above > 0.74 * kFleets);
   CHECK(above < 0.87 * kFleets);
   CHECK(mean < 1.4 * kSpread);
   CHECK(largest < 3 * kSpread);
-  // One size alone would have its own upper limit, which few arms hardly bound.
+  // Neither a size that differs more than the others nor one near zero shares their spread.
   const std::vector<Estimate> alike{{1, 0.01}, {1.01, 0.01}, {0.99, 0.01}, {1, 0.01}};
   const std::vector<Estimate> apart{{1, 0.01}, {2, 0.01}, {0.5, 0.01}, {1.4, 0.01}};
-  CHECK(PoolEstimates(alike, 0.03)->between_sd == Approx(0.03).epsilon(0.01));
-  CHECK(PoolEstimates(apart, 0.03)->between_sd > 0.5);
-  CHECK_FALSE(CommonSpread(std::vector<std::vector<Estimate>>{alike, apart}));  // too few
+  const std::vector<Estimate> zero{{0.1, 0.05}, {-0.1, 0.05}, {0.08, 0.05}, {-0.05, 0.05}};
+  const auto common =
+      CommonSpreadOf(std::vector<std::vector<Estimate>>{alike, apart, alike, zero, alike});
+  REQUIRE(common);
+  CHECK(common->shared_by == std::vector<bool>{true, false, true, false, true});
+  CHECK(PoolEstimates(alike, common->spread)->between_sd == Approx(common->spread).epsilon(0.01));
+  CHECK(PoolEstimates(apart)->between_sd > 0.5);
+  CHECK(PoolEstimates(zero)->between_sd > 0.05);
+  CHECK_FALSE(CommonSpreadOf(std::vector<std::vector<Estimate>>{alike, apart}));  // too few
 }
 
 TEST_CASE("the spread of sizes that are zero on average is an upper limit, or zero") {
