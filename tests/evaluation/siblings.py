@@ -8,8 +8,8 @@ arms draw three effects anew; with five to draw from, at least one is shared, wi
 quarter of the rows with siblings reaches the error of all rows (median ratio at most 1); for a different arm
 never worse than without siblings by more than 5 %. Exit code 1 if a goal is missed.
 
-Printed besides: the error of the best possible answer from a quarter of the rows, by a Bayesian fit that is
-given the hidden effects, their true mean over the fleet and their true spread.
+Printed besides: the error of the linearised Bayes estimate from a quarter of the rows that is given the hidden
+effects, their true mean over the fleet and their true spread.
 """
 
 import csv
