@@ -85,6 +85,7 @@ std::vector<Sums> SumsOfPoses(const LinearProblem& problem, const Eigen::VectorX
     pose.count += problem.layout().count(j);
   }
   std::vector<Sums> sums;
+  sums.reserve(poses.size());
   for (const auto& [index, pose] : poses) sums.push_back(pose);
   return sums;
 }

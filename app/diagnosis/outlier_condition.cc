@@ -203,6 +203,7 @@ std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
   const std::size_t quarter = poses.size() / 4;
   if (quarter < static_cast<std::size_t>(kMinRuns)) return std::nullopt;
   std::vector<double> sorted;
+  sorted.reserve(poses.size());
   for (const auto& [row, size] : poses) sorted.push_back(size);
   std::nth_element(sorted.begin(), sorted.end() - static_cast<std::ptrdiff_t>(quarter),
                    sorted.end());

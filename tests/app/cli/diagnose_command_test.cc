@@ -191,7 +191,8 @@ TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis star
   } else {
     WARN("SKIPPED: weasyprint is not installed");
   }
-  const std::string path = std::getenv("PATH");
+  const char* known = std::getenv("PATH");
+  const std::string path = known != nullptr ? known : "";
   setenv("PATH", "/nonexistent", 1);
   bool started = false;
   CHECK(desk.Run([&started](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
