@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/student.h"
@@ -131,6 +132,7 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
   const double freedom = problem.freedom() - static_cast<double>(named.cols()) - 1;
   if (freedom < 1) return std::nullopt;
   std::optional<LoadDirection> largest;
+  std::vector<int> tested;
   for (const auto& [joint, compliance] : joints) {
     const Eigen::Index at = compliance.column;
     Eigen::MatrixXd term = problem.Carried({I::kLoadShare * model::kMaxJoints + joint},
@@ -140,6 +142,7 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
     const Eigen::VectorXd parts = qr.solve(term);
     term -= named * lengths.cwiseInverse().cwiseProduct(parts);
     if (!(term.norm() > kCollinear * length)) continue;  // the torque has one direction
+    tested.push_back(joint);
     LoadDirection one;
     one.effect = compliance.effect;
     one.joint = joint;
@@ -158,6 +161,7 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
     one.negative = c - a;
     if (!largest || one.t > largest->t) largest = one;
   }
+  if (largest) largest->tested = std::move(tested);
   return largest;
 }
 

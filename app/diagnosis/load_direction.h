@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/diagnosis/identify.h"
 
@@ -18,6 +19,9 @@ namespace plumbline::diagnosis {
 /// no single pose decides, t is the least of those with one pose left out; the other columns are
 /// not fitted again.
 struct LoadDirection {
+  /// The joints tested, 0-based. A joint whose torque has one direction in all rows is not: these
+  /// rows cannot show how it yields in the other.
+  std::vector<int> tested{};
   std::string effect;   ///< id of the effect that names the compliance
   int joint = 0;        ///< 0-based
   double t = 0;         ///< absolute value

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/lack_of_fit.h"
 #include "app/diagnosis/load_direction.h"
 #include "app/diagnosis/nuisances.h"
@@ -159,17 +160,19 @@ ExplanationCheck LoadDirectionCheck(const LoadDirection& found) {
   check.figure = found.t;
   check.limit = found.limit;
   check.passed = !found.significant();
+  std::vector<std::string> axes;
+  axes.reserve(found.tested.size());
+  for (const int joint : found.tested) axes.push_back(std::to_string(joint + 1));
   check.sentence = fmt::format(
-      "no residual follows the size of the gravity torque of a joint whose compliance is named "
-      "(largest t = {:.1f}, limit {:.1f})",
-      found.t, found.limit);
+      "the residual does not follow the size of the gravity torque of axis {} (largest t = {:.1f}, "
+      "limit {:.1f}); an axis whose torque has one direction in all rows is not tested",
+      Listed(axes), found.t, found.limit);
   if (check.passed) return check;
   check.sentence = fmt::format(
       "axis {0}: the residual follows the size of its gravity torque (t = {1:.1f}, at most {2:.1f} "
       "by chance), as if it yielded by {3:.2g} rad/(N m) under a positive torque and by {4:.2g} "
-      "under a negative one; a compliance that depends on the direction of the load, or friction "
-      "on "
-      "arrivals from one side, would do this",
+      "under a negative one; a compliance that depends on the direction of the load, or "
+      "friction on arrivals from one side, would do this",
       found.joint + 1, found.t, found.limit, found.positive, found.negative);
   return check;
 }

@@ -237,8 +237,7 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
 std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
   return fmt::format(
       "even so, the projection would be uncertain by {} in the best half of the image or more, but "
-      "at "
-      "most {:.2g} px is acceptable",
+      "at most {:.2g} px is acceptable",
       RoundedUp(least_px), acceptable_px);
 }
 
