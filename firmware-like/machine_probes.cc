@@ -134,8 +134,13 @@ void Machine::ReportPrediction(const Prediction& at) {
   prediction.translation_B.setZero();
   prediction.rotation_B.setZero();
   prediction.extrapolated =
-      deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg, probe.temp_C,
-                                ConditionsOf(at.payload).t_s, at.payload.tool, at.payload.item);
+      deflection::OutsideDomain(config_.cell, {.q = probe.q,
+                                               .payload_kg = at.payload.mass_kg,
+                                               .temp_C = probe.temp_C,
+                                               .t_s = ConditionsOf(at.payload).t_s,
+                                               .tool = at.payload.tool,
+                                               .item = at.payload.item,
+                                               .tau = at.state.tau});
   corrector_.StateRadius(at.payload, ConditionsOf(at.payload), Vec3::Zero(), prediction);
 }
 

@@ -136,9 +136,13 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
                     "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                     poses.file, row.line, load.modelled.mass_kg)};
   }
-  const bool outside =
-      deflection::OutsideDomain(session.cell, row.q, load.mass_kg, row.temp_C, moment.t_s,
-                                load.modelled.tool, load.modelled.item);
+  const bool outside = deflection::OutsideDomain(session.cell, {.q = row.q,
+                                                                .payload_kg = load.mass_kg,
+                                                                .temp_C = row.temp_C,
+                                                                .t_s = moment.t_s,
+                                                                .tool = load.modelled.tool,
+                                                                .item = load.modelled.item,
+                                                                .tau = state.tau});
   const bool extrapolated = outside || session.arm.LacksColumn(moment) ||
                             PayloadNotRecorded(session.cell, poses) ||
                             EventStateUnknown(session.arm, moment);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/config/limits.h"
 #include "app/config/model_fingerprint.h"
@@ -81,6 +82,35 @@ std::vector<model::JointCombination> CombinationsFrom(const TomlTable& table, in
   return combinations;
 }
 
+std::vector<model::JointLoad> JointLoadsFrom(const TomlTable& table, int joints) {
+  constexpr const char* kKey = "joint_loads_Nm";
+  std::vector<model::JointLoad> loads;
+  const auto rows = table.Rows(kKey, {-1e9, 1e9});
+  if (!rows) return loads;
+  if (rows->cols() != 3) {
+    table.AddFault(kKey, "is not a list of [joint, lowest load, highest load]");
+    return loads;
+  }
+  for (Eigen::Index row = 0; row < rows->rows(); ++row) {
+    const double number = (*rows)(row, 0), low = (*rows)(row, 1), high = (*rows)(row, 2);
+    if (number != std::floor(number) || number < 1 || number > joints) {
+      table.AddFault(kKey, fmt::format("names joint {:g}; the joints are 1 to {}", number, joints));
+      continue;
+    }
+    const auto joint = static_cast<int>(number) - 1;
+    if (low > high) {
+      table.AddFault(kKey,
+                     fmt::format("has the lowest load of joint {} above its highest", joint + 1));
+    }
+    if (std::any_of(loads.begin(), loads.end(),
+                    [&](const model::JointLoad& load) { return load.joint == joint; })) {
+      table.AddFault(kKey, fmt::format("has joint {} twice", joint + 1));
+    }
+    loads.push_back({joint, {low, high}});
+  }
+  return loads;
+}
+
 /// The residual of held-out rows is valid only for the exact model that was validated with them.
 void CheckFingerprint(const TomlTable& table, const TomlDocument& document, model::Domain& domain) {
   const auto written = table.String("fingerprint");
@@ -113,6 +143,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
     table.AddMissing("q_deg", "one pair [low, high] per joint");
   }
   domain.combinations = CombinationsFrom(table, robot.size());
+  domain.joint_loads = JointLoadsFrom(table, robot.size());
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
   domain.tools = table.Integers("tools", 0, kLargestNumber).value_or(std::vector<int>());
   domain.payload_items = table.Integers("payload_items", 0, kLargestNumber);

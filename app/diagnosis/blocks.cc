@@ -37,10 +37,10 @@ double BlockColumn::Largest() const {
   return std::max(std::abs(plausible.low), std::abs(plausible.high));
 }
 
-model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,
+model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec, std::string_view word,
                                std::uint32_t prismatic, int joint) {
   const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
-  const model::Interval& range = effects::PlausibleOf(parameter, prismatic, joint);
+  const model::Interval range = effects::PlausibleOf(parameter, word, prismatic, joint);
   if (parameter.inverse) return {0, 1 / std::max(1e-9, range.low)};
   return {range.low * parameter.to_SI, range.high * parameter.to_SI};
 }
@@ -126,7 +126,7 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
     const effects::TermParameter& own = block.term.parameters[k];
-    column.plausible = PlausibleSizes(traits, own.spec, block.term.prismatic, own.joint);
+    column.plausible = PlausibleSizes(traits, own.spec, word, block.term.prismatic, own.joint);
   }
   block.units = independent_parameters ? static_cast<int>(count) : 1;
   return block;

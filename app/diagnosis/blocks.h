@@ -50,7 +50,8 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
 /// @param spec  index into the effect's parameters
 /// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
 model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,
-                               std::uint32_t prismatic = 0, int joint = -1);
+                               std::string_view word = {}, std::uint32_t prismatic = 0,
+                               int joint = -1);
 
 /// True if a refit adjusts a shape of the block: a time constant, or non-integer cycles per turn.
 bool HasContinuousShape(const Block& block);

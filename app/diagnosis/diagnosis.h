@@ -192,6 +192,16 @@ struct References {
   std::vector<Contradiction> set_aside;      ///< not used
 };
 
+/// Rows under a condition that the model does not fit as it fits the others.
+struct Misfit {
+  RowCondition condition;
+  bool larger_residuals = false;  ///< otherwise they are rejected
+  /// Whether nothing else explains them. If they were measured in one or two stretches, a
+  /// disturbance at that time looks alike.
+  bool certain = true;
+  bool outside_domain = true;  ///< false if there would be too few rows left
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
@@ -226,12 +236,7 @@ struct Diagnosis {
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;
-  /// The condition that the rejected rows share ("payload_kg of 80 or more"), or under which
-  /// residuals are larger; empty if none.
-  std::string outlier_condition;
-  bool larger_residuals = false;  ///< under `outlier_condition`; not only rejected rows
-  /// Rows under this condition are outside the domain.
-  std::optional<RowCondition> excluded;
+  std::optional<Misfit> misfit;
   /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
   /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;

@@ -128,15 +128,16 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
 
 /// What the named effects leave.
 std::string UnknownPart(const Diagnosis& diagnosis) {
-  if (diagnosis.drivers == std::vector<std::string>{"artefact"} ||
-      diagnosis.drivers == std::vector<std::string>{"camera"}) {
-    return "something in the rejected rows with " + diagnosis.outlier_condition +
+  const bool certain = diagnosis.misfit && diagnosis.misfit->certain;
+  if (certain && (diagnosis.drivers == std::vector<std::string>{"artefact"} ||
+                  diagnosis.drivers == std::vector<std::string>{"camera"})) {
+    return "something in the rejected rows with " + TextOf(diagnosis.misfit->condition) +
            ", which may have moved";
   }
-  if (!diagnosis.outlier_condition.empty() && diagnosis.drivers.size() == 1) {
+  if (certain && diagnosis.drivers.size() == 1) {
     return std::string("an effect outside the catalogue, or larger noise, in the ") +
-           (diagnosis.larger_residuals ? "rows with " : "rejected rows with ") +
-           diagnosis.outlier_condition;
+           (diagnosis.misfit->larger_residuals ? "rows with " : "rejected rows with ") +
+           TextOf(diagnosis.misfit->condition);
   }
   if (!diagnosis.drivers.empty()) {
     return "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);

@@ -138,6 +138,14 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
     }
     text += "]\n";
   }
+  if (!domain.joint_loads.empty()) {
+    text += "joint_loads_Nm = [\n";
+    for (const model::JointLoad& load : domain.joint_loads) {
+      text += fmt::format("  [{}, {}, {}],\n", load.joint + 1, NumberText(load.range.low),
+                          NumberText(load.range.high));
+    }
+    text += "]\n";
+  }
   if (!domain.tools.empty()) text += fmt::format("tools = [{}]\n", fmt::join(domain.tools, ", "));
   if (domain.payload_items) {
     text += fmt::format("payload_items = [{}]\n", fmt::join(*domain.payload_items, ", "));

@@ -8,14 +8,11 @@
 #include <vector>
 
 #include "app/diagnosis/thresholds.h"
-#include "firmware-like/statistics/median.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kMinRuns = 3;
-constexpr int kMinStretches = 3;  // in which the residuals are larger
-constexpr double kMinRatio = 2;   // larger, at least
 
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
@@ -142,27 +139,6 @@ std::string NumberText(const std::optional<int>& number) {
   return number ? std::to_string(*number) : std::string();
 }
 
-/// The first row of each pose, in the order of the file, with the mean size of its visits.
-std::vector<std::pair<RowIndex, double>> MeanOfPoses(const Dataset& data,
-                                                     const PerRow<double>& sizes) {
-  std::map<ClusterIndex, std::pair<double, int>> sums;
-  for (const RowIndex row : data.row_indices()) {
-    if (data.numbers[row].count == 0) continue;
-    auto& [sum, visits] = sums[data.cluster_of[row]];
-    sum += sizes[row];
-    ++visits;
-  }
-  std::vector<std::pair<RowIndex, double>> poses;
-  for (const RowIndex row : data.row_indices()) {
-    if (data.numbers[row].count == 0) continue;
-    const auto pose = sums.find(data.cluster_of[row]);
-    if (pose == sums.end()) continue;
-    poses.emplace_back(row, pose->second.first / pose->second.second);
-    sums.erase(pose);
-  }
-  return poses;
-}
-
 }  // namespace
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
@@ -195,43 +171,6 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
       std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));
   if (runs < kMinRuns) return std::nullopt;
   return LimitOf(data, counted, rejected, runs);
-}
-
-std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
-                                                   const PerRow<double>& sizes) {
-  const std::vector<std::pair<RowIndex, double>> poses = MeanOfPoses(data, sizes);
-  const std::size_t quarter = poses.size() / 4;
-  if (quarter < static_cast<std::size_t>(kMinRuns)) return std::nullopt;
-  std::vector<double> sorted;
-  sorted.reserve(poses.size());
-  for (const auto& [row, size] : poses) sorted.push_back(size);
-  std::nth_element(sorted.begin(), sorted.end() - static_cast<std::ptrdiff_t>(quarter),
-                   sorted.end());
-  const double limit = *(sorted.end() - static_cast<std::ptrdiff_t>(quarter));
-  PerRow<bool> large(sizes.size(), false);
-  std::vector<RowIndex> rows;
-  int count = 0;
-  for (const auto& [row, size] : poses) {
-    rows.push_back(row);
-    large[row] = size >= limit;
-    count += large[row] ? 1 : 0;
-  }
-  const std::optional<OutlierCondition> found = LimitOf(data, rows, large, count);
-  if (!found) return std::nullopt;
-  std::vector<double> inside, outside;
-  int stretches = 0;
-  bool before = false;
-  for (const auto& [row, size] : poses) {
-    const bool meets = Meets(found->condition, data, row);
-    (meets ? inside : outside).push_back(size);
-    stretches += meets && !before ? 1 : 0;
-    before = meets;
-  }
-  ScatterCondition scatter{found->condition, found->rows, found->rejected,
-                           static_cast<int>(poses.size()),
-                           statistics::MedianOf(inside) / statistics::MedianOf(outside)};
-  if (stretches < kMinStretches || !(scatter.ratio >= kMinRatio)) return std::nullopt;
-  return scatter;
 }
 
 bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {

@@ -30,23 +30,6 @@ struct OutlierCondition {
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
 
-/// A condition under which residuals are larger.
-struct ScatterCondition {
-  RowCondition condition;
-  int poses = 0;               ///< under it
-  int in_largest_quarter = 0;  ///< of these, with residuals in the largest quarter of all poses
-  int of_poses = 0;            ///< of all
-  double ratio = 0;            ///< median residual there over that of the other poses
-};
-
-/// The condition under which residuals are larger, if chance does not explain it: as in
-/// ConditionOfOutliers, with the quarter of the poses that have the largest residuals in place of
-/// rejected rows. The median residual there is at least twice that of the others, and the condition
-/// came and went at least three times, so that it is not one disturbed stretch of time.
-/// @param sizes  of the residuals in units of the noise; a pose has the mean of its visits
-std::optional<ScatterCondition> ConditionOfScatter(const Dataset& data,
-                                                   const PerRow<double>& sizes);
-
 /// Whether a row is one of those of a condition on a recorded signal, a tool or a payload item;
 /// false for the other conditions.
 bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row);

@@ -32,7 +32,8 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
     const std::uint32_t prismatic = effect.term.prismatic;
     const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
-    const model::Interval& plausible = effects::PlausibleOf(spec, prismatic, parameter.joint);
+    const model::Interval plausible =
+        effects::PlausibleOf(spec, effect.term.word, prismatic, parameter.joint);
     if (!plausible.Contains(in_file)) {
       return {
           fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a healthy machine",

@@ -7,6 +7,7 @@
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/joint_combinations.h"
+#include "app/diagnosis/joint_loads.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/residual_spread.h"
@@ -16,12 +17,26 @@
 namespace plumbline::diagnosis {
 namespace {
 
-/// The problem in which rows under a condition that contradicts the others have no weight.
-FitProblem WithoutExcluded(FitProblem problem, const std::optional<RowCondition>& excluded) {
+/// The problem in which rows that the model does not fit have no weight.
+FitProblem WithoutMisfit(FitProblem problem, const std::optional<Misfit>& misfit) {
+  if (!misfit || !misfit->outside_domain) return problem;
   for (const RowIndex row : problem.weights.indices()) {
-    if (excluded && Meets(*excluded, problem.data, row)) problem.weights[row] = 0;
+    if (Meets(misfit->condition, problem.data, row)) problem.weights[row] = 0;
   }
   return problem;
+}
+
+/// Note on joints that yield and were loaded in one direction only.
+void AddLoadNote(const std::vector<model::JointLoad>& loads, Diagnosis& diagnosis) {
+  std::vector<std::string> joints;
+  for (const model::JointLoad& load : loads) {
+    joints.push_back(fmt::format("q{}", load.joint + 1));
+  }
+  if (joints.empty()) return;
+  diagnosis.notes.push_back(
+      fmt::format("too few poses load {} in both directions to show that the joint yields alike: "
+                  "points that load it in the other direction are outside [domain]",
+                  Listed(joints, "or")));
 }
 
 /// A correction fades with the distance from the measured poses unless its causes are confirmed.
@@ -88,8 +103,10 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
 
 void AddDomain(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  const FitProblem validated = WithoutExcluded(fit.problem, diagnosis.excluded);
+  const FitProblem validated = WithoutMisfit(fit.problem, diagnosis.misfit);
   AddFramesAndDomain(validated, corrected.model, diagnosis);
+  diagnosis.domain.joint_loads = JointLoadsOf(validated, corrected.model);
+  AddLoadNote(diagnosis.domain.joint_loads, diagnosis);
   AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&

@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/lack_of_fit.h"
+#include "app/diagnosis/larger_residuals.h"
 #include "app/diagnosis/load_direction.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/outlier_condition.h"
@@ -100,28 +101,58 @@ const char* WordsOf(const RowCondition& condition) {
          "distinguish these; if it is noise, state that of each row in the column sigma_mm";
 }
 
-/// Rejected rows that share a condition, or larger residuals under one: what acts there is unknown.
-void AddOutlierCondition(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  std::optional<RowCondition> condition;
-  const std::optional<OutlierCondition> found = ConditionOfOutliers(data, fit.problem.weights);
-  if (found) {
-    diagnosis.excluded = condition = found->condition;
+/// "lines 12 to 40": where rows are in the file.
+std::string LinesText(const Dataset& data, const LargerResiduals& rows) {
+  return fmt::format("lines {} to {}", data.measured(rows.first).line,
+                     data.measured(rows.last).line);
+}
+
+/// Note on residuals that are larger under a condition.
+std::string NoteOf(const Dataset& data, const LargerUnderCondition& larger, bool certain) {
+  const std::string text = fmt::format(
+      "residuals of the {} poses with {} are {:.1f} times as large as those of the other "
+      "{} (medians)",
+      larger.poses, TextOf(larger.condition), larger.ratio, larger.of_poses - larger.poses);
+  if (certain) return text + ": " + WordsOf(larger.condition);
+  return fmt::format(
+      "{}, but they were measured at one time ({}): a disturbance of the instrument then would "
+      "look "
+      "alike. Such points are outside [domain]; measure some again at another time",
+      text, LinesText(data, larger));
+}
+
+/// Larger residuals under a condition, or for a while: what acts there or then is unknown.
+void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  constexpr int kMinStretches = 3;
+  const PerRow<double> sizes = SizesOf(data, fit);
+  if (const auto larger = LargerUnderSomeCondition(data, sizes)) {
+    const bool certain = larger->stretches >= kMinStretches;
+    diagnosis.misfit = {larger->condition, true, certain, 2 * larger->poses <= larger->of_poses};
+    diagnosis.notes.push_back(NoteOf(data, *larger, certain));
+  } else if (const auto for_a_while = LargerInSomeStretch(data, sizes)) {
+    diagnosis.notes.push_back(fmt::format(
+        "residuals of {} successive poses ({}) are {:.1f} times as large as those of the other {} "
+        "(medians): the instrument or the arm was disturbed then, or something acted that no "
+        "column records. No radius covers its return; find out what happened, and measure these "
+        "poses again",
+        for_a_while->poses, LinesText(data, *for_a_while), for_a_while->ratio,
+        for_a_while->of_poses - for_a_while->poses));
+  }
+}
+
+/// Rows under a condition that were rejected, or whose residuals are larger: what acts there is
+/// unknown.
+void AddMisfit(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  if (const auto found = ConditionOfOutliers(data, fit.problem.weights)) {
+    diagnosis.misfit = {found->condition};
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
                                           WordsOf(found->condition)));
-  } else if (const auto scatter = ConditionOfScatter(data, SizesOf(data, fit))) {
-    condition = scatter->condition;
-    if (2 * scatter->poses <= scatter->of_poses) diagnosis.excluded = condition;
-    diagnosis.larger_residuals = true;
-    diagnosis.notes.push_back(fmt::format(
-        "residuals are {:.1f} times as large with {} as elsewhere ({} of {} poses are among the "
-        "quarter with the largest residuals): {}",
-        scatter->ratio, TextOf(scatter->condition), scatter->in_largest_quarter, scatter->poses,
-        WordsOf(scatter->condition)));
+  } else {
+    AddLargerResiduals(data, fit, diagnosis);
   }
-  if (!condition) return;
-  diagnosis.outlier_condition = TextOf(*condition);
-  AddEach({condition->column}, diagnosis.drivers);
+  if (!diagnosis.misfit || !diagnosis.misfit->certain) return;
+  AddEach({diagnosis.misfit->condition.column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }
 
@@ -221,7 +252,7 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddOutlierCondition(data, fit, diagnosis);
+  AddMisfit(data, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
   CheckLoadDirection(found, diagnosis);
   if (!rough) return;

@@ -227,7 +227,7 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
                distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated, tools, payload_items] = domain;
+               as_validated, tools, payload_items, joint_loads] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -236,6 +236,9 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
     const std::string at = Numbered("domain.joint_combinations", i);
     values.Matrix(at + " (weights)", combinations[i].weights);
     values.Range(at + " (range, deg)", combinations[i].range, 1 / kRadPerDeg);
+  }
+  for (const model::JointLoad& load : joint_loads) {
+    values.Range(fmt::format("domain.joint_loads_Nm (q{})", load.joint + 1), load.range);
   }
   if (payload_kg) values.Range("domain.payload_kg", *payload_kg);
   for (std::size_t i = 0; i < payload_levels_kg.size(); ++i) {

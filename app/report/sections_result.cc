@@ -276,7 +276,8 @@ std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
            parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
            NumberHtml(shown.sd), Escape(unit == "1" ? "" : unit),
            spec != nullptr
-               ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.prismatic, joint), scale)
+               ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.word, term.prismatic, joint),
+                               scale)
                : ""});
     }
   }

@@ -187,7 +187,9 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   const std::optional<double> gain = GainInStandardErrors(*with, *without, *factor);
   if (!gain)
     return not_used("fewer than three rows can be held out, so that nothing confirms them");
-  const bool predicted_well = PredictedByMean(evidence, without->noise_floor_m);
+  // An arm whose own rows explain it loses that verdict with the siblings' unconfirmed causes.
+  const bool predicted_well = without->verdict != diagnosis::Verdict::kExplained &&
+                              PredictedByMean(evidence, without->noise_floor_m);
   if (*gain < -1) return not_used(errors + ", clearly worse");
   if (*gain <= 1 && !predicted_well) return not_used(errors + ", no clear gain");
   evidence.used = true;

@@ -147,10 +147,14 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
-  correction.extrapolated =
-      arm_.LacksColumn(conditions) ||
-      deflection::OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C,
-                                conditions.t_s, payload.tool, payload.item);
+  correction.extrapolated = arm_.LacksColumn(conditions) ||
+                            deflection::OutsideDomain(cell_, {.q = correction.q,
+                                                              .payload_kg = payload.mass_kg,
+                                                              .temp_C = conditions.temp_C,
+                                                              .t_s = conditions.t_s,
+                                                              .tool = payload.tool,
+                                                              .item = payload.item,
+                                                              .tau = state.tau});
 
   kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -190,10 +194,14 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
-  landing.extrapolated =
-      arm_.LacksColumn(conditions) ||
-      deflection::OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C,
-                                conditions.t_s, payload.tool, payload.item);
+  landing.extrapolated = arm_.LacksColumn(conditions) ||
+                         deflection::OutsideDomain(cell_, {.q = landing.q,
+                                                           .payload_kg = payload.mass_kg,
+                                                           .temp_C = conditions.temp_C,
+                                                           .t_s = conditions.t_s,
+                                                           .tool = payload.tool,
+                                                           .item = payload.item,
+                                                           .tau = state.tau});
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

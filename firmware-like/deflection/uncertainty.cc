@@ -111,6 +111,17 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
                       [&](double level) { return std::abs(payload_kg - level) <= tolerance_kg; });
 }
 
+/// True if a compliant joint carries a load that the fitted rows did not put on it.
+bool LoadedOtherwise(const model::Domain& domain, const model::JointVector& tau) {
+  return std::any_of(
+      domain.joint_loads.begin(), domain.joint_loads.end(), [&](const model::JointLoad& load) {
+        constexpr double kMost = 1 + kLoadTolerance;
+        return load.joint < tau.size() &&
+               !model::Interval{kMost * load.range.low, kMost * load.range.high}.Contains(
+                   tau[load.joint]);
+      });
+}
+
 }  // namespace
 
 bool ToolCovered(const model::CellModel& cell, int tool) {
@@ -126,29 +137,29 @@ bool ItemCovered(const model::CellModel& cell, int item) {
   return std::find(items.begin(), items.end(), item) != items.end();
 }
 
-bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
-                   std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s, int tool, int item) {
+bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at) {
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const model::Joint& joint = cell.robot.joints[k];
     const model::Interval interval =
         cell.domain ? cell.domain->q[k] : model::Interval{joint.min, joint.max};
-    if (!interval.Contains(q[i])) return true;
+    if (!interval.Contains(at.q[i])) return true;
   }
   if (!cell.domain) return false;
   for (const model::JointCombination& combination : cell.domain->combinations) {
-    if (!combination.range.Contains(combination.weights.dot(q))) return true;
+    if (!combination.range.Contains(combination.weights.dot(at.q))) return true;
   }
   const auto outside = [](const std::optional<model::Interval>& seen, std::optional<double> value) {
     return seen && value && !seen->Contains(*value);
   };
   for (const model::WrittenEffect& effect : cell.effects) {
-    if (outside(effect.seen_t_s, t_s)) return true;
+    if (outside(effect.seen_t_s, at.t_s)) return true;
   }
-  if (!ToolCovered(cell, tool) || !ItemCovered(cell, item)) return true;
-  return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C) ||
-         (payload_kg && BetweenLevels(*cell.domain, *payload_kg));
+  if (!ToolCovered(cell, at.tool) || !ItemCovered(cell, at.item)) return true;
+  return outside(cell.domain->payload_kg, at.payload_kg) ||
+         outside(cell.domain->temp_C, at.temp_C) ||
+         (at.payload_kg && BetweenLevels(*cell.domain, *at.payload_kg)) ||
+         LoadedOtherwise(*cell.domain, at.tau);
 }
 
 }  // namespace plumbline::deflection

@@ -38,15 +38,26 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
                       const loads::Payload& payload, const effects::Conditions& conditions,
                       EffectScratch& scratch);
 
+/// Where and under what conditions the tip is predicted. What is absent or empty is unknown.
+struct OperatingPoint {
+  model::JointVector q;  ///< commanded [rad] or [m]
+  std::optional<double> payload_kg;
+  std::optional<double> temp_C{};
+  std::optional<double> t_s{};
+  int tool = 0;              ///< index, see CellModel::ToolAt
+  int item = 0;              ///< number of the payload item, or 0 for none
+  model::JointVector tau{};  ///< gravity torques [N m], or forces [N] of prismatic joints
+};
+
+/// A load may exceed the largest one of the fitted rows by this share.
+inline constexpr double kLoadTolerance = 0.02;
+
 /// True if q, payload or temperature lie outside the domain of the model's fit, if a combination of
-/// joints that hardly varied in the fitted rows leaves its range, or if the time lies outside the
-/// fitted time span of a time-dependent effect, or no fitted row had this tool or payload item.
-/// Without a domain: true if q is outside the joint limits.
-/// @param tool  index, see CellModel::ToolAt
-/// @param item  number of the payload item, or 0 for none
-bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
-                   std::optional<double> payload_kg, std::optional<double> temp_C,
-                   std::optional<double> t_s = std::nullopt, int tool = 0, int item = 0);
+/// joints that hardly varied in the fitted rows leaves its range, if the load of a compliant joint
+/// leaves its range (kLoadTolerance), or if the time lies outside the fitted time span
+/// of a time-dependent effect, or no fitted row had this tool or payload item. Without a domain:
+/// true if q is outside the joint limits.
+bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at);
 
 /// False if the cell has a domain and no fitted row had this tool. @param tool  index
 bool ToolCovered(const model::CellModel& cell, int tool);

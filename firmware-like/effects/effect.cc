@@ -36,8 +36,13 @@ std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int 
   return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_unit : spec.unit;
 }
 
-const model::Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
-  return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_plausible : spec.plausible;
+model::Interval PlausibleOf(const ParameterSpec& spec, std::string_view word,
+                            std::uint32_t prismatic, int joint) {
+  model::Interval range =
+      HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_plausible : spec.plausible;
+  if (!spec.not_negative_with.empty() && word == spec.not_negative_with)
+    range.low = std::max(range.low, 0.0);
+  return range;
 }
 
 bool IsCycles(const ParameterSpec& spec) {

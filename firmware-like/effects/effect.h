@@ -70,6 +70,9 @@ struct ParameterSpec {
   /// Unit and range for prismatic joints, if they differ; to_SI is the same.
   std::string_view prismatic_unit{};
   model::Interval prismatic_plausible{};
+  /// With this choice of the effect's word, a negative value would let the joint yield against its
+  /// load: zero is then the lower end of the plausible range.
+  std::string_view not_negative_with{};
 };
 
 /// True for the event time (`time` or `row`) from which an effect acts: a threshold without
@@ -98,7 +101,9 @@ class Effect;
 std::uint32_t PrismaticJoints(const model::Robot& robot);
 /// Unit and plausible range of a parameter for one joint.
 std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
-const model::Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
+/// @param word  of the effect, see EffectTerm
+model::Interval PlausibleOf(const ParameterSpec& spec, std::string_view word,
+                            std::uint32_t prismatic, int joint);
 
 /// An effect with the parameters in use. The numeric values are stored separately, in SI units and
 /// in this order. A kWord parameter has no entry in `parameters`; `word` holds its choice.

@@ -160,6 +160,12 @@ struct JointCombination {
   Interval range;
 };
 
+/// The gravity torques of a compliant joint, in N m, or its forces in N if it is prismatic.
+struct JointLoad {
+  int joint = 0;  ///< 0-based
+  Interval range;
+};
+
 /// The domain covered by the data of a fit; predictions outside it are extrapolated.
 struct Domain {
   std::vector<Interval> q;                     ///< [rad] or [m], one per joint
@@ -196,6 +202,9 @@ struct Domain {
   /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent if the fit
   /// states nothing about items, so every item is outside.
   std::optional<std::vector<int>> payload_items{};
+  /// Joints that yield and that the fitted rows load in one direction only: how they yield in the
+  /// other was not measured.
+  std::vector<JointLoad> joint_loads{};
 };
 
 struct CellModel {

@@ -714,6 +714,19 @@ TEST_CASE("joint_combinations need a weight for every joint and an ascending ran
   CHECK(told("[[1, -1, 0, 5, 4]]").find("combination 1") != std::string::npos);
 }
 
+TEST_CASE("joint_loads_Nm name joints of the arm once, with an ascending range") {
+  const auto fault = [](const std::string& rows) {
+    FaultList faults;
+    CHECK_FALSE(CellFromText(kGood + "joint_loads_Nm = " + rows + "\n", "cell.toml", faults));
+    return FaultsText(faults);
+  };
+  CHECK_THAT(fault("[[1, 0]]"), Catch::Contains("[joint, lowest load, highest load]"));
+  CHECK_THAT(fault("[[4, 0, 10]]"), Catch::Contains("names joint 4; the joints are 1 to 3"));
+  CHECK_THAT(fault("[[1.5, 0, 10]]"), Catch::Contains("names joint 1.5"));
+  CHECK_THAT(fault("[[2, 10, 0]]"), Catch::Contains("lowest load of joint 2 above its highest"));
+  CHECK_THAT(fault("[[2, 0, 10], [2, 0, 5]]"), Catch::Contains("joint 2 twice"));
+}
+
 TEST_CASE("A fitted model keeps its validation through edits that change no value") {
   // [domain] is the last table of the text.
   const std::string good = kGood + "residual_sigma_mm = 0.05\n";

@@ -317,7 +317,8 @@ TEST_CASE("outliers that are all on one artefact are unknown, not the absence of
   const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
   REQUIRE(diagnosis);
   CHECK(diagnosis->verdict == Verdict::kUnknown);
-  CHECK(diagnosis->outlier_condition == "artefact tool1_1");
+  REQUIRE(diagnosis->misfit);
+  CHECK(TextOf(diagnosis->misfit->condition) == "artefact tool1_1");
   CHECK(diagnosis->drivers == std::vector<std::string>{"artefact"});
   CHECK(AnyContains(diagnosis->notes, "it may have moved, or it is loose"));
 }

@@ -57,6 +57,7 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   session.tip_F = Vec3(1.0 / 7, 0, 1e-9);
   diagnosis.sessions = {session};
   diagnosis.domain.q[1] = {-1.0 / 3, 2.0 / 3};
+  diagnosis.domain.joint_loads = {{1, {0, 1e3 / 3}}, {4, {-1.0 / 7, 0}}};
   const std::string original = CellText();
   const std::string text = Corrected(original, diagnosis);
   CHECK(text.starts_with(original));
@@ -90,6 +91,13 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(Same(cell.domain->q[i].low, diagnosis.domain.q[i].low));
     CHECK(Same(cell.domain->q[i].high, diagnosis.domain.q[i].high));
+  }
+  REQUIRE(cell.domain->joint_loads.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const model::JointLoad& read = cell.domain->joint_loads[k];
+    CHECK(read.joint == diagnosis.domain.joint_loads[k].joint);
+    CHECK(Same(read.range.low, diagnosis.domain.joint_loads[k].range.low));
+    CHECK(Same(read.range.high, diagnosis.domain.joint_loads[k].range.high));
   }
   CHECK(cell.domain->payload_kg->high == 80);
   CHECK(cell.domain->temp_C->low == 22);

@@ -181,38 +181,59 @@ TEST_CASE("an effect that depends on joint torques needs outboard masses or meas
 TEST_CASE("outside the domain, or without a domain outside the joint limits, is extrapolated") {
   model::CellModel cell = test::HeavyArm();
   model::JointVector q = model::JointVector::Zero(6);
-  CHECK_FALSE(OutsideDomain(cell, q, 60, 22));
+  CHECK_FALSE(OutsideDomain(cell, {q, 60, 22}));
   q[4] = cell.robot.joints[4].max + 0.01;
-  CHECK(OutsideDomain(cell, q, 60, 22));
+  CHECK(OutsideDomain(cell, {q, 60, 22}));
   model::Domain domain;
   domain.q.assign(6, model::Interval{-1, 1});
   domain.payload_kg = model::Interval{0, 80};
   cell.domain = domain;
   q.setZero();
-  CHECK_FALSE(OutsideDomain(cell, q, 80, 500));
-  CHECK(OutsideDomain(cell, q, 80.5, std::nullopt));
+  CHECK_FALSE(OutsideDomain(cell, {q, 80, 500}));
+  CHECK(OutsideDomain(cell, {q, 80.5, std::nullopt}));
   // Two loads cannot show that the deflection is proportional to the load.
   cell.domain->payload_levels_kg = {0, 80};
-  CHECK_FALSE(OutsideDomain(cell, q, 78, std::nullopt));
-  CHECK(OutsideDomain(cell, q, 40, std::nullopt));
+  CHECK_FALSE(OutsideDomain(cell, {q, 78, std::nullopt}));
+  CHECK(OutsideDomain(cell, {q, 40, std::nullopt}));
   cell.domain->payload_levels_kg.clear();
   // Joints that moved together while the model was fitted.
   model::JointVector weights = model::JointVector::Zero(6);
   weights.segment(1, 2) << std::sqrt(0.5), -std::sqrt(0.5);
   cell.domain->combinations = {{weights, {-0.1, 0.1}}};
   q.segment(1, 2).setConstant(0.9);
-  CHECK_FALSE(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+  CHECK_FALSE(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
   q[2] = 0.7;
-  CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+  CHECK(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
   q[2] = 1.01;
-  CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+  CHECK(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
+}
+
+TEST_CASE("a joint that yields is extrapolated under a load in a direction that was not measured") {
+  model::CellModel cell = test::HeavyArm();
+  cell.domain.emplace();
+  cell.domain->q.assign(6, model::Interval{-1, 1});
+  cell.domain->joint_loads = {{1, {0, 50}}};
+  const auto outside = [&](double tau2_Nm) {
+    OperatingPoint at{.q = model::JointVector::Zero(6), .payload_kg = 20};
+    at.tau = model::JointVector::Zero(6);
+    at.tau[0] = -200;  // of a joint without a range
+    at.tau[1] = tau2_Nm;
+    return OutsideDomain(cell, at);
+  };
+  CHECK_FALSE(outside(20));
+  CHECK_FALSE(outside(50.9));  // within 2 % of the largest load
+  CHECK(outside(51.1));
+  CHECK_FALSE(outside(0));
+  CHECK(outside(-0.1));
+  // Without torques nothing is known about the load.
+  CHECK_FALSE(OutsideDomain(cell, {.q = model::JointVector::Zero(6), .payload_kg = 20}));
 }
 
 TEST_CASE("a tool or payload item that was not measured is outside the domain") {
   model::CellModel cell = test::HeavyArm();
   const model::JointVector q = model::JointVector::Zero(6);
   const auto outside = [&](int tool, int item) {
-    return OutsideDomain(cell, q, 20, std::nullopt, std::nullopt, tool, item);
+    return OutsideDomain(cell, {.q = q, .payload_kg = 20, .tool = tool, .item = item});
   };
   cell.tool.number = 4;
   cell.further_tools = {cell.tool};

@@ -132,12 +132,20 @@ TEST_CASE("The unit of a compliance or an offset depends on the joint type") {
   CHECK(UnitOf(spec, first_slides, 0) == "m/N");
   CHECK(UnitOf(spec, first_slides, 1) == "rad/(N m)");
   // A spindle of 100 N/um is plausible; as rad/(N m) of a revolute joint, 100 N/mm would be too.
-  CHECK(PlausibleOf(spec, first_slides, 0).Contains(1e-8));
-  CHECK_FALSE(PlausibleOf(spec, first_slides, 0).Contains(1e-4));
-  CHECK(PlausibleOf(spec, first_slides, 1).Contains(1e-4));
+  CHECK(PlausibleOf(spec, "", first_slides, 0).Contains(1e-8));
+  CHECK_FALSE(PlausibleOf(spec, "", first_slides, 0).Contains(1e-4));
+  CHECK(PlausibleOf(spec, "", first_slides, 1).Contains(1e-4));
   const ParameterSpec& offset = FindEffect("joint_offset")->traits().parameters[0];
   CHECK(UnitOf(offset, first_slides, 0) == "m");
   CHECK(UnitOf(offset, first_slides, 1) == "rad");
+}
+
+TEST_CASE("A backlash by load cannot be negative, as the joint would yield against its load") {
+  const ParameterSpec& gap = FindEffect("backlash")->traits().parameters[0];
+  CHECK_FALSE(PlausibleOf(gap, "load", 0, 1).Contains(-1e-4));
+  CHECK(PlausibleOf(gap, "load", 0, 1).Contains(1e-4));
+  // By move, the sign depends on the side from which the controller compensates for it.
+  CHECK(PlausibleOf(gap, "move", 0, 1).Contains(-1e-4));
 }
 
 TEST_CASE("Parameter names are parsed, and formatted back to the same name") {

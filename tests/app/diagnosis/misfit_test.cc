@@ -1,0 +1,154 @@
+// What makes an explanation incomplete: rows that it does not fit, and loads that no row shows.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "tests/app/diagnosis/simulated.h"
+
+namespace plumbline::misfit_test {
+
+using namespace plumbline::diagnosis;
+
+namespace {
+
+Result<Diagnosis> Answer(const MeasuredCell& data) {
+  return Diagnose(data.cell, data.table, {});
+}
+
+bool Notes(const Diagnosis& diagnosis, const std::string& text) {
+  return std::any_of(diagnosis.notes.begin(), diagnosis.notes.end(),
+                     [&](const std::string& note) { return note.find(text) != std::string::npos; });
+}
+
+}  // namespace
+
+TEST_CASE("larger residuals under a rare load are its condition, and that load is not validated") {
+  for (const bool by_load : {true, false}) {
+    CAPTURE(by_load);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    std::vector<std::size_t> noisy;
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      const bool heavy = k % 9 == 4;
+      data.table.rows[k].payload_kg = heavy ? 8 : k % 2 == 0 ? 2 : 4;
+      if (by_load ? heavy : k % 9 == 5) noisy.push_back(k);
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise(0, 2e-4);  // mostly within what rejects a row
+    for (const std::size_t k : noisy)
+      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    REQUIRE(diagnosis->misfit.has_value() == by_load);
+    if (by_load) CHECK(TextOf(diagnosis->misfit->condition) == "payload_kg of 8 or more");
+    REQUIRE(diagnosis->domain.payload_kg);
+    CHECK(diagnosis->domain.payload_kg->high == (by_load ? 4 : 8));
+    if (!by_load) continue;
+    CHECK(diagnosis->verdict == Verdict::kUnknown);
+    CHECK(diagnosis->drivers == std::vector<std::string>{"payload_kg"});
+  }
+}
+
+TEST_CASE("larger residuals under most rows are named, but leave no domain without them") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 90 --repeats 0 --seed 5");
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k)
+    data.table.rows[k].payload_kg = k % 9 < 5 ? 8 : k % 2 == 0 ? 2 : 4;
+  Remeasure(data, {}, 5e-5, 7);
+  std::mt19937 random(12);
+  std::normal_distribution<double> noise(0, 4e-4);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    if (k % 9 < 5)
+      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+  }
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  REQUIRE(diagnosis->misfit);
+  CHECK(TextOf(diagnosis->misfit->condition) == "payload_kg of 8 or more");
+  REQUIRE(diagnosis->domain.payload_kg);
+  CHECK(diagnosis->domain.payload_kg->high == 8);
+}
+
+TEST_CASE("a compliance that depends on the direction of the load is unknown, with both values") {
+  const auto direction_of = [](const Diagnosis& diagnosis) {
+    const auto check =
+        std::find_if(diagnosis.checks.begin(), diagnosis.checks.end(),
+                     [](const ExplanationCheck& one) { return one.name == "load_direction"; });
+    REQUIRE(check != diagnosis.checks.end());
+    return *check;
+  };
+  const auto one_sided =
+      Answer(Simulated("--family one_sided_compliance --seed 3 --signal 15 --robot ur10"));
+  REQUIRE(one_sided);
+  CHECK(one_sided->verdict == Verdict::kUnknown);
+  CHECK(std::count(one_sided->drivers.begin(), one_sided->drivers.end(), "tau5_Nm") == 1);
+  CHECK_FALSE(direction_of(*one_sided).passed);
+  CHECK_THAT(direction_of(*one_sided).sentence, Catch::Contains("axis 5: the residual follows") &&
+                                                    Catch::Contains("under a positive torque"));
+  // Gross errors are no direction of a load.
+  const auto errors = Answer(
+      Simulated("--family joint_compliance --seed 3 --signal 15 --robot ur10 --outliers 0.05"));
+  REQUIRE(errors);
+  CHECK(errors->verdict == Verdict::kExplained);
+  CHECK(direction_of(*errors).passed);
+}
+
+TEST_CASE("larger residuals for a while are noted with their lines, and change no verdict") {
+  for (const bool heavy_then : {false, true}) {
+    CAPTURE(heavy_then);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    const auto then = [](std::size_t k) { return k >= 30 && k < 48; };
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].payload_kg = heavy_then && then(k) ? 8 : k % 2 == 0 ? 2 : 4;
+      data.table.rows[k].temp_C = 20 + 0.1 * static_cast<double>(k % 7);
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise(0, 1.5e-4);
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      if (then(k))
+        *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+    }
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->drivers.empty());
+    CHECK(Notes(*diagnosis, "successive poses (lines ") != heavy_then);
+    CHECK(Notes(*diagnosis, "with payload_kg of 8 or more are") == heavy_then);
+    CHECK(Notes(*diagnosis, "(lines 32 to 49): a disturbance of the instrument then") ==
+          heavy_then);
+    CHECK(diagnosis->domain.payload_kg->high == 4);
+  }
+}
+
+TEST_CASE("a joint that yields is validated in the direction in which the rows load it") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 5");
+  const effects::ActiveEffect soft = EffectWith(data.cell, "joint_compliance", {{"q3", 3e-5}});
+  const deflection::LoadedArm arm(data.cell);
+  const auto torque_Nm = [&](const table::MeasuredRow& row) {
+    deflection::LoadedState state;
+    REQUIRE(arm.AtCommanded(row.q, loads::LoadOf(data.cell, row.payload_kg, {}, {}), {}, state));
+    return state.tau[2];
+  };
+  std::vector<table::MeasuredRow> one_way, other_way;
+  for (const table::MeasuredRow& row : data.table.rows)
+    (torque_Nm(row) > 0 ? one_way : other_way).push_back(row);
+  if (one_way.size() < other_way.size()) std::swap(one_way, other_way);
+  REQUIRE(other_way.size() >= 6);
+  for (const std::size_t reversed : {std::size_t{0}, std::size_t{2}, other_way.size()}) {
+    CAPTURE(reversed);
+    data.table.rows = one_way;
+    data.table.rows.insert(data.table.rows.end(), other_way.begin(),
+                           other_way.begin() + static_cast<std::ptrdiff_t>(reversed));
+    Remeasure(data, {soft}, 5e-5, 7);
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    const auto& loads = diagnosis->domain.joint_loads;
+    const bool limited = std::any_of(loads.begin(), loads.end(), [](const model::JointLoad& load) {
+      return load.joint == 2 && (load.range.low == 0 || load.range.high == 0);
+    });
+    CHECK(limited == (reversed <= 2));
+    CHECK(Notes(*diagnosis, "too few poses load q3") == (reversed <= 2));
+  }
+}
+
+}  // namespace plumbline::misfit_test
