@@ -98,9 +98,8 @@ std::vector<model::JointLoad> JointLoadsFrom(const TomlTable& table, int joints)
       continue;
     }
     const auto joint = static_cast<int>(number) - 1;
-    if (low > high) {
-      table.AddFault(kKey,
-                     fmt::format("has the lowest load of joint {} above its highest", joint + 1));
+    if (low > 0 || high < 0) {
+      table.AddFault(kKey, fmt::format("has a range of joint {} without 0", joint + 1));
     }
     if (std::any_of(loads.begin(), loads.end(),
                     [&](const model::JointLoad& load) { return load.joint == joint; })) {

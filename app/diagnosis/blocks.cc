@@ -37,6 +37,11 @@ double BlockColumn::Largest() const {
   return std::max(std::abs(plausible.low), std::abs(plausible.high));
 }
 
+bool IsDeclared(const model::CellModel& cell, std::string_view id) {
+  return std::any_of(cell.effects.begin(), cell.effects.end(),
+                     [&](const model::WrittenEffect& effect) { return effect.id == id; });
+}
+
 model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec, std::string_view word,
                                std::uint32_t prismatic, int joint) {
   const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
@@ -118,6 +123,7 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
       AddParameters(data.cell.robot, parameter, spec, joint, block.term.parameters);
     }
   }
+  const std::string_view sign_word = IsDeclared(data.cell, traits.id) ? std::string_view() : word;
   const bool independent_parameters = traits.per_joint || traits.independent_parameters;
   const std::size_t count = block.term.parameters.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -126,7 +132,7 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
     const effects::TermParameter& own = block.term.parameters[k];
-    column.plausible = PlausibleSizes(traits, own.spec, word, block.term.prismatic, own.joint);
+    column.plausible = PlausibleSizes(traits, own.spec, sign_word, block.term.prismatic, own.joint);
   }
   block.units = independent_parameters ? static_cast<int>(count) : 1;
   return block;

@@ -46,7 +46,12 @@ bool SameColumns(const Block& a, const Block& b);
 /// moved or is loaded.
 Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word);
 
+/// Whether the cell already contains an effect with this id, which a value found in addition may
+/// reduce.
+bool IsDeclared(const model::CellModel& cell, std::string_view id);
+
 /// Plausible values of a parameter on a healthy machine, SI.
+/// @param word  of the effect; empty if a negative value may reduce a declared one
 /// @param spec  index into the effect's parameters
 /// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
 model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,

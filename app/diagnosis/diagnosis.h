@@ -192,14 +192,16 @@ struct References {
   std::vector<Contradiction> set_aside;      ///< not used
 };
 
-/// Rows under a condition that the model does not fit as it fits the others.
+/// Rows under a condition that the model fits worse than the others.
 struct Misfit {
   RowCondition condition;
   bool larger_residuals = false;  ///< otherwise they are rejected
   /// Whether nothing else explains them. If they were measured in one or two stretches, a
   /// disturbance at that time looks alike.
   bool certain = true;
-  bool outside_domain = true;  ///< false if there would be too few rows left
+  /// Whether points under the condition are outside the domain: if it can be tested on them, and
+  /// does not hold for more than half of the rows.
+  bool outside_domain = true;
 };
 
 struct Diagnosis {

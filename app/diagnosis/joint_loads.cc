@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/deflection/loaded_arm.h"
@@ -12,71 +11,92 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kCountedShare = 0.1;  // of the largest load
-constexpr double kLeastLoad = 1e-3;    // N m or N: below it, no joint yields measurably
+using I = effects::Influence<double>;
 
-/// Revolute and prismatic joints with a compliance and a known torque, 0-based.
-std::set<int> YieldingJoints(const deflection::LoadedArm& arm, const Model& model) {
-  std::set<int> joints;
-  for (int joint = 0; joint < arm.size(); ++joint) {
-    if (arm.compliance(joint) != 0) joints.insert(joint);
-  }
-  for (const std::vector<effects::ActiveEffect>* effects : {&arm.effects(), &model.effects}) {
-    for (const effects::ActiveEffect& effect : *effects) {
-      if (!effect.term.effect->traits().adds_compliance) continue;
-      for (const effects::TermParameter& parameter : effect.term.parameters)
-        joints.insert(parameter.joint);
-    }
-  }
-  std::erase_if(joints, [&](int joint) { return !arm.loads().known(joint); });
-  return joints;
+/// How one joint yields over the fitted rows.
+struct JointInRows {
+  std::map<ClusterIndex, double> torques;  ///< of each pose, the largest of its visits
+  /// Largest over the rows: displacement of the tip per unit of torque, and by a gap [m].
+  double per_torque_m = 0, by_gap_m = 0;
+};
+
+/// The torque that moves the tip by the noise; 0 if a gap alone does.
+double LeastTorque(const JointInRows& joint, double sigma_m) {
+  if (joint.by_gap_m >= sigma_m) return 0;
+  return joint.per_torque_m > 0 ? sigma_m / joint.per_torque_m : HUGE_VAL;
 }
 
-/// Gravity torque of one joint at each pose, the largest of its visits.
-using TorqueOfPose = std::map<ClusterIndex, double>;
-
-/// The range of the torques; nullopt if enough poses load the joint in both directions.
-std::optional<model::Interval> OneDirection(const TorqueOfPose& torques) {
-  double largest = 0;
-  for (const auto& [pose, tau] : torques) largest = std::max(largest, std::abs(tau));
-  if (largest < kLeastLoad) return std::nullopt;
-  const double least = kCountedShare * largest;
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  int positive = 0, negative = 0;
-  for (const auto& [pose, tau] : torques) {
+/// The range of the torques; nullopt if enough poses load the joint in both directions, or if none
+/// moves the tip by the noise.
+std::optional<model::Interval> OneDirection(const JointInRows& joint, double sigma_m) {
+  constexpr double kCountedShare = 0.1;   // of the largest torque
+  constexpr double kRoundedShare = 1e-3;  // of the largest torque: a balanced joint
+  double low = 0, high = 0;
+  for (const auto& [pose, tau] : joint.torques) {
     low = std::min(low, tau);
     high = std::max(high, tau);
-    positive += tau >= least ? 1 : 0;
-    negative += -tau >= least ? 1 : 0;
   }
-  if (std::min(positive, negative) >= kMinPosesPerDirection) return std::nullopt;
-  return positive > negative ? model::Interval{0, high} : model::Interval{low, 0};
+  const double largest = std::max(-low, high);
+  const double least = std::max(LeastTorque(joint, sigma_m), kRoundedShare * largest);
+  if (!(largest > least)) return std::nullopt;
+  const double counted = std::max(least, kCountedShare * largest);
+  int positive = 0, negative = 0;
+  for (const auto& [pose, tau] : joint.torques) {
+    positive += tau >= counted ? 1 : 0;
+    negative += -tau >= counted ? 1 : 0;
+  }
+  const bool shown = positive >= kMinPosesPerDirection;
+  const bool reverse_shown = negative >= kMinPosesPerDirection;
+  if (shown && reverse_shown) return std::nullopt;
+  model::Interval range{std::min(low, -least), std::max(high, least)};
+  if (shown) range.low = -least;
+  if (reverse_shown) range.high = least;
+  return range;
+}
+
+/// Adds what one row shows of every joint.
+void AddRow(const deflection::LoadedArm& arm, const I& influence,
+            const deflection::LoadedState& state, ClusterIndex pose,
+            std::vector<JointInRows>& joints) {
+  kinematics::Jacobian jacobian;
+  arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
+  for (int i = 0; i < arm.size(); ++i) {
+    if (!arm.loads().known(i)) continue;
+    JointInRows& joint = joints[static_cast<std::size_t>(i)];
+    const double tau = state.tau[i], lever = jacobian.col(i).head<3>().norm();
+    const double slope = arm.compliance(i) + influence.Joint(I::kCompliance, i) -
+                         influence.Joint(I::kHardening, i) * tau * tau;
+    joint.per_torque_m = std::max(joint.per_torque_m, std::abs(slope) * lever);
+    joint.by_gap_m = std::max(joint.by_gap_m, std::abs(influence.Joint(I::kLoadGap, i)) * lever);
+    double& largest = joint.torques[pose];
+    if (std::abs(tau) > std::abs(largest)) largest = tau;
+  }
 }
 
 }  // namespace
 
 std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model) {
   const Dataset& data = problem.data;
-  const deflection::LoadedArm arm(CellOf(data, model, SessionIndex(0)));
-  const std::set<int> joints = YieldingJoints(arm, model);
-  if (joints.empty()) return {};
-  std::map<int, TorqueOfPose> torques;
+  std::vector<deflection::LoadedArm> arms;  // gravity in the base depends on its frame
+  for (const SessionIndex session : data.sessions.indices())
+    arms.emplace_back(CellOf(data, model, session));
+  std::vector<JointInRows> joints(static_cast<std::size_t>(arms.front().size()));
   deflection::LoadedState state;
   for (const RowIndex row : data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight || data.numbers[row].count == 0) continue;
+    const deflection::LoadedArm& arm = arms[static_cast<std::size_t>(data.session_of[row].value())];
     const effects::Conditions& moment = data.conditions[row];
-    effects::Influence<double> influence = arm.EffectsAt(moment);
+    I influence = arm.EffectsAt(moment);
     effects::AddEffects(model.effects, moment, influence);
     if (!arm.AtCommanded(data.measured(row).q, data.payloads[row], &influence, moment.tau, state))
       continue;
-    for (const int joint : joints) {
-      double& tau = torques[joint][data.cluster_of[row]];
-      if (std::abs(state.tau[joint]) > std::abs(tau)) tau = state.tau[joint];
-    }
+    state.X_BT = arm.X_WB().Inverse() * state.X_WT;
+    AddRow(arm, influence, state, data.cluster_of[row], joints);
   }
   std::vector<model::JointLoad> loads;
-  for (const auto& [joint, of_poses] : torques) {
-    if (const auto range = OneDirection(of_poses)) loads.push_back({joint, *range});
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (const auto range = OneDirection(joints[i], problem.sigma_m))
+      loads.push_back({static_cast<int>(i), *range});
   }
   return loads;
 }

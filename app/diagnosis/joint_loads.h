@@ -1,4 +1,4 @@
-// Loads on the compliant joints in the fitted rows.
+// Directions in which the fitted rows load the joints that yield.
 #pragma once
 
 #include <vector>
@@ -8,14 +8,17 @@
 
 namespace plumbline::diagnosis {
 
-/// Poses that must load a joint in one direction, by at least a tenth of its largest load, before
-/// the rows show how it yields in that direction.
+/// Poses that must load a joint in one direction before the rows show how it yields in it.
 inline constexpr int kMinPosesPerDirection = 5;
 
-/// Each joint that yields, as declared or by an effect of `model`, and that fewer than
-/// kMinPosesPerDirection poses load in one of the two directions: the range from zero to the
-/// largest gravity torque in the other direction. Rejected rows do not count. Joints whose torque
-/// is unknown, or below 1e-3 N m, are left out.
+/// Each joint that yields to its gravity torque tau by
+///   s(tau) = c tau - hardening tau^3 + gap sign(tau)
+/// as declared or by the effects of `model`, and that fewer than kMinPosesPerDirection poses load
+/// in one of the two directions. A pose counts in a direction if its torque is at least a tenth of
+/// the largest and moves the tip by at least the noise. The range goes from the torque that moves
+/// the tip by the noise, in the direction that was not shown, to the largest torque in the other.
+/// Rejected rows do not count. Joints that never move the tip by the noise are left out, and so are
+/// those whose gravity torque is unknown because a link mass is not declared.
 std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model);
 
 }  // namespace plumbline::diagnosis

@@ -18,16 +18,19 @@ constexpr int kMinPoses = 3;
 // Points whose errors are half as large again hold a 95 % radius in about 70 %.
 constexpr double kMinRatio = 1.5;
 
-/// A pose in the order of the file: its first row, the mean size of its visits, and the rank of
-/// that size, from 1.
+/// A pose with the mean size of its visits, and the rank of that size, from 1.
 struct RankedPose {
-  RowIndex row{0};
+  std::vector<RowIndex> visits;
   double size = 0;
   double rank = 0;
 };
 
-/// Ranks by size; equal sizes have their mean rank.
-void Rank(std::vector<RankedPose>& poses) {
+/// Sets sizes and ranks; equal sizes have their mean rank.
+void Rank(const PerRow<double>& sizes, std::vector<RankedPose>& poses) {
+  for (RankedPose& pose : poses) {
+    for (const RowIndex row : pose.visits) pose.size += sizes[row];
+    pose.size /= static_cast<double>(pose.visits.size());
+  }
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
@@ -41,22 +44,31 @@ void Rank(std::vector<RankedPose>& poses) {
   }
 }
 
+/// Every pose once, in the order of first visits.
 std::vector<RankedPose> RankedPoses(const Dataset& data, const PerRow<double>& sizes) {
-  std::map<ClusterIndex, std::size_t> at;
+  std::map<ClusterIndex, std::size_t> places;
   std::vector<RankedPose> poses;
-  std::vector<int> visits;
   for (const RowIndex row : data.row_indices()) {
     if (data.numbers[row].count == 0) continue;
-    const auto [pose, is_new] = at.emplace(data.cluster_of[row], poses.size());
-    if (is_new) {
-      poses.push_back({row});
-      visits.push_back(0);
-    }
-    poses[pose->second].size += sizes[row];
-    ++visits[pose->second];
+    const auto [place, is_new] = places.emplace(data.cluster_of[row], poses.size());
+    if (is_new) poses.emplace_back();
+    poses[place->second].visits.push_back(row);
   }
-  for (std::size_t k = 0; k < poses.size(); ++k) poses[k].size /= visits[k];
-  Rank(poses);
+  Rank(sizes, poses);
+  return poses;
+}
+
+/// The poses in the order of the file, one for all successive visits.
+std::vector<RankedPose> SuccessivePoses(const Dataset& data, const PerRow<double>& sizes) {
+  std::vector<RankedPose> poses;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const bool continues =
+        !poses.empty() && data.cluster_of[poses.back().visits.back()] == data.cluster_of[row];
+    if (!continues) poses.emplace_back();
+    poses.back().visits.push_back(row);
+  }
+  Rank(sizes, poses);
   return poses;
 }
 
@@ -71,9 +83,11 @@ double NormalTail(double z) {
   return 0.5 * std::erfc(z / std::sqrt(2.0));
 }
 
-double MedianRatio(std::vector<double> these, std::vector<double> others) {
-  if (these.empty() || others.empty()) return 0;
-  return statistics::MedianOf(these) / statistics::MedianOf(others);
+/// Ratio of the medians; 0 if it does not exist.
+double MedianRatio(std::vector<double> inside, std::vector<double> outside) {
+  if (inside.empty() || outside.empty()) return 0;
+  const double of_outside = statistics::MedianOf(outside);
+  return of_outside > 0 ? statistics::MedianOf(inside) / of_outside : 0;
 }
 
 /// A limit, and the probability of the residuals beyond it, multiplied by the number of limits
@@ -83,71 +97,95 @@ struct Limit {
   double p_value = HUGE_VAL;
 };
 
+double MeanOf(const RecordedSignal& signal, const RankedPose& pose) {
+  double sum = 0;
+  for (const RowIndex row : pose.visits) sum += signal.values[row];
+  return sum / static_cast<double>(pose.visits.size());
+}
+
 /// The best limit of one signal, from above or below.
-Limit BestLimitOf(const RecordedSignal& signal, std::vector<RankedPose> poses) {
+Limit BestLimitOf(const RecordedSignal& signal, const std::vector<RankedPose>& poses) {
+  std::vector<std::pair<double, double>> values;  // of the signal, with the rank
+  values.reserve(poses.size());
+  for (const RankedPose& pose : poses) values.emplace_back(MeanOf(signal, pose), pose.rank);
+  std::sort(values.begin(), values.end());
   Limit best;
   double largest = -HUGE_VAL;
   int trials = 0;
   for (const bool above : {false, true}) {
-    std::sort(poses.begin(), poses.end(), [&](const RankedPose& a, const RankedPose& b) {
-      const double x = signal.values[a.row], y = signal.values[b.row];
-      return above ? x > y : x < y;
-    });
+    if (above) std::reverse(values.begin(), values.end());
     double sum = 0;
-    for (std::size_t k = 0; k + kMinPoses < poses.size(); ++k) {
-      sum += poses[k].rank;
-      const double value = signal.values[poses[k].row];
-      if (k + 1 < kMinPoses || value == signal.values[poses[k + 1].row]) continue;
+    for (std::size_t k = 0; k + kMinPoses < values.size(); ++k) {
+      sum += values[k].second;
+      if (k + 1 < kMinPoses || values[k].first == values[k + 1].first) continue;
       ++trials;
-      const double z = Standardised(sum, k + 1, poses.size());
+      const double z = Standardised(sum, k + 1, values.size());
       if (z <= largest) continue;
       largest = z;
-      best.condition = {signal.column, "", value, above};
+      best.condition = {signal.column, "", values[k].first, above};
     }
   }
   if (trials > 0) best.p_value = trials * NormalTail(largest);
   return best;
 }
 
-}  // namespace
+bool IsBeyond(const RowCondition& limit, double value) {
+  return limit.above ? value >= limit.limit : value <= limit.limit;
+}
 
-std::optional<LargerUnderCondition> LargerUnderSomeCondition(const Dataset& data,
-                                                             const PerRow<double>& sizes) {
-  const std::vector<RankedPose> poses = RankedPoses(data, sizes);
-  Limit best;
-  int columns = 0;
-  for (const RecordedSignal& signal : data.signals) {
-    if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
-    ++columns;
-    Limit one = BestLimitOf(signal, poses);
-    if (one.p_value < best.p_value) best = std::move(one);
-  }
-  if (!(columns * best.p_value <= kConditionSignificance)) return std::nullopt;
+LargerUnderCondition DescriptionOf(const Dataset& data, const RecordedSignal& signal,
+                                   const std::vector<RankedPose>& poses,
+                                   const RowCondition& condition) {
   LargerUnderCondition found;
-  found.condition = best.condition;
+  found.condition = condition;
   found.of_poses = static_cast<int>(poses.size());
-  std::vector<double> these, others;
-  bool before = false;
+  std::vector<double> inside, outside;
   for (const RankedPose& pose : poses) {
-    const bool meets = Meets(found.condition, data, pose.row);
-    (meets ? these : others).push_back(pose.size);
-    if (meets && !before) ++found.stretches;
-    if (meets && found.poses == 0) found.first = pose.row;
-    if (meets) {
-      found.last = pose.row;
-      ++found.poses;
-    }
+    (IsBeyond(condition, MeanOf(signal, pose)) ? inside : outside).push_back(pose.size);
+  }
+  found.poses = static_cast<int>(inside.size());
+  found.ratio = MedianRatio(std::move(inside), std::move(outside));
+  bool before = false;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const bool meets = Meets(condition, data, row);
+    if (meets && !before && found.stretches++ == 0) found.first = row;
+    if (meets) found.last = row;
     before = meets;
   }
-  found.ratio = MedianRatio(std::move(these), std::move(others));
-  if (!(found.ratio >= kMinRatio)) return std::nullopt;
   return found;
 }
 
-std::optional<LargerResiduals> LargerInSomeStretch(const Dataset& data,
+}  // namespace
+
+std::optional<LargerUnderCondition> FindLargerUnderCondition(const Dataset& data,
+                                                             const PerRow<double>& sizes) {
+  const std::vector<RankedPose> poses = RankedPoses(data, sizes);
+  const auto tested = [](const RecordedSignal& signal) {
+    return !signal.of_joint && signal.column != "t_s" && signal.column != "row";
+  };
+  const auto columns = std::count_if(data.signals.begin(), data.signals.end(), tested);
+  std::optional<LargerUnderCondition> best;
+  for (const RecordedSignal& signal : data.signals) {
+    if (!tested(signal)) continue;
+    const Limit limit = BestLimitOf(signal, poses);
+    const double p_value = static_cast<double>(columns) * limit.p_value;
+    if (!(p_value <= kConditionSignificance)) continue;
+    LargerUnderCondition found = DescriptionOf(data, signal, poses, limit.condition);
+    found.p_value = p_value;
+    if (!(found.ratio >= kMinRatio)) continue;
+    const bool repeated = found.stretches >= kMinStretches;
+    const bool best_repeated = best && best->stretches >= kMinStretches;
+    if (best && (best_repeated != repeated ? best_repeated : best->p_value <= p_value)) continue;
+    best = std::move(found);
+  }
+  return best;
+}
+
+std::optional<LargerResiduals> FindLargerForAWhile(const Dataset& data,
                                                    const PerRow<double>& sizes) {
   if (!data.table.recorded.order) return std::nullopt;
-  const std::vector<RankedPose> poses = RankedPoses(data, sizes);
+  const std::vector<RankedPose> poses = SuccessivePoses(data, sizes);
   const std::size_t n = poses.size();
   std::vector<double> sums(n + 1, 0.0);
   for (std::size_t k = 0; k < n; ++k) sums[k + 1] = sums[k] + poses[k].rank;
@@ -163,13 +201,14 @@ std::optional<LargerResiduals> LargerInSomeStretch(const Dataset& data,
       end = last;
     }
   }
-  if (trials == 0 || trials * NormalTail(largest) > kConditionSignificance) return std::nullopt;
-  std::vector<double> these, others;
+  const double p_value = trials > 0 ? trials * NormalTail(largest) : 1;
+  if (!(p_value <= kConditionSignificance)) return std::nullopt;
+  std::vector<double> inside, outside;
   for (std::size_t k = 0; k < n; ++k)
-    (k >= from && k < end ? these : others).push_back(poses[k].size);
-  LargerResiduals found{static_cast<int>(end - from), static_cast<int>(n), 0, poses[from].row,
-                        poses[end - 1].row};
-  found.ratio = MedianRatio(std::move(these), std::move(others));
+    (k >= from && k < end ? inside : outside).push_back(poses[k].size);
+  LargerResiduals found{static_cast<int>(end - from), static_cast<int>(n),          0,
+                        poses[from].visits.front(),   poses[end - 1].visits.back(), p_value};
+  found.ratio = MedianRatio(std::move(inside), std::move(outside));
   if (!(found.ratio >= kMinRatio)) return std::nullopt;
   return found;
 }

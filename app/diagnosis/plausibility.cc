@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "app/diagnosis/blocks.h"
 #include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline::diagnosis {
@@ -32,8 +33,15 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
     const std::uint32_t prismatic = effect.term.prismatic;
     const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
-    const model::Interval plausible =
-        effects::PlausibleOf(spec, effect.term.word, prismatic, parameter.joint);
+    const std::string_view word =
+        IsDeclared(data.cell, traits.id) ? std::string_view() : effect.term.word;
+    const model::Interval plausible = effects::PlausibleOf(spec, word, prismatic, parameter.joint);
+    if (plausible.low == 0 && in_file < 0 && word == spec.not_negative_with) {
+      return {fmt::format("joint q{} would yield against its load: {} = {} {} is negative",
+                          parameter.joint + 1, effects::NameFromParameter(traits, parameter),
+                          PlausibilityNumber(in_file), unit),
+              HUGE_VAL};
+    }
     if (!plausible.Contains(in_file)) {
       return {
           fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a healthy machine",

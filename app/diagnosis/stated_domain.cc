@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/diagnosis/covariance_share.h"
@@ -26,17 +27,28 @@ FitProblem WithoutMisfit(FitProblem problem, const std::optional<Misfit>& misfit
   return problem;
 }
 
-/// Note on joints that yield and were loaded in one direction only.
-void AddLoadNote(const std::vector<model::JointLoad>& loads, Diagnosis& diagnosis) {
-  std::vector<std::string> joints;
-  for (const model::JointLoad& load : loads) {
-    joints.push_back(fmt::format("q{}", load.joint + 1));
+/// Adds notes on directions of load that the rows do not show, or that nobody knows.
+void AddLoadNotes(const std::vector<effects::ActiveEffect>& found,
+                  const std::vector<model::JointLoad>& loads, Diagnosis& diagnosis) {
+  if (!loads.empty()) {
+    std::vector<std::string> joints;
+    joints.reserve(loads.size());
+    for (const model::JointLoad& load : loads) joints.push_back(fmt::format("q{}", load.joint + 1));
+    diagnosis.notes.push_back(fmt::format(
+        "too few poses load {} in both directions to show that the joint yields alike: points that "
+        "load it in the other direction are outside [domain]",
+        Listed(joints, "or")));
   }
-  if (joints.empty()) return;
-  diagnosis.notes.push_back(
-      fmt::format("too few poses load {} in both directions to show that the joint yields alike: "
-                  "points that load it in the other direction are outside [domain]",
-                  Listed(joints, "or")));
+  const bool without_torques =
+      std::any_of(found.begin(), found.end(), [](const effects::ActiveEffect& effect) {
+        return effect.term.effect->traits().Needs(effects::Signal::kNoTorques, effect.term.word);
+      });
+  if (!without_torques) return;
+  diagnosis.notes.emplace_back(
+      "link masses are not declared, so that nobody knows in which directions these rows load the "
+      "joints: points that load a joint in a direction which no row shows count as measured, with "
+      "a "
+      "radius that is too small if it yields differently there. Declare link_mass_kg");
 }
 
 /// A correction fades with the distance from the measured poses unless its causes are confirmed.
@@ -106,7 +118,7 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
   const FitProblem validated = WithoutMisfit(fit.problem, diagnosis.misfit);
   AddFramesAndDomain(validated, corrected.model, diagnosis);
   diagnosis.domain.joint_loads = JointLoadsOf(validated, corrected.model);
-  AddLoadNote(diagnosis.domain.joint_loads, diagnosis);
+  AddLoadNotes(corrected.model.effects, diagnosis.domain.joint_loads, diagnosis);
   AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&

@@ -45,7 +45,8 @@ inline constexpr double kWithinNoiseSignificance = 0.01;
 /// statistic.
 inline constexpr int kSignFlips = 199;
 inline constexpr double kSignalSignificance = 0.01;
-/// Of rejected rows that share a condition by chance, over all limits tried.
+/// Of rejected rows that share a condition by chance, of larger residuals under one, and of a
+/// stretch of larger residuals: each over all limits or stretches tried.
 inline constexpr double kConditionSignificance = 1e-3;
 /// Of rejecting a correct explanation because poses differ by more than replicates scatter
 /// (Fisher's F): once in a thousand answers.

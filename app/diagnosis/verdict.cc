@@ -71,12 +71,14 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
           : fmt::format("the declared sigma_mm = {:.3g}", 1e3 * data.sigma_m)));
 }
 
-/// Sizes of the residuals in standard deviations of the noise.
+/// Sizes of the residuals over their median under noise of 1 m, so that rows of different kinds
+/// compare.
 PerRow<double> SizesOf(const Dataset& data, const FitOfAllRows& fit) {
   const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
   PerRow<double> sizes;
   for (const RowIndex row : data.row_indices())
-    sizes.push_back(SizeOf(data.numbers[row], residuals[row]));
+    sizes.push_back(SizeOf(data.numbers[row], residuals[row]) /
+                    MedianOfChi(std::max(1, data.numbers[row].count)));
   return sizes;
 }
 
@@ -86,8 +88,7 @@ const char* WordsOf(const RowCondition& condition) {
     return "it may have moved, or it is loose; fasten it and measure again";
   if (condition.column == "camera")
     return "it may have moved, or its lens or tags are wrong; calibrate it again and measure more "
-           "rows "
-           "with it";
+           "rows with it";
   if (condition.column == "tool")
     return "its tip, its stiffness or its mount may be wrong; measure its TCP again";
   if (condition.column == "payload_item")
@@ -101,6 +102,14 @@ const char* WordsOf(const RowCondition& condition) {
          "distinguish these; if it is noise, state that of each row in the column sigma_mm";
 }
 
+/// True if a condition holds for some rows, but not for more than half of them.
+bool LeavesMostRows(const Dataset& data, const RowCondition& condition) {
+  const IndexRange<RowIndex> rows = data.row_indices();
+  const auto meeting = std::count_if(rows.begin(), rows.end(),
+                                     [&](RowIndex row) { return Meets(condition, data, row); });
+  return meeting > 0 && 2 * meeting <= data.rows();
+}
+
 /// "lines 12 to 40": where rows are in the file.
 std::string LinesText(const Dataset& data, const LargerResiduals& rows) {
   return fmt::format("lines {} to {}", data.measured(rows.first).line,
@@ -108,35 +117,36 @@ std::string LinesText(const Dataset& data, const LargerResiduals& rows) {
 }
 
 /// Note on residuals that are larger under a condition.
-std::string NoteOf(const Dataset& data, const LargerUnderCondition& larger, bool certain) {
+std::string NoteOf(const Dataset& data, const LargerUnderCondition& larger, const Misfit& misfit) {
   const std::string text = fmt::format(
       "residuals of the {} poses with {} are {:.1f} times as large as those of the other "
       "{} (medians)",
       larger.poses, TextOf(larger.condition), larger.ratio, larger.of_poses - larger.poses);
-  if (certain) return text + ": " + WordsOf(larger.condition);
+  if (misfit.certain) return text + ": " + WordsOf(larger.condition);
   return fmt::format(
-      "{}, but they were measured at one time ({}): a disturbance of the instrument then would "
-      "look "
-      "alike. Such points are outside [domain]; measure some again at another time",
-      text, LinesText(data, larger));
+      "{}, but they were measured in only {} of time, within {}: a disturbance of the instrument "
+      "then would do the same.{} Measure some of them again at another time",
+      text, larger.stretches == 1 ? "one stretch" : "two stretches", LinesText(data, larger),
+      misfit.outside_domain ? " Such points are outside [domain]." : "");
 }
 
-/// Larger residuals under a condition, or for a while: what acts there or then is unknown.
+/// Adds larger residuals under a condition, or for a while, whichever chance explains less.
 void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  constexpr int kMinStretches = 3;
   const PerRow<double> sizes = SizesOf(data, fit);
-  if (const auto larger = LargerUnderSomeCondition(data, sizes)) {
-    const bool certain = larger->stretches >= kMinStretches;
-    diagnosis.misfit = {larger->condition, true, certain, 2 * larger->poses <= larger->of_poses};
-    diagnosis.notes.push_back(NoteOf(data, *larger, certain));
-  } else if (const auto for_a_while = LargerInSomeStretch(data, sizes)) {
+  const auto larger = FindLargerUnderCondition(data, sizes);
+  const auto briefly = FindLargerForAWhile(data, sizes);
+  if (larger && !(briefly && briefly->p_value < larger->p_value)) {
+    const bool certain = !data.table.recorded.order || larger->stretches >= kMinStretches;
+    diagnosis.misfit = {larger->condition, true, certain, LeavesMostRows(data, larger->condition)};
+    diagnosis.notes.push_back(NoteOf(data, *larger, *diagnosis.misfit));
+  } else if (briefly) {
     diagnosis.notes.push_back(fmt::format(
         "residuals of {} successive poses ({}) are {:.1f} times as large as those of the other {} "
-        "(medians): the instrument or the arm was disturbed then, or something acted that no "
-        "column records. No radius covers its return; find out what happened, and measure these "
-        "poses again",
-        for_a_while->poses, LinesText(data, *for_a_while), for_a_while->ratio,
-        for_a_while->of_poses - for_a_while->poses));
+        "(medians): the instrument or the arm was disturbed then, or these poses have in common "
+        "what the model does not fit. The radius does not cover such errors; find out what "
+        "happened, and measure these poses again",
+        briefly->poses, LinesText(data, *briefly), briefly->ratio,
+        briefly->of_poses - briefly->poses));
   }
 }
 
@@ -144,7 +154,7 @@ void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis&
 /// unknown.
 void AddMisfit(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
   if (const auto found = ConditionOfOutliers(data, fit.problem.weights)) {
-    diagnosis.misfit = {found->condition};
+    diagnosis.misfit = {found->condition, false, true, LeavesMostRows(data, found->condition)};
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
                                           WordsOf(found->condition)));

@@ -187,7 +187,8 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   const std::optional<double> gain = GainInStandardErrors(*with, *without, *factor);
   if (!gain)
     return not_used("fewer than three rows can be held out, so that nothing confirms them");
-  // An arm whose own rows explain it loses that verdict with the siblings' unconfirmed causes.
+  // With siblings the verdict is at best ambiguous, so an arm that its own rows explain uses them
+  // only for a clear gain.
   const bool predicted_well = without->verdict != diagnosis::Verdict::kExplained &&
                               PredictedByMean(evidence, without->noise_floor_m);
   if (*gain < -1) return not_used(errors + ", clearly worse");

@@ -112,7 +112,7 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
 }
 
 /// True if a compliant joint carries a load that the fitted rows did not put on it.
-bool LoadedOtherwise(const model::Domain& domain, const model::JointVector& tau) {
+bool OutsideMeasuredLoads(const model::Domain& domain, const model::JointVector& tau) {
   return std::any_of(
       domain.joint_loads.begin(), domain.joint_loads.end(), [&](const model::JointLoad& load) {
         constexpr double kMost = 1 + kLoadTolerance;
@@ -159,7 +159,7 @@ bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at) {
   return outside(cell.domain->payload_kg, at.payload_kg) ||
          outside(cell.domain->temp_C, at.temp_C) ||
          (at.payload_kg && BetweenLevels(*cell.domain, *at.payload_kg)) ||
-         LoadedOtherwise(*cell.domain, at.tau);
+         OutsideMeasuredLoads(*cell.domain, at.tau);
 }
 
 }  // namespace plumbline::deflection

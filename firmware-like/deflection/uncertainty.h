@@ -41,7 +41,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 /// Where and under what conditions the tip is predicted. What is absent or empty is unknown.
 struct OperatingPoint {
   model::JointVector q;  ///< commanded [rad] or [m]
-  std::optional<double> payload_kg;
+  std::optional<double> payload_kg{};
   std::optional<double> temp_C{};
   std::optional<double> t_s{};
   int tool = 0;              ///< index, see CellModel::ToolAt

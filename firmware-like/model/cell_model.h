@@ -202,8 +202,8 @@ struct Domain {
   /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent if the fit
   /// states nothing about items, so every item is outside.
   std::optional<std::vector<int>> payload_items{};
-  /// Joints that yield and that the fitted rows load in one direction only: how they yield in the
-  /// other was not measured.
+  /// Joints that yield and that too few of the fitted rows load in one of the two directions (see
+  /// joint_loads.h): how they yield in it is not known. Each range includes 0.
   std::vector<JointLoad> joint_loads{};
 };
 

@@ -714,7 +714,7 @@ TEST_CASE("joint_combinations need a weight for every joint and an ascending ran
   CHECK(told("[[1, -1, 0, 5, 4]]").find("combination 1") != std::string::npos);
 }
 
-TEST_CASE("joint_loads_Nm name joints of the arm once, with an ascending range") {
+TEST_CASE("joint_loads_Nm name joints of the arm once, with a range that includes zero") {
   const auto fault = [](const std::string& rows) {
     FaultList faults;
     CHECK_FALSE(CellFromText(kGood + "joint_loads_Nm = " + rows + "\n", "cell.toml", faults));
@@ -723,7 +723,8 @@ TEST_CASE("joint_loads_Nm name joints of the arm once, with an ascending range")
   CHECK_THAT(fault("[[1, 0]]"), Catch::Contains("[joint, lowest load, highest load]"));
   CHECK_THAT(fault("[[4, 0, 10]]"), Catch::Contains("names joint 4; the joints are 1 to 3"));
   CHECK_THAT(fault("[[1.5, 0, 10]]"), Catch::Contains("names joint 1.5"));
-  CHECK_THAT(fault("[[2, 10, 0]]"), Catch::Contains("lowest load of joint 2 above its highest"));
+  CHECK_THAT(fault("[[2, 10, 0]]"), Catch::Contains("range of joint 2 without 0"));
+  CHECK_THAT(fault("[[2, 10, 50]]"), Catch::Contains("range of joint 2 without 0"));
   CHECK_THAT(fault("[[2, 0, 10], [2, 0, 5]]"), Catch::Contains("joint 2 twice"));
 }
 
