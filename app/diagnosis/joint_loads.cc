@@ -31,6 +31,7 @@ double LeastTorque(const JointInRows& joint, double sigma_m) {
 std::optional<model::Interval> OneDirection(const JointInRows& joint, double sigma_m) {
   constexpr double kCountedShare = 0.1;   // of the largest torque
   constexpr double kRoundedShare = 1e-3;  // of the largest torque: a balanced joint
+  constexpr double kLeastLoad = 1e-3;     // N m or N: below it, a torque is a rounding error
   double low = 0, high = 0;
   for (const auto& [pose, tau] : joint.torques) {
     low = std::min(low, tau);
@@ -38,7 +39,7 @@ std::optional<model::Interval> OneDirection(const JointInRows& joint, double sig
   }
   const double largest = std::max(-low, high);
   const double least = std::max(LeastTorque(joint, sigma_m), kRoundedShare * largest);
-  if (!(largest > least)) return std::nullopt;
+  if (!(largest > std::max(least, kLeastLoad))) return std::nullopt;
   const double counted = std::max(least, kCountedShare * largest);
   int positive = 0, negative = 0;
   for (const auto& [pose, tau] : joint.torques) {
@@ -75,12 +76,14 @@ void AddRow(const deflection::LoadedArm& arm, const I& influence,
 
 }  // namespace
 
-std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model) {
+std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model,
+                                           const std::set<int>& suspected) {
   const Dataset& data = problem.data;
   std::vector<deflection::LoadedArm> arms;  // gravity in the base depends on its frame
   for (const SessionIndex session : data.sessions.indices())
     arms.emplace_back(CellOf(data, model, session));
   std::vector<JointInRows> joints(static_cast<std::size_t>(arms.front().size()));
+  for (const int joint : suspected) joints[static_cast<std::size_t>(joint)].by_gap_m = HUGE_VAL;
   deflection::LoadedState state;
   for (const RowIndex row : data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight || data.numbers[row].count == 0) continue;

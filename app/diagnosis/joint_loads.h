@@ -1,6 +1,7 @@
 // Directions in which the fitted rows load the joints that yield.
 #pragma once
 
+#include <set>
 #include <vector>
 
 #include "app/diagnosis/fit_problem.h"
@@ -19,6 +20,9 @@ inline constexpr int kMinPosesPerDirection = 5;
 /// the tip by the noise, in the direction that was not shown, to the largest torque in the other.
 /// Rejected rows do not count. Joints that never move the tip by the noise are left out, and so are
 /// those whose gravity torque is unknown because a link mass is not declared.
-std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model);
+/// @param suspected  0-based joints of which a rival of the answer depends on the direction of the
+///                   load: they count as if a gap moved the tip
+std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model,
+                                           const std::set<int>& suspected);
 
 }  // namespace plumbline::diagnosis

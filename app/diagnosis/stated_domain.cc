@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/farthest_poses.h"
@@ -14,6 +15,7 @@
 #include "app/diagnosis/residual_spread.h"
 #include "app/diagnosis/rival_spread.h"
 #include "app/diagnosis/thresholds.h"
+#include "firmware-like/effects/catalogue.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -25,6 +27,22 @@ FitProblem WithoutMisfit(FitProblem problem, const std::optional<Misfit>& misfit
     if (Meets(misfit->condition, problem.data, row)) problem.weights[row] = 0;
   }
   return problem;
+}
+
+/// Joints of rivals that depend on their gravity torque, 0-based.
+std::set<int> LoadedJointsOf(const std::vector<Rival>& rivals, int joints) {
+  std::set<int> found;
+  for (const Rival& rival : rivals) {
+    const effects::Effect* effect = effects::FindEffect(rival.id);
+    if (effect == nullptr || !effect->traits().Needs(effects::Signal::kTorques, rival.word))
+      continue;
+    for (int joint = 0; joint < joints; ++joint) {
+      const std::string name = fmt::format("q{}", joint + 1);
+      if (std::find(rival.scope.begin(), rival.scope.end(), name) != rival.scope.end())
+        found.insert(joint);
+    }
+  }
+  return found;
 }
 
 /// Adds notes on directions of load that the rows do not show, or that nobody knows.
@@ -117,7 +135,8 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   const FitProblem validated = WithoutMisfit(fit.problem, diagnosis.misfit);
   AddFramesAndDomain(validated, corrected.model, diagnosis);
-  diagnosis.domain.joint_loads = JointLoadsOf(validated, corrected.model);
+  diagnosis.domain.joint_loads = JointLoadsOf(
+      validated, corrected.model, LoadedJointsOf(diagnosis.rivals, task.data.cell.robot.size()));
   AddLoadNotes(corrected.model.effects, diagnosis.domain.joint_loads, diagnosis);
   AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();

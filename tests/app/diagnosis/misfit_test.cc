@@ -1,6 +1,7 @@
 // Rows that the model fits worse than the others, and directions of load that rows hardly show.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <functional>
 #include <random>
 
 #include "app/diagnosis/dataset_preparation.h"
@@ -24,23 +25,28 @@ bool Notes(const Diagnosis& diagnosis, const std::string& text) {
                      [&](const std::string& note) { return note.find(text) != std::string::npos; });
 }
 
+/// Adds normal noise to the points of the rows for which `disturbed` holds.
+void Disturb(MeasuredCell& data, double sigma_m, unsigned seed,
+             const std::function<bool(std::size_t)>& disturbed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, sigma_m);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    if (disturbed(k))
+      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("larger residuals under a rare load are its condition, and that load is not validated") {
   for (const bool by_load : {true, false}) {
     CAPTURE(by_load);
     MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
-    std::vector<std::size_t> noisy;
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      const bool heavy = k % 9 == 4;
-      data.table.rows[k].payload_kg = heavy ? 8 : k % 2 == 0 ? 2 : 4;
-      if (by_load ? heavy : k % 9 == 5) noisy.push_back(k);
-    }
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k)
+      data.table.rows[k].payload_kg = k % 9 == 4 ? 8 : k % 2 == 0 ? 2 : 4;
     Remeasure(data, {}, 5e-5, 7);
-    std::mt19937 random(11);
-    std::normal_distribution<double> noise(0, 2e-4);  // mostly within what rejects a row
-    for (const std::size_t k : noisy)
-      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+    // Mostly within what rejects a row.
+    Disturb(data, 2e-4, 11, [&](std::size_t k) { return k % 9 == (by_load ? 4 : 5); });
     const auto diagnosis = Answer(data);
     REQUIRE(diagnosis);
     REQUIRE(diagnosis->misfit.has_value() == by_load);
@@ -58,12 +64,7 @@ TEST_CASE("larger residuals under most rows are named, but leave no domain witho
   for (std::size_t k = 0; k < data.table.rows.size(); ++k)
     data.table.rows[k].payload_kg = k % 9 < 5 ? 8 : k % 2 == 0 ? 2 : 4;
   Remeasure(data, {}, 5e-5, 7);
-  std::mt19937 random(12);
-  std::normal_distribution<double> noise(0, 4e-4);
-  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-    if (k % 9 < 5)
-      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
-  }
+  Disturb(data, 4e-4, 12, [](std::size_t k) { return k % 9 < 5; });
   const auto diagnosis = Answer(data);
   REQUIRE(diagnosis);
   REQUIRE(diagnosis->misfit);
@@ -106,12 +107,7 @@ TEST_CASE("larger residuals for a while are noted with their lines, and change n
       data.table.rows[k].temp_C = 20 + 0.1 * static_cast<double>(k % 7);
     }
     Remeasure(data, {}, 5e-5, 7);
-    std::mt19937 random(11);
-    std::normal_distribution<double> noise(0, 1.5e-4);
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      if (then(k))
-        *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
-    }
+    Disturb(data, 1.5e-4, 11, then);
     const auto diagnosis = Answer(data);
     REQUIRE(diagnosis);
     CHECK(diagnosis->verdict == Verdict::kNoEffect);
@@ -133,12 +129,7 @@ TEST_CASE("a disturbance that coincides with many heavy rows is not blamed on th
     data.table.rows[k].payload_kg = heavy ? 8 : k % 2 == 0 ? 2 : 4;
   }
   Remeasure(data, {}, 5e-5, 7);
-  std::mt19937 random(11);
-  std::normal_distribution<double> noise(0, 1.5e-4);
-  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-    if (then(k))
-      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
-  }
+  Disturb(data, 1.5e-4, 11, then);
   const auto diagnosis = Answer(data);
   REQUIRE(diagnosis);
   CHECK(diagnosis->drivers.empty());
