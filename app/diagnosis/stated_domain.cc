@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/joint_loads.h"

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/diagnosis/dataset_preparation.h"
+#include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/larger_residuals.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
