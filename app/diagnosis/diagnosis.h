@@ -197,7 +197,7 @@ struct Misfit {
   RowCondition condition;
   bool larger_residuals = false;  ///< otherwise they are rejected
   /// Whether nothing else explains them. If they were measured in one or two stretches, a
-  /// disturbance at that time looks alike.
+  /// disturbance at that time would do the same.
   bool certain = true;
   /// Whether points under the condition are outside the domain: if it can be tested on them, and
   /// does not hold for more than half of the rows.

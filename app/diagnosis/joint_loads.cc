@@ -79,7 +79,7 @@ void AddRow(const deflection::LoadedArm& arm, const I& influence,
 std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Model& model,
                                            const std::set<int>& suspected) {
   const Dataset& data = problem.data;
-  std::vector<deflection::LoadedArm> arms;  // gravity in the base depends on its frame
+  Indexed<SessionIndex, deflection::LoadedArm> arms;  // gravity in the base depends on its frame
   for (const SessionIndex session : data.sessions.indices())
     arms.emplace_back(CellOf(data, model, session));
   std::vector<JointInRows> joints(static_cast<std::size_t>(arms.front().size()));
@@ -87,7 +87,7 @@ std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Mode
   deflection::LoadedState state;
   for (const RowIndex row : data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight || data.numbers[row].count == 0) continue;
-    const deflection::LoadedArm& arm = arms[static_cast<std::size_t>(data.session_of[row].value())];
+    const deflection::LoadedArm& arm = arms[data.session_of[row]];
     const effects::Conditions& moment = data.conditions[row];
     I influence = arm.EffectsAt(moment);
     effects::AddEffects(model.effects, moment, influence);

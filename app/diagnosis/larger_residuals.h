@@ -18,10 +18,13 @@ struct LargerResiduals {
   double p_value = 1;  ///< of chance, over everything that was tried
 };
 
+/// Stretches in which a condition must hold before a disturbance at that time is excluded.
+inline constexpr int kMinStretches = 3;
+
 /// A condition on a recorded signal under which residuals are larger.
 struct LargerUnderCondition : LargerResiduals {
   RowCondition condition;
-  int stretches = 0;  ///< of successive rows; with few, a disturbance at that time looks alike
+  int stretches = 0;  ///< of successive rows under the condition
 };
 
 /// The condition on a recorded signal under which residuals are larger, if chance does not explain
@@ -35,7 +38,6 @@ struct LargerUnderCondition : LargerResiduals {
 ///               of its visits, and the mean of the signal
 std::optional<LargerUnderCondition> FindLargerUnderCondition(const Dataset& data,
                                                              const PerRow<double>& sizes);
-inline constexpr int kMinStretches = 3;
 
 /// The stretch of successive poses, at most half of them, in which residuals are larger, by the
 /// same test over all stretches. Successive visits of a pose count once. nullopt if there is none,

@@ -36,7 +36,7 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
     const std::string_view word =
         IsDeclared(data.cell, traits.id) ? std::string_view() : effect.term.word;
     const model::Interval plausible = effects::PlausibleOf(spec, word, prismatic, parameter.joint);
-    if (plausible.low == 0 && in_file < 0 && word == spec.not_negative_with) {
+    if (in_file < 0 && !word.empty() && word == spec.not_negative_with) {
       return {fmt::format("joint q{} would yield against its load: {} = {} {} is negative",
                           parameter.joint + 1, effects::NameFromParameter(traits, parameter),
                           PlausibilityNumber(in_file), unit),

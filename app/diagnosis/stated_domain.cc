@@ -46,28 +46,33 @@ std::set<int> LoadedJointsOf(const std::vector<Rival>& rivals, int joints) {
   return found;
 }
 
-/// Adds notes on directions of load that the rows do not show, or that nobody knows.
-void AddLoadNotes(const std::vector<effects::ActiveEffect>& found,
+/// Adds notes on directions of load that the rows do not show, or that are not known.
+void AddLoadNotes(const std::vector<effects::ActiveEffect>& found, bool weight_known,
                   const std::vector<model::JointLoad>& loads, Diagnosis& diagnosis) {
   if (!loads.empty()) {
     std::vector<std::string> joints;
     joints.reserve(loads.size());
     for (const model::JointLoad& load : loads) joints.push_back(fmt::format("q{}", load.joint + 1));
     diagnosis.notes.push_back(fmt::format(
-        "too few poses load {} in both directions to show that the joint yields alike: points that "
-        "load it in the other direction are outside [domain]",
+        "too few poses load {} in one of the two directions to show how the joint yields there: "
+        "points that load it that way by more than the noise are outside [domain]",
         Listed(joints, "or")));
   }
-  const bool without_torques =
+  const bool unknown_loads =
+      !weight_known &&
       std::any_of(found.begin(), found.end(), [](const effects::ActiveEffect& effect) {
-        return effect.term.effect->traits().Needs(effects::Signal::kNoTorques, effect.term.word);
+        const effects::EffectTraits& traits = effect.term.effect->traits();
+        return traits.Needs(effects::Signal::kNoTorques, effect.term.word) ||
+               traits.Needs(effects::Signal::kTorques, effect.term.word);
       });
-  if (!without_torques) return;
+  if (!unknown_loads) return;
   diagnosis.notes.emplace_back(
-      "link masses are not declared, so that nobody knows in which directions these rows load the "
-      "joints: points that load a joint in a direction which no row shows count as measured, with "
-      "a "
-      "radius that is too small if it yields differently there. Declare link_mass_kg");
+      "link_mass_kg is not declared for every link, so that the directions in which these rows "
+      "load "
+      "the joints are not known: points that load a joint in a direction that no row shows count "
+      "as "
+      "measured, with a radius that is too small if it yields differently there. Declare the "
+      "masses");
 }
 
 /// A correction fades with the distance from the measured poses unless its causes are confirmed.
@@ -138,7 +143,8 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
   AddFramesAndDomain(validated, corrected.model, diagnosis);
   diagnosis.domain.joint_loads = JointLoadsOf(
       validated, corrected.model, LoadedJointsOf(diagnosis.rivals, task.data.cell.robot.size()));
-  AddLoadNotes(corrected.model.effects, diagnosis.domain.joint_loads, diagnosis);
+  AddLoadNotes(corrected.model.effects, task.data.weight_known, diagnosis.domain.joint_loads,
+               diagnosis);
   AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&

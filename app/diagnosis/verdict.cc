@@ -71,8 +71,8 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
           : fmt::format("the declared sigma_mm = {:.3g}", 1e3 * data.sigma_m)));
 }
 
-/// Sizes of the residuals over their median under noise of 1 m, so that rows of different kinds
-/// compare.
+/// Sizes of the residuals, divided by the median size under unit noise so that rows with different
+/// numbers of residuals can be compared.
 PerRow<double> SizesOf(const Dataset& data, const FitOfAllRows& fit) {
   const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
   PerRow<double> sizes;

@@ -7,6 +7,7 @@
 #include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/larger_residuals.h"
+#include "app/diagnosis/plausibility.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "tests/app/diagnosis/simulated.h"
@@ -137,7 +138,7 @@ TEST_CASE("a disturbance that coincides with many heavy rows is not blamed on th
   CHECK(Notes(*diagnosis, "successive poses (lines "));
 }
 
-TEST_CASE("equal noise is no condition and no stretch, whatever the kind of the rows") {
+TEST_CASE("equal noise is no condition and no stretch") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 120 --repeats 20 --seed 5");
   const Result<Dataset> rows = DatasetFrom(data.cell, data.table);
   REQUIRE(rows);
@@ -204,6 +205,40 @@ TEST_CASE("a joint that yields is validated in the direction in which the rows l
       largest = std::max(largest, std::abs(torque_Nm(row)));
     CHECK((positive ? found->range.high : -found->range.low) == Approx(largest).epsilon(0.01));
   }
+}
+
+TEST_CASE("without link masses, a note says that the directions of load are not known") {
+  for (const bool declared : {true, false}) {
+    CAPTURE(declared);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 5");
+    Remeasure(data, {EffectWith(data.cell, "joint_compliance", {{"q2", 3e-5}, {"q3", 6e-5}})}, 5e-5,
+              7);
+    if (!declared) {
+      for (model::Joint& joint : data.cell.robot.joints) joint.link_mass_kg.reset();
+    }
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK_FALSE(diagnosis->findings.empty());
+    CHECK(Notes(*diagnosis, "link_mass_kg is not declared for every link") != declared);
+  }
+}
+
+TEST_CASE("a negative backlash by load is implausible unless it reduces a declared one") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 5");
+  const effects::ActiveEffect gap = EffectWith(data.cell, "backlash", {{"q3", -1e-4}}, "load");
+  const auto implausible = [&](const effects::ActiveEffect& effect) {
+    const Result<Dataset> rows = DatasetFrom(data.cell, data.table);
+    REQUIRE(rows);
+    return ImplausibilityOf(*rows, effect).sentence;
+  };
+  CHECK_THAT(implausible(gap), Catch::Contains("joint q3 would yield against its load"));
+  CHECK(implausible(EffectWith(data.cell, "backlash", {{"q3", -1e-4}}, "move")).empty());
+  // Other ranges that start at zero say nothing about a load.
+  CHECK_THAT(implausible(EffectWith(data.cell, "joint_compliance", {{"q3", -1e-3}})),
+             !Catch::Contains("is negative"));
+  data.cell.effects = {effects::WrittenFromActive(
+      EffectWith(data.cell, "backlash", {{"q3", 3e-4}}, "load"), Eigen::MatrixXd())};
+  CHECK(implausible(gap).empty());
 }
 
 }  // namespace plumbline::misfit_test
