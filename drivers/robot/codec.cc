@@ -111,10 +111,16 @@ Mat3 RotationFromReported(const Vec3& angles, ReportedOrientation convention) {
 
 }  // namespace
 
+std::optional<std::size_t> BlockOf(const std::vector<RegisterBlock>& blocks,
+                                   const RegisterValue& value) {
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    if (Holds(blocks[k], value.table, value.address, WordsOf(value.type))) return k;
+  }
+  return std::nullopt;
+}
+
 bool IsRead(const std::vector<RegisterBlock>& blocks, const RegisterValue& value) {
-  return std::any_of(blocks.begin(), blocks.end(), [&value](const RegisterBlock& block) {
-    return Holds(block, value.table, value.address, WordsOf(value.type));
-  });
+  return BlockOf(blocks, value).has_value();
 }
 
 Result<RobotCodec> RobotCodec::Create(const RobotProfile& profile) {
@@ -146,7 +152,10 @@ Result<RobotCodec> RobotCodec::Create(const RobotProfile& profile) {
   codec.hottest_joint_ = profile.hottest_joint;
   if (profile.tool_number) codec.tool_number_ = codec.Compile(*profile.tool_number);
   if (profile.payload_item) codec.payload_item_ = codec.Compile(*profile.payload_item);
-  if (profile.sequence) codec.sequence_ = codec.Compile(*profile.sequence);
+  if (profile.sequence) {
+    codec.sequence_ = codec.Compile(*profile.sequence);
+    codec.sequence_address_ = profile.sequence->address;
+  }
   if (profile.mode.value) codec.mode_value_ = codec.Compile(*profile.mode.value);
   for (const ModeSignal::Bit& bit : profile.mode.bits) {
     codec.mode_bits_.push_back(
@@ -285,6 +294,14 @@ void RobotCodec::RobotStateFromRegisters(Words words, model::RobotState& state) 
 std::optional<std::uint32_t> RobotCodec::RefreshCounter(Words words) const {
   if (!sequence_) return std::nullopt;
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(Raw(*sequence_, words)));
+}
+
+std::optional<std::uint32_t> RobotCodec::RefreshCounter(Words words,
+                                                        const RegisterBlock& block) const {
+  if (!sequence_) return std::nullopt;
+  Field field = *sequence_;
+  field.index = sequence_address_ - block.first;
+  return static_cast<std::uint32_t>(static_cast<std::int64_t>(Raw(field, words)));
 }
 
 }  // namespace plumbline::robot

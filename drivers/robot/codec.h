@@ -11,6 +11,10 @@
 
 namespace plumbline::robot {
 
+/// Index of the first block that contains all words of the value.
+std::optional<std::size_t> BlockOf(const std::vector<RegisterBlock>& blocks,
+                                   const RegisterValue& value);
+
 /// True if one of the blocks contains all words of the value.
 bool IsRead(const std::vector<RegisterBlock>& blocks, const RegisterValue& value);
 
@@ -36,6 +40,9 @@ class RobotCodec {
 
   /// The controller's own refresh counter; nullopt if the profile has none.
   std::optional<std::uint32_t> RefreshCounter(std::span<const std::uint16_t> words) const;
+  /// The same from the words of one read that contains it.
+  std::optional<std::uint32_t> RefreshCounter(std::span<const std::uint16_t> words,
+                                              const RegisterBlock& block) const;
 
  private:
   struct Field {
@@ -87,6 +94,7 @@ class RobotCodec {
   bool hottest_joint_ = false;
   std::optional<Field> tool_number_, payload_item_;
   std::optional<Field> sequence_;
+  int sequence_address_ = 0;
   std::vector<BitField> mode_bits_;
   std::optional<Field> mode_value_;
   std::vector<ModeSignal::Meaning> meanings_;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
+#include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -14,22 +16,62 @@
 namespace plumbline::robot {
 namespace {
 
+using State = modbus::ResponseCheck::State;
+
 constexpr double kMaxFrame_bits = 256 * 11;
+constexpr std::size_t kMinRtuResponseBytes = 5;  // an exception
+constexpr int kSynchronisations = 3;             // markers sent before the line is opened again
 
-bool IsException(int error) {
-  return error >= EMBXILFUN && error <= EMBXGTAR;
-}
-
-LinkResult ResultFromErrno(int error) {
-  if (IsException(error)) return LinkResult::kException;
-  if (error == ETIMEDOUT) return LinkResult::kTimeout;
-  if (error >= MODBUS_ENOBASE) return LinkResult::kProtocol;
-  return LinkResult::kLost;
-}
-
-bool SetTimeout(_modbus* context, double timeout_s) {
+bool SetConnectTimeout(_modbus* context, double timeout_s) {
   const auto microseconds = static_cast<std::uint32_t>(std::lround(1e6 * timeout_s));
   return modbus_set_response_timeout(context, microseconds / 1000000, microseconds % 1000000) == 0;
+}
+
+/// Waits until bytes, or the end of the connection, can be read. @return false after until_s
+bool AwaitBytes(int fd, double until_s) {
+  while (true) {
+    const double left_s = std::max(0.0, until_s - MonotonicSeconds());
+    timespec left{};
+    left.tv_sec = static_cast<time_t>(left_s);
+    left.tv_nsec = static_cast<long>(1e9 * (left_s - static_cast<double>(left.tv_sec)));
+    pollfd waiting{fd, POLLIN, 0};
+    const int ready = ppoll(&waiting, 1, &left, nullptr);
+    if (ready > 0) return true;
+    if (ready == 0) return false;
+    if (errno != EINTR) return true;  // read() reports the error
+  }
+}
+
+/// Bytes that are there, without waiting: their number, 0 if there are none; -1 with errno.
+ssize_t ReadSome(int fd, std::span<std::uint8_t> buffer) {
+  ssize_t count = 0;
+  do {
+    count = read(fd, buffer.data(), buffer.size());
+  } while (count < 0 && errno == EINTR);
+  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return 0;
+  if (count == 0) {
+    errno = ECONNRESET;
+    return -1;
+  }
+  return count;
+}
+
+std::array<std::uint8_t, 5> Pdu(int function, int first, int second) {
+  return {static_cast<std::uint8_t>(function), static_cast<std::uint8_t>(first >> 8),
+          static_cast<std::uint8_t>(first & 0xFF), static_cast<std::uint8_t>(second >> 8),
+          static_cast<std::uint8_t>(second & 0xFF)};
+}
+
+std::string TextOf(const modbus::ResponseCheck& mismatch, bool serial) {
+  const std::string_view what = mismatch.what;
+  std::string_view remedy;
+  if (what == "unit id") remedy = ": another device answers, or robot.unit_id is wrong";
+  if (serial && (what == "byte count" || what == "function code"))
+    remedy = ": a late response; if it recurs, increase robot.timeout_ms";
+  if (mismatch.found == mismatch.expected)
+    return fmt::format("not the response to the request: wrong {}", what);
+  return fmt::format("not the response to the request, {} {} instead of {}{}", what, mismatch.found,
+                     mismatch.expected, remedy);
 }
 
 }  // namespace
@@ -49,17 +91,16 @@ Result<ModbusClient> ModbusClient::Create(_modbus* context, std::string peer, bo
   if (modbus_set_slave(context, unit_id) != 0) {
     return Error{fmt::format("{}: unit id {} is not 0..247 or 255", client.peer_, unit_id)};
   }
-  if (!(timeout_s > 0 && timeout_s < 3600) || !SetTimeout(context, timeout_s)) {
+  if (!(timeout_s > 0 && timeout_s < 3600) || !SetConnectTimeout(context, timeout_s)) {
     return Error{fmt::format("{}: timeout {} s is outside 0..3600", client.peer_, timeout_s)};
   }
-  client.timeout_s_ = timeout_s;
-  // Without a byte timeout the response timeout covers the whole response.
-  modbus_set_byte_timeout(context, 0, 0);
+  client.unit_ = static_cast<std::uint8_t>(unit_id);
+  client.configured_timeout_s_ = client.timeout_s_ = timeout_s;
   return client;
 }
 
 Result<ModbusClient> ModbusClient::Tcp(const TcpAddress& address, int unit_id, double timeout_s,
-                                       Clock clock) {
+                                       Clock clock, std::vector<RegisterBlock> markers) {
   const std::string service = std::to_string(address.port);
   Result<ModbusClient> client =
       Create(modbus_new_tcp_pi(address.host.c_str(), service.c_str()),
@@ -67,20 +108,28 @@ Result<ModbusClient> ModbusClient::Tcp(const TcpAddress& address, int unit_id, d
   if (!client) return client;
   ModbusClient named = std::move(client).value();
   named.host_ = address.host;
+  named.markers_ = std::move(markers);
   return named;
 }
 
 Result<ModbusClient> ModbusClient::Rtu(const SerialLine& line, int unit_id, double timeout_s,
-                                       Clock clock) {
+                                       Clock clock, std::vector<RegisterBlock> markers) {
   if (line.baud <= 0)
     return Error{fmt::format("{}: {} baud is not positive", line.device, line.baud)};
+  if (markers.empty()) return Error{fmt::format("{}: no read can synchronise it", line.device)};
   const double frame_s = kMaxFrame_bits / line.baud;
-  return Create(modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.stop_bits),
-                line.device, true, unit_id, timeout_s + frame_s, clock);
+  Result<ModbusClient> client =
+      Create(modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.stop_bits),
+             line.device, true, unit_id, timeout_s + frame_s, clock);
+  if (!client) return client;
+  ModbusClient marked = std::move(client).value();
+  marked.longest_frame_s_ = frame_s;
+  marked.markers_ = std::move(markers);
+  return marked;
 }
 
 LinkResult ModbusClient::Connect() {
-  if (connected_) return LinkResult::kOk;
+  if (connected_) return serial_ && !synchronised_ ? Synchronise() : LinkResult::kOk;
   if (clock_() < next_attempt_s_) return LinkResult::kWaiting;
   errno = 0;
   if (modbus_connect(context_.get()) != 0) {
@@ -89,75 +138,183 @@ LinkResult ModbusClient::Connect() {
     if (!serial_ && (error == 0 || error == ECONNREFUSED)) {
       if (const char* why = ResolveFailure(host_)) return FailUnresolved(why);
     }
-    errno = error == 0 ? EHOSTUNREACH : error;
-    return Fail(0, 0, 0);
+    request_size_ = 0;
+    return FailWith(error == 0 ? EHOSTUNREACH : error);
   }
   connected_ = true;
   ++connections_;
+  synchronised_ = false;
+  return serial_ ? Synchronise() : LinkResult::kOk;
+}
+
+const RegisterBlock& ModbusClient::NextMarker() {
+  marker_ = (marker_ + 1) % markers_.size();
+  return markers_[marker_];
+}
+
+/// Discards what is received until nothing was received for longest_frame_s_.
+/// @param was_silent  set to false if anything was
+LinkResult ModbusClient::AwaitSilence(bool& was_silent) {
+  const int fd = modbus_get_socket(context_.get());
+  const double give_up_s = MonotonicSeconds() + timeout_s_ + 2 * longest_frame_s_;
+  for (was_silent = true; AwaitBytes(fd, MonotonicSeconds() + longest_frame_s_);) {
+    was_silent = false;
+    if (ReadSome(fd, response_) < 0) return FailWith(errno);
+    if (MonotonicSeconds() > give_up_s) {
+      return Fail(LinkResult::kProtocol,
+                  "the line is never silent: another master, or a disturbance");
+    }
+  }
   return LinkResult::kOk;
 }
 
-bool ModbusClient::ReadyForRequest() {
-  if (serial_) {
-    modbus_flush(context_.get());
-    return true;
+/// A late response makes the marker's answer a mismatch, or follows it: then again.
+LinkResult ModbusClient::Synchronise() {
+  bool silent = false;
+  LinkResult result = AwaitSilence(silent);
+  for (int attempt = 1; result == LinkResult::kOk; ++attempt) {
+    const RegisterBlock& marker = NextMarker();
+    result = Send(Pdu(static_cast<int>(marker.table), marker.first, marker.count));
+    modbus::ResponseCheck check;
+    if (result == LinkResult::kOk) result = Receive(MonotonicSeconds() + timeout_s_, check);
+    if (result == LinkResult::kOk) result = AwaitSilence(silent);
+    if (result != LinkResult::kOk) break;
+    if (check.state == State::kAnswer && silent) {
+      synchronised_ = true;
+      break;
+    }
+    if (check.state == State::kException) {
+      return Fail(LinkResult::kException,
+                  fmt::format("exception {:02}: the controller refuses to read a part of a block, "
+                              "without which late responses cannot be recognised",
+                              check.exception));
+    }
+    if (attempt == kSynchronisations) {
+      return Fail(LinkResult::kProtocol, check.state == State::kAnswer
+                                             ? "late responses: increase robot.timeout_ms"
+                                             : TextOf(check, true));
+    }
   }
-  char byte = 0;
-  const auto waiting = recv(modbus_get_socket(context_.get()), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
-  if (waiting < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
-  errno = waiting == 0 ? ECONNRESET : EMBBADDATA;
-  return false;
+  return result;
+}
+
+LinkResult ModbusClient::DiscardUnread() {
+  const int fd = modbus_get_socket(context_.get());
+  std::size_t unread = 0;
+  while (AwaitBytes(fd, 0)) {
+    const auto count = ReadSome(fd, response_);
+    if (count < 0) return FailWith(errno);
+    unread += static_cast<std::size_t>(count);
+    // A disturbance when the transmitters change; anything longer may have been a response.
+    if (!serial_ || unread >= kMinRtuResponseBytes) {
+      return Fail(LinkResult::kProtocol, "bytes that no request has asked for");
+    }
+  }
+  return LinkResult::kOk;
+}
+
+LinkResult ModbusClient::Send(Bytes pdu) {
+  if (serial_) {
+    request_size_ =
+        modbus::WriteRtuFrame(unit_, pdu, std::span(request_).first<modbus::kMaxRtuFrameBytes>());
+  } else {
+    modbus::WriteMbap(std::span(request_).first<modbus::kMbapBytes>(), ++transaction_, unit_,
+                      pdu.size());
+    std::copy(pdu.begin(), pdu.end(), request_.begin() + modbus::kMbapBytes);
+    request_size_ = modbus::kMbapBytes + pdu.size();
+  }
+  if (const LinkResult unread = DiscardUnread(); unread != LinkResult::kOk) return unread;
+  const int fd = modbus_get_socket(context_.get());
+  const auto sent = serial_ ? write(fd, request_.data(), request_size_)
+                            : send(fd, request_.data(), request_size_, MSG_NOSIGNAL);
+  if (sent == static_cast<ssize_t>(request_size_)) return LinkResult::kOk;
+  return FailWith(sent < 0 ? errno : ETIMEDOUT);
+}
+
+/// kOk once the bytes have been judged, also if they are not the response.
+LinkResult ModbusClient::Receive(double until_s, modbus::ResponseCheck& check) {
+  const int fd = modbus_get_socket(context_.get());
+  const auto judge = serial_ ? modbus::CheckRtuResponse : modbus::CheckTcpResponse;
+  const Bytes request = Bytes(request_).first(request_size_);
+  response_size_ = 0;
+  for (check = judge(request, {}); check.state == State::kIncomplete;) {
+    if (!AwaitBytes(fd, until_s)) return FailWith(ETIMEDOUT);
+    const auto count =
+        ReadSome(fd, std::span(response_).subspan(response_size_, check.size - response_size_));
+    if (count < 0) return FailWith(errno);
+    response_size_ += static_cast<std::size_t>(count);
+    check = judge(request, Bytes(response_).first(response_size_));
+  }
+  return LinkResult::kOk;
+}
+
+LinkResult ModbusClient::Exchange(Bytes pdu, Bytes* data) {
+  LinkResult result = serial_ && !synchronised_ ? Synchronise() : LinkResult::kOk;
+  if (result == LinkResult::kOk) result = Send(pdu);
+  if (result != LinkResult::kOk) return result;
+  modbus::ResponseCheck check;
+  result = Receive(MonotonicSeconds() + timeout_s_, check);
+  if (result != LinkResult::kOk) return result;
+  if (check.state == State::kMismatch) return Fail(LinkResult::kProtocol, TextOf(check, serial_));
+  if (check.state == State::kException) {
+    return Fail(LinkResult::kException, modbus_strerror(MODBUS_ENOBASE + check.exception));
+  }
+  if (data != nullptr) *data = Bytes(response_).subspan(check.data);
+  return LinkResult::kOk;
 }
 
 LinkResult ModbusClient::Read(const RegisterBlock& block, std::span<std::uint16_t> words) {
-  int count = -1;
-  if (!ReadyForRequest()) {
-    // errno is set
-  } else if (block.table == RegisterTable::kHolding) {
-    count = modbus_read_registers(context_.get(), block.first, block.count, words.data());
-  } else if (block.table == RegisterTable::kInput) {
-    count = modbus_read_input_registers(context_.get(), block.first, block.count, words.data());
-  } else {
-    std::array<std::uint8_t, kMaxRegistersOfRead> bits{};
-    count = block.table == RegisterTable::kCoil
-                ? modbus_read_bits(context_.get(), block.first, block.count, bits.data())
-                : modbus_read_input_bits(context_.get(), block.first, block.count, bits.data());
-    std::copy_n(bits.begin(), block.count, words.begin());
+  Bytes data;
+  const LinkResult result =
+      Exchange(Pdu(static_cast<int>(block.table), block.first, block.count), &data);
+  if (result != LinkResult::kOk) return result;
+  const bool bits = block.table == RegisterTable::kCoil || block.table == RegisterTable::kDiscrete;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i) {
+    words[i] = static_cast<std::uint16_t>(bits ? data[i / 8] >> (i % 8) & 1
+                                               : data[2 * i] << 8 | data[2 * i + 1]);
   }
-  if (count == block.count) return LinkResult::kOk;
-  return Fail(static_cast<int>(block.table), block.first, block.count);
+  return LinkResult::kOk;
 }
 
 LinkResult ModbusClient::Write(int first, std::span<const std::uint16_t> words) {
-  const int count = static_cast<int>(words.size());
-  if (ReadyForRequest() &&
-      modbus_write_registers(context_.get(), first, count, words.data()) == count) {
-    return LinkResult::kOk;
+  std::array<std::uint8_t, 6 + 2 * kMaxRegistersOfWrite> pdu{};
+  const std::size_t bytes = 2 * words.size();
+  const auto head = Pdu(16, first, static_cast<int>(words.size()));
+  std::copy(head.begin(), head.end(), pdu.begin());
+  pdu[head.size()] = static_cast<std::uint8_t>(bytes);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    pdu[6 + 2 * i] = static_cast<std::uint8_t>(words[i] >> 8);
+    pdu[7 + 2 * i] = static_cast<std::uint8_t>(words[i] & 0xFF);
   }
-  return Fail(16, first, count);
+  return Exchange(Bytes(pdu).first(6 + bytes));
 }
 
 LinkResult ModbusClient::WriteOne(int address, std::uint16_t word) {
-  if (ReadyForRequest() && modbus_write_register(context_.get(), address, word) == 1) {
-    return LinkResult::kOk;
-  }
-  return Fail(6, address, 1);
+  return Exchange(Pdu(6, address, word));
 }
 
 void ModbusClient::LimitTimeout(double max_s) {
-  SetTimeout(context_.get(), std::clamp(max_s, 1e-3, timeout_s_));
+  timeout_s_ = std::clamp(max_s, 1e-3, configured_timeout_s_);
 }
 
-LinkResult ModbusClient::Fail(int function, int first, int count) {
-  const int error = errno;
+LinkResult ModbusClient::FailWith(int error) {
+  return Fail(error == ETIMEDOUT ? LinkResult::kTimeout : LinkResult::kLost,
+              modbus_strerror(error));
+}
+
+LinkResult ModbusClient::Fail(LinkResult result, std::string_view what) {
   const auto room = problem_.size();
+  const std::size_t pdu = serial_ ? 1 : modbus::kMbapBytes;
+  const auto word = [this, pdu](std::size_t at) {
+    return request_[pdu + at] << 8 | request_[pdu + at + 1];
+  };
   const auto written =
-      function == 0 ? fmt::format_to_n(problem_.begin(), room, "{}: connecting: {}", peer_,
-                                       modbus_strerror(error))
-                    : fmt::format_to_n(problem_.begin(), room, "{}: FC{:02}, {} from {}: {}", peer_,
-                                       function, count, first, modbus_strerror(error));
+      connected_ && request_size_ > pdu + 4
+          ? fmt::format_to_n(problem_.begin(), room, "{}: FC{:02}, {} from {}: {}", peer_,
+                             request_[pdu], request_[pdu] == 6 ? 1 : word(3), word(1), what)
+          : fmt::format_to_n(problem_.begin(), room, "{}: connecting: {}", peer_, what);
   problem_size_ = std::min(written.size, room);
-  const LinkResult result = ResultFromErrno(error);
+  synchronised_ = false;
   if (result != LinkResult::kException) Close();
   return result;
 }

@@ -9,6 +9,8 @@
 namespace plumbline::robot {
 namespace {
 
+constexpr int kPasses = 3;  // over the blocks, until the controller does not refresh in between
+
 std::string_view FitText(PushFit fit) {
   switch (fit) {
     case PushFit::kFits:
@@ -31,7 +33,7 @@ std::uint16_t SequenceAfter(std::uint16_t sequence) {
 
 }  // namespace
 
-Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& profile,
+Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& profile, ReadPlan plan,
                                                          ModbusClient client,
                                                          const PushLimits& limits, Clock clock) {
   Result<RobotCodec> codec = RobotCodec::Create(profile);
@@ -44,13 +46,14 @@ Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& pro
     return Error{fmt::format("robot profile \"{}\": the push slots overlap or exceed the registers",
                              profile.name)};
   }
-  return std::unique_ptr<RobotDevice>(
-      new ModbusRobot(std::move(codec).value(), profile, std::move(client), limits, clock));
+  return std::unique_ptr<RobotDevice>(new ModbusRobot(
+      std::move(codec).value(), profile, std::move(plan), std::move(client), limits, clock));
 }
 
-ModbusRobot::ModbusRobot(RobotCodec codec, const RobotProfile& profile, ModbusClient client,
-                         const PushLimits& limits, Clock clock)
+ModbusRobot::ModbusRobot(RobotCodec codec, const RobotProfile& profile, ReadPlan plan,
+                         ModbusClient client, const PushLimits& limits, Clock clock)
     : codec_(std::move(codec)),
+      plan_(std::move(plan)),
       client_(std::move(client)),
       clock_(clock),
       words_(static_cast<std::size_t>(codec_.word_count())),
@@ -75,25 +78,44 @@ LinkResult ModbusRobot::Refuse(LinkResult result, std::string_view text) {
 LinkResult ModbusRobot::Read(model::RobotState& state) {
   client_problem_ = true;
   if (const LinkResult result = client_.Connect(); result != LinkResult::kOk) return result;
-  std::span<std::uint16_t> rest(words_);
-  for (const RegisterBlock& block : codec_.blocks()) {
-    const auto count = static_cast<std::size_t>(block.count);
-    if (const LinkResult result = client_.Read(block, rest.first(count));
-        result != LinkResult::kOk) {
-      return result;
-    }
-    rest = rest.subspan(count);
+  LinkResult result = LinkResult::kTorn;
+  double started_s = 0;
+  for (int pass = 0; pass < kPasses && result == LinkResult::kTorn; ++pass) {
+    started_s = clock_();
+    result = ReadBlocks();
   }
+  if (result == LinkResult::kTorn) {
+    return Refuse(
+        result,
+        "the controller refreshes its registers faster than joints and load are read: put "
+        "them into one [[read]], or omit [sequence] from the profile");
+  }
+  if (result != LinkResult::kOk) return result;
   client_.ResetBackOff();
   codec_.RobotStateFromRegisters(words_, state);
-  NoteReading(state);
+  NoteReading(started_s, state);
   return LinkResult::kOk;
 }
 
-void ModbusRobot::NoteReading(model::RobotState& state) {
+LinkResult ModbusRobot::ReadBlocks() {
+  for (const auto& [block, place] : plan_.steps) {
+    const auto words = std::span(words_).subspan(place, static_cast<std::size_t>(block.count));
+    if (const LinkResult result = client_.Read(block, words); result != LinkResult::kOk)
+      return result;
+  }
+  if (plan_.markers.empty()) return LinkResult::kOk;
+  const RegisterBlock& marker = client_.NextMarker();
+  std::array<std::uint16_t, kMaxRegistersOfRead> words{};
+  const LinkResult result = client_.Read(marker, words);
+  if (result != LinkResult::kOk || !plan_.compares_refresh) return result;
+  const bool same = codec_.RefreshCounter(words, marker) == codec_.RefreshCounter(words_);
+  return same ? LinkResult::kOk : LinkResult::kTorn;
+}
+
+void ModbusRobot::NoteReading(double started_s, model::RobotState& state) {
   const std::optional<std::uint32_t> refresh = codec_.RefreshCounter(words_);
   if (sequence_ == 0 || !refresh || refresh != refresh_) {
-    timestamp_s_ = clock_();
+    timestamp_s_ = started_s;
     ++sequence_;
   }
   refresh_ = refresh;

@@ -8,16 +8,21 @@
 #include "drivers/robot/codec.h"
 #include "drivers/robot/modbus_client.h"
 #include "drivers/robot/push_gate.h"
+#include "drivers/robot/read_plan.h"
 #include "drivers/robot/robot.h"
 
 namespace plumbline::robot {
 
-/// Read() sends one request per block of the profile. Push() writes one slot: sequence 0, id and
-/// pose, then reads them back, compares, and only then writes the next sequence. A robot program
-/// that reads the same sequence (not 0) before and after the pose has a consistent pose.
+/// Read() sends one request per block of the profile, and closes the reading with a marker where
+/// the plan has one (read_plan.h): on a serial line a reading counts only once its marker is
+/// answered, and where joints and load come from several blocks only if the refresh counter in it
+/// is still that of the beginning; otherwise all blocks are read again. Push() writes one slot:
+/// sequence 0, id and pose, then reads them back, compares, and only then writes the next sequence.
+/// A robot program that reads the same sequence (not 0) before and after the pose has a consistent
+/// pose.
 class ModbusRobot : public RobotDevice {
  public:
-  static Result<std::unique_ptr<RobotDevice>> Create(const RobotProfile& profile,
+  static Result<std::unique_ptr<RobotDevice>> Create(const RobotProfile& profile, ReadPlan plan,
                                                      ModbusClient client, const PushLimits& limits,
                                                      Clock clock);
 
@@ -27,10 +32,11 @@ class ModbusRobot : public RobotDevice {
   std::string_view problem() const override;
 
  private:
-  ModbusRobot(RobotCodec codec, const RobotProfile& profile, ModbusClient client,
+  ModbusRobot(RobotCodec codec, const RobotProfile& profile, ReadPlan plan, ModbusClient client,
               const PushLimits& limits, Clock clock);
 
-  void NoteReading(model::RobotState& state);
+  LinkResult ReadBlocks();
+  void NoteReading(double started_s, model::RobotState& state);
   LinkResult WritePoint(const PushPoint& point);
   LinkResult WriteSlot(const PushPoint& point, std::span<const std::uint16_t> wanted);
   LinkResult Withdraw(int slot);
@@ -40,6 +46,7 @@ class ModbusRobot : public RobotDevice {
   LinkResult Refuse(LinkResult result, std::string_view text);
 
   RobotCodec codec_;
+  ReadPlan plan_;
   ModbusClient client_;
   Clock clock_;
   std::vector<std::uint16_t> words_;

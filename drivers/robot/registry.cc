@@ -1,5 +1,7 @@
 #include "drivers/robot/registry.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "drivers/device_kinds.h"
@@ -10,22 +12,27 @@ namespace {
 
 using Device = Result<std::unique_ptr<RobotDevice>>;
 
-Device OverModbus(Result<ModbusClient> client, const RobotConnection& connection) {
+Device OverModbus(Result<ModbusClient> client, ReadPlan plan, const RobotConnection& connection) {
   if (!client) return client.failure();
-  return ModbusRobot::Create(connection.profile, std::move(client).value(), connection.push,
-                             connection.clock);
+  return ModbusRobot::Create(connection.profile, std::move(plan), std::move(client).value(),
+                             connection.push, connection.clock);
 }
 
 Device MakeTcp(const RobotConnection& connection) {
-  return OverModbus(
-      ModbusClient::Tcp(connection.tcp, connection.unit_id, connection.timeout_s, connection.clock),
-      connection);
+  ReadPlan plan = PlanReading(connection.profile, false, connection.push.enabled);
+  auto client = ModbusClient::Tcp(connection.tcp, connection.unit_id, connection.timeout_s,
+                                  connection.clock, plan.markers);
+  return OverModbus(std::move(client), std::move(plan), connection);
 }
 
 Device MakeRtu(const RobotConnection& connection) {
-  return OverModbus(ModbusClient::Rtu(connection.serial, connection.unit_id, connection.timeout_s,
-                                      connection.clock),
-                    connection);
+  const bool push = connection.push.enabled;
+  if (const auto fault = SerialFault(connection.profile, push))
+    return Error{fmt::format("robot profile \"{}\" {}", connection.profile.name, *fault)};
+  ReadPlan plan = PlanReading(connection.profile, true, push);
+  auto client = ModbusClient::Rtu(connection.serial, connection.unit_id, connection.timeout_s,
+                                  connection.clock, plan.markers);
+  return OverModbus(std::move(client), std::move(plan), connection);
 }
 
 Device MakeReplay(const RobotConnection& connection) {

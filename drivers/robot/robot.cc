@@ -16,6 +16,8 @@ std::string_view LinkResultText(LinkResult result) {
       return "response does not match the request";
     case LinkResult::kException:
       return "rejected by the controller";
+    case LinkResult::kTorn:
+      return "registers refreshed during the reading";
     case LinkResult::kPushRefused:
       return "point not written";
     case LinkResult::kPushMismatch:

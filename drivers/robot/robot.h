@@ -18,6 +18,7 @@ enum class LinkResult : std::uint8_t {
   kLost,          ///< connection refused, reset or closed by the peer
   kProtocol,      ///< response does not match the request; the connection was closed
   kException,     ///< the controller rejected the request; still connected
+  kTorn,          ///< the controller refreshed its registers between two requests of the reading
   kPushRefused,   ///< push not enabled, value does not fit, or step too large
   kPushMismatch,  ///< read back differently from what was written
 };
@@ -35,7 +36,8 @@ class RobotDevice {
   virtual ~RobotDevice() = default;
 
   /// Reads one state. `state` is complete if kOk is returned and unchanged otherwise. Its timestamp
-  /// and sequence do not advance while the controller's own refresh counter does not.
+  /// is the time before the first request. Timestamp and sequence do not advance while the
+  /// controller's own refresh counter does not.
   virtual LinkResult Read(model::RobotState& state) = 0;
 
   /// Writes the next point that is due: at most one slot per call, round-robin.

@@ -21,7 +21,7 @@ enum class RobotMode : std::uint8_t {
 /// that it provides but that are implausible (NaN, out of limits) are present, and
 /// PlausibilityFilter rejects them.
 struct RobotState {
-  double timestamp_s = 0;  ///< monotonic arrival time of the last response of this reading
+  double timestamp_s = 0;  ///< monotonic time before the first request: nothing was read earlier
   /// Counts readings; 0 before the first, unchanged if there is no new reading.
   std::uint64_t sequence = 0;
   JointVector q;               ///< joint positions [rad] or [m]

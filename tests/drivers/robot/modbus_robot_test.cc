@@ -223,6 +223,13 @@ const Fault kFaults[] = {
     {"wrong transaction id", [](Exchange& e) { return Replace(e, 1, 0xEE); },
      LinkResult::kProtocol},
     {"wrong transaction id, then the right answer", WrongThenRight, LinkResult::kProtocol},
+    {"unit id of another robot", [](Exchange& e) { return Replace(e, 6, 2); },
+     LinkResult::kProtocol},
+    {"protocol id 1", [](Exchange& e) { return Replace(e, 3, 1); }, LinkResult::kProtocol},
+    {"header length one too small", [](Exchange& e) { return Replace(e, 5, 10); },
+     LinkResult::kProtocol},
+    {"header length two too large", [](Exchange& e) { return Replace(e, 5, 13); },
+     LinkResult::kProtocol},
     {"other function code", [](Exchange& e) { return Replace(e, 7, 4); }, LinkResult::kProtocol},
     {"fewer registers",
      [](Exchange& exchange) {
@@ -421,6 +428,83 @@ TEST_CASE("a controller whose refresh counter is constant gives no fresh reading
   REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
   CHECK(state.sequence == 2);
   CHECK(state.timestamp_s == TestTime());
+}
+
+TEST_CASE("a reading is as old as its first request") {
+  FakeController controller;
+  RobotConnection connection = ConnectionTo(controller.port());
+  connection.profile.blocks.push_back({RegisterTable::kHolding, 10, 4});
+  auto robot = MakeRobot("tcp", connection);
+  REQUIRE(robot.ok());
+  controller.Behave([](Exchange&) {
+    Advance(0.2);
+    return Then::kAnswer;
+  });
+  const double before_s = TestTime();
+  model::RobotState state;
+  REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
+  CHECK(TestTime() == Approx(before_s + 0.4));
+  CHECK(state.timestamp_s == before_s);
+}
+
+namespace {
+
+/// Joints at 0, load and refresh counter at 10: two requests.
+RobotConnection SplitConnection(int port) {
+  RobotConnection connection = ConnectionTo(port);
+  connection.profile.blocks.push_back({RegisterTable::kHolding, 10, 4});
+  connection.profile.payload_mass = ValueAt(10, RegisterType::kUint16, 1);
+  connection.profile.sequence = ValueAt(11, RegisterType::kUint16, 1);
+  return connection;
+}
+
+}  // namespace
+
+TEST_CASE("blocks between which the controller refreshed its registers are read again") {
+  FakeController controller;
+  controller.Set(0, 100);
+  controller.Set(10, 20);
+  auto robot = MakeRobot("tcp", SplitConnection(controller.port()));
+  REQUIRE(robot.ok());
+  controller.Behave([&controller](Exchange& exchange) {
+    if (exchange.number == 1) {  // between load and joints
+      controller.Set(0, 200);
+      controller.Set(10, 60);
+      controller.Set(11, 1);
+    }
+    return Then::kAnswer;
+  });
+  model::RobotState state;
+  REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
+  CHECK(state.q[0] == Approx(0.2));
+  CHECK(state.payload_kg == Approx(60));
+  CHECK(controller.requests() == 6);
+}
+
+TEST_CASE("a controller that refreshes faster than it is read gives no reading") {
+  FakeController controller;
+  auto robot = MakeRobot("tcp", SplitConnection(controller.port()));
+  REQUIRE(robot.ok());
+  controller.Behave([&controller](Exchange& exchange) {
+    controller.Set(11, static_cast<std::uint16_t>(exchange.number));
+    return Then::kAnswer;
+  });
+  model::RobotState state;
+  CHECK(robot.value()->Read(state) == LinkResult::kTorn);
+  CHECK(state.sequence == 0);
+  CHECK_THAT(std::string(robot.value()->problem()), Catch::Contains("into one [[read]]"));
+  controller.Behave({});
+  CHECK(robot.value()->Read(state) == LinkResult::kOk);
+}
+
+TEST_CASE("an answer of another unit names both units and the key") {
+  FakeController controller;
+  const auto robot = RobotAt(controller.port());
+  controller.Behave([](Exchange& exchange) { return Replace(exchange, 6, 2); });
+  model::RobotState state;
+  CHECK(robot->Read(state) == LinkResult::kProtocol);
+  CHECK_THAT(std::string(robot->problem()),
+             Catch::Contains("unit id 2 instead of 1") && Catch::Contains("robot.unit_id"));
 }
 
 TEST_CASE("a pushed point is written to its slot, its sequence last") {
