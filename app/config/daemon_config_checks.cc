@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/config/limits.h"
+#include "drivers/robot/read_plan.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {
@@ -64,6 +65,10 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
       push->AddFault("enabled", "is not possible with transport \"replay\"");
     return;
   }
+  if (robot && config.robot.transport == "rtu") {
+    if (const auto fault = robot::SerialFault(profile, push_enabled))
+      robot->AddFault("profile", *fault);
+  }
   if (config.machine.payload.source == Source::kRobot && !profile.payload_mass) {
     const std::string what = fmt::format(
         "the profile {} reads no payload mass; use \"table\" or \"fixed\"", profile.name);
@@ -121,10 +126,21 @@ void CheckGauges(const TomlTable& root, const DaemonConfig& config) {
   }
 }
 
-/// Robot data must not become stale between two cycles.
+/// Robot data must not become stale between two cycles, nor long after the robot has moved on.
 void CheckStaleAfter(const TomlTable& root, const DaemonConfig& config) {
+  constexpr double kOldData_s = 1;
+  const double stale_after_s = config.machine.plausibility.stale_after_s;
   const auto robot = root.Table("robot");
-  if (!robot || config.machine.plausibility.stale_after_s >= config.cycle_period_s) return;
+  if (!robot) return;
+  if (stale_after_s > kOldData_s) {
+    robot->AddWarning(
+        "stale_after_ms",
+        fmt::format("keeps points valid that are corrected for where the robot was up "
+                    "to {:g} s ago; use at most 1000, and a faster link if that is "
+                    "too short",
+                    stale_after_s));
+  }
+  if (stale_after_s >= config.cycle_period_s) return;
   robot->AddFault("stale_after_ms",
                   fmt::format("is less than the cycle time of {:g} ms: robot data would always be "
                               "stale",

@@ -541,6 +541,46 @@ TEST_CASE("The profile must provide what the configuration needs") {
         "cell/plumbline.toml:6 push.enabled: true requires a [push] table in the profile test");
 }
 
+TEST_CASE("A profile whose responses a serial line cannot tell apart is refused on it only") {
+  auto fault = [](const std::string& blocks, const std::string& transport) {
+    FileMap files = kFiles;
+    std::string& profile = files["cell/profile.toml"];
+    const std::string block = "[[read]]\ntable = \"holding\"\nfirst = 0\ncount = 20\n";
+    profile.replace(profile.find(block), block.size(), blocks);
+    FaultList faults;
+    ReadWith(files, "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\n" + transport,
+             faults);
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    return texts.empty() ? "" : texts[0];
+  };
+  const std::string rtu = "transport = \"rtu\"\ndevice = \"/dev/ttyS0\"\n";
+  const std::string tcp = "host = \"r\"\n";
+  const auto block = [](int first, int count) {
+    return fmt::format("[[read]]\ntable = \"holding\"\nfirst = {}\ncount = {}\n", first, count);
+  };
+  const std::string alike = block(0, 12) + block(100, 12);
+  CHECK(fault(alike, tcp).empty());
+  CHECK(fault(block(0, 12) + block(100, 11), rtu).empty());
+  CHECK(fault(alike, rtu) ==
+        "cell/plumbline.toml:3 robot.profile: \"profile.toml\" reads 12 registers from 100 and 12 "
+        "from 0: on a serial line their responses cannot be told apart, so that one may be taken "
+        "for the other; read one register more or less in one of the [[read]], or use one [[read]] "
+        "for both");
+}
+
+TEST_CASE("Robot data that may be older than a second cause a warning") {
+  const auto warned = [](const std::string& stale_after_ms) {
+    std::string text = kGood;
+    const std::string key = "stale_after_ms = ";
+    text.replace(text.find(key + "80"), key.size() + 2, key + stale_after_ms);
+    FaultList faults;
+    REQUIRE(Reads(text, faults));
+    return FaultsText(faults).find("stale_after_ms") != std::string::npos;
+  };
+  CHECK(warned("1001"));
+  CHECK_FALSE(warned("1000"));
+}
+
 TEST_CASE("A cell with several tools or payload items needs their numbers from the profile") {
   FileMap files = kFiles;
   std::string& cell = files["cell/cell.toml"];
