@@ -87,7 +87,9 @@ AssemblyClient::Corrected AssemblyClient::AwaitCorrected(const TaughtPoint& poin
     if (refreshes >= kFreshRefreshes) {
       return {.X_BP = MotionFromXyzVector(Floats(now, 3) * 1e-3, Floats(now, 9) * RadFromDeg(1)),
               .correction_mm = now.Float(15),
-              .uncertainty_mm = now.Float(17)};
+              .uncertainty_mm = now.Float(17),
+              .basis = (now.Word(1) >> 4) & 3,
+              .extrapolated = (now.Word(1) & 2) != 0};
     }
     Sleep(0.005);
   }
@@ -137,6 +139,8 @@ Landing AssemblyClient::Visit(const TaughtPoint& point) {
   const Corrected answer = AwaitCorrected(point);
   landing.correction_mm = answer.correction_mm;
   landing.uncertainty_mm = answer.uncertainty_mm;
+  landing.basis = answer.basis;
+  landing.extrapolated = answer.extrapolated;
   const Motion corrected = Land(point, answer.X_BP);
   landing.corrected_mm = corrected.translation() * 1e3;
   landing.corrected_turn_deg = turn_deg(corrected);

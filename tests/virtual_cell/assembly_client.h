@@ -48,6 +48,8 @@ class AssemblyClient {
   struct Corrected {
     Motion X_BP = Motion::Identity();
     double correction_mm = 0, uncertainty_mm = 0;
+    int basis = 0;
+    bool extrapolated = false;
   };
 
   void Command(int code, const Motion& X_BT = Motion::Identity());

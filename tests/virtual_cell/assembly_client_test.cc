@@ -108,6 +108,13 @@ TEST_CASE("with correct corrections both assembly points are reached") {
     CHECK(landing.corrected_turn_deg < 0.001);
     CHECK(landing.uncertainty_mm == Approx(0.2));
   }
+  CHECK_FALSE(RadiiHold(landings));  // the stand-in states no basis
+  for (Landing& landing : landings) landing.basis = 3;
+  CHECK(RadiiHold(landings));
+  CHECK_THAT(RadiusLines(landings), Catch::Contains("95 % radius 0.20 mm (measured)\n"));
+  landings[1].extrapolated = true;
+  CHECK_FALSE(RadiiHold(landings));
+  landings[1].extrapolated = false;
   const nlohmann::json result = nlohmann::json::parse(LandingJson(landings, 0.5));
   CHECK(result["passed"] == true);
   CHECK(result["points"].size() == 2);

@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::array kAxes = {'X', 'Y', 'Z'};
 
+constexpr std::array kBases = {"unknown", "assumed", "propagated", "measured"};
+constexpr int kMeasured = 3;
+
 /// Rounded to a hundredth, never -0.00.
 double Hundredths(double mm) {
   return std::round(mm * 100) / 100 + 0.0;
@@ -58,6 +61,24 @@ std::string LandingTable(const std::vector<Landing>& landings) {
   return text;
 }
 
+std::string RadiusLines(const std::vector<Landing>& landings) {
+  std::string text;
+  for (const Landing& landing : landings) {
+    text += fmt::format("{}: error {:.2f} mm, 95 % radius {:.2f} mm ({}{})\n", landing.name,
+                        landing.CorrectedError(), landing.uncertainty_mm,
+                        kBases.at(static_cast<std::size_t>(landing.basis)),
+                        landing.extrapolated ? ", outside the calibrated range" : "");
+  }
+  return text;
+}
+
+bool RadiiHold(const std::vector<Landing>& landings) {
+  return std::all_of(landings.begin(), landings.end(), [](const Landing& landing) {
+    return landing.basis == kMeasured && !landing.extrapolated &&
+           landing.CorrectedError() < landing.uncertainty_mm;
+  });
+}
+
 void AddDeclared(const std::string& json, std::vector<Landing>& landings) {
   try {
     const nlohmann::json before = nlohmann::json::parse(json);
@@ -89,7 +110,9 @@ std::string LandingJson(const std::vector<Landing>& landings, double require_mm)
                       {"corrected_error_mm", landing.CorrectedError()},
                       {"corrected_turn_deg", landing.corrected_turn_deg},
                       {"correction_mm", landing.correction_mm},
-                      {"uncertainty_mm", landing.uncertainty_mm}});
+                      {"uncertainty_mm", landing.uncertainty_mm},
+                      {"radius_basis", kBases.at(static_cast<std::size_t>(landing.basis))},
+                      {"extrapolated", landing.extrapolated}});
     if (!landing.declared_mm) continue;
     points.back()["declared_mm"] = List(*landing.declared_mm);
     points.back()["declared_error_mm"] = landing.DeclaredError();

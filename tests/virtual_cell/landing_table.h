@@ -21,6 +21,8 @@ struct Landing {
   double corrected_turn_deg = 0;
   double correction_mm = 0;   ///< magnitude of the correction reported by the daemon
   double uncertainty_mm = 0;  ///< 95 % radius reported by the daemon
+  int basis = 0;              ///< of that radius: 0 unknown, 1 assumed, 2 propagated, 3 measured
+  bool extrapolated = false;  ///< outside the range that the model was fitted to
 
   double UncorrectedError() const { return (uncorrected_mm - wanted_mm).norm(); }
   double CorrectedError() const { return (corrected_mm - wanted_mm).norm(); }
@@ -30,6 +32,12 @@ struct Landing {
 /// The table in the form of Park & Park (2012), Table 3: a row for each of X, Y, Z; three landings
 /// if each point has its `declared_mm`, otherwise two.
 std::string LandingTable(const std::vector<Landing>& landings);
+/// One line for each point: its error, and the radius with its basis.
+std::string RadiusLines(const std::vector<Landing>& landings);
+/// Whether a PLC that accepts no assumed radius (packaging/examples/plc/pl_point.st) would use
+/// every point, and the landings are within the radii: measured, in the fitted range, error within
+/// it.
+bool RadiiHold(const std::vector<Landing>& landings);
 /// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
 /// @throws std::runtime_error if the JSON is invalid or lacks a point
 void AddDeclared(const std::string& json, std::vector<Landing>& landings);

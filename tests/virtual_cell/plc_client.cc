@@ -21,6 +21,7 @@ struct Arguments {
   double require_mm = 1.0;
   std::optional<double> expect_miss_mm;
   std::string before, out;
+  bool require_radius = false;
   // probe
   bool with_only = false;
   std::optional<std::size_t> most;
@@ -69,9 +70,13 @@ bool Visit(const Arguments& arguments, AssemblyClient& client, const MotionProgr
   const bool passed = std::all_of(landings.begin(), landings.end(), [&](const Landing& landing) {
     return landing.CorrectedError() < arguments.require_mm;
   });
+  fmt::print("{}", RadiusLines(landings));
   fmt::print("Every corrected error is {} {} mm.\n", passed ? "below" : "NOT below",
              arguments.require_mm);
-  return passed;
+  if (!arguments.require_radius) return passed;
+  const bool holds = RadiiHold(landings);
+  if (!holds) fmt::print("Expected every landing within a radius whose basis is measured.\n");
+  return passed && holds;
 }
 
 /// @return true if the alarm is as expected
@@ -128,6 +133,8 @@ void AddVisit(CLI::App& visit, Arguments& arguments) {
       ->check(CLI::PositiveNumber);
   visit.add_option("--require-mm", arguments.require_mm, "largest corrected error")
       ->check(CLI::PositiveNumber);
+  visit.add_flag("--require-radius", arguments.require_radius,
+                 "require every landing within its 95 % radius, and the basis measured");
   visit.add_option("--expect-miss-mm", arguments.expect_miss_mm,
                    "instead: require a larger corrected error at every point");
   visit.add_option("--before", arguments.before,
