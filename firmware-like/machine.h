@@ -62,6 +62,9 @@ class Machine {
                                  const loads::Payload& payload, const model::JointVector& seed,
                                  correction::BranchSearch search);
 
+  /// Conditions read by the cell's effects, for the robot at standstill with this payload.
+  effects::Conditions ConditionsOf(const loads::Payload& payload) const;
+
   /// Copies the state of the machine that this one replaces. Call it before the first cycle. It
   /// copies the frozen result, the latest probe, the values of points with equal ids (not valid
   /// until recomputed) and the last PLC heartbeat and acknowledge level; if the robot link is kept,
@@ -86,8 +89,6 @@ class Machine {
   /// Determines which required cameras have no valid lens; a camera that has not reported yet
   /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
-  /// Conditions read by the cell's effects, for the robot at standstill with this payload.
-  effects::Conditions ConditionsOf(const loads::Payload& payload) const;
   void RefreshPoints();
   void Execute(const MachineInput& input);
   /// Corrects the commanded point or pose, or predicts where it lands, into the result.

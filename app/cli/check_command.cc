@@ -160,7 +160,7 @@ CheckedFile Check(const std::string& text, const std::string& file) {
       checked.in_force = checked.config->machine;
       if (auto model = model_store::CheckModelStore(checked.config->state_directory,
                                                     checked.config->cell_file, applied)) {
-        checked.in_force.cell = deflection::CellOfSession(*model, "");
+        checked.in_force.cell = deflection::CellOfPoints(*model);
         checked.model_applied = true;
       }
       checked.faults.Append(applied);
@@ -355,6 +355,7 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
                                  item.mass_kg, MmText(item.cog_F), item.number)});
   }
   lines.push_back({"measurement", MeasurementText(cell.measurement)});
+  lines.push_back({"point frame", config::PointFrameText(cell)});
   std::string effects;
   for (const model::WrittenEffect& effect : cell.effects) {
     effects += (effects.empty() ? "" : ", ") + effect.id;

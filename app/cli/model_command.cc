@@ -119,25 +119,46 @@ std::optional<model::CellModel> ModelInForce(const model_store::ModelStore& stor
               : std::nullopt;
 }
 
+/// Prints how far a model moves the points compared with the model in force, and the objections.
+/// @return the objections, or an error if the given configuration cannot be used
+Result<std::vector<std::string>> PrintMoves(const ModelOptions& options,
+                                            const model::CellModel& in_force,
+                                            const model::CellModel& cell) {
+  const Result<ModelMoves> moves = MovesOfPoints(options.state, options.config, in_force, cell);
+  if (!moves) return moves.failure();
+  std::cerr << moves->text;
+  for (const std::string& objection : moves->objections) {
+    std::cerr << fmt::format("warning: {}\n", objection);
+  }
+  return moves->objections;
+}
+
 /// Prints how far a model moves the points compared with the model in force.
-/// @return false if it must not replace the model in force: it describes another arm, or the given
-///         configuration cannot be used
-bool MayReplaceModelInForce(const ModelOptions& options, const model_store::ModelStore& store,
-                            const model::CellModel& cell) {
+/// @param applying  it comes into force now, so that objections count
+/// @return why it must not: it describes another arm, there are objections to its moves, or the
+///         given configuration cannot be used; --force accepts the first two
+Result<void> MayReplaceModelInForce(const ModelOptions& options,
+                                    const model_store::ModelStore& store,
+                                    const model::CellModel& cell, bool applying) {
   const std::optional<model::CellModel> in_force = ModelInForce(store);
   if (!in_force) {
     std::cerr << "how far the points move is unknown: there is no model in force to compare with\n";
-    return true;
+    return {};
   }
   if (const auto why = model_store::DifferentArmReason(*in_force, cell)) {
-    std::cerr << fmt::format("{}this cell describes another arm: {}{}\n",
-                             options.force ? "warning: " : "", *why,
-                             options.force ? "" : "; use --force to accept it anyway");
-    return options.force;
+    const std::string what = "this cell describes another arm: " + *why;
+    if (!options.force) return Error{what + "; use --force to accept it anyway"};
+    std::cerr << fmt::format("warning: {}\n", what);
+    return {};
   }
-  const Result<std::string> moves = PointMovesText(options.state, options.config, *in_force, cell);
-  std::cerr << (moves ? *moves : moves.error() + "\n");
-  return moves.ok();
+  const Result<std::vector<std::string>> objections = PrintMoves(options, *in_force, cell);
+  if (!objections) return objections.failure();
+  if (objections->empty() || options.force) return {};
+  const std::string remedy =
+      "check its report and the measurement that it was fitted to; --force puts it in force anyway";
+  if (applying) return Error{"see the warnings above; " + remedy};
+  std::cerr << fmt::format("applying it will be refused: {}\n", remedy);
+  return {};
 }
 
 int Propose(const ModelOptions& options) {
@@ -170,7 +191,9 @@ int Propose(const ModelOptions& options) {
   }
   Result<model_store::ModelStore> store = OpenReporting(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
-  if (!MayReplaceModelInForce(options, *store, *cell)) return Fail("not proposed", kExitFault);
+  if (const auto may = MayReplaceModelInForce(options, *store, *cell, false); !may) {
+    return Fail("not proposed: " + may.error(), kExitFault);
+  }
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
   std::cout << fmt::format(
@@ -212,10 +235,10 @@ int ApplyVersion(const ModelOptions& options, int number) {
   if (const auto why_not = model_store::ModelUnusableReason(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }
-  if (!MayReplaceModelInForce(options, *store, *cell)) {
-    return Fail(fmt::format("version {} not applied", number), kExitFault);
+  if (const auto may = MayReplaceModelInForce(options, *store, *cell, true); !may) {
+    return Fail(fmt::format("version {} not applied: {}", number, may.error()), kExitFault);
   }
-  const Result<void> applied = store.value().Apply(number);
+  const Result<void> applied = store.value().Apply(number, options.force);
   if (!applied) return Fail(applied.error(), kExitUsage);
   return NotifyAndReport(options, number);
 }
@@ -239,12 +262,12 @@ int RollBack(const ModelOptions& options) {
       text ? config::CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
   if (cell && in_force && !model_store::DifferentArmReason(*in_force, *cell)) {
-    const Result<std::string> moves =
-        PointMovesText(options.state, options.config, *in_force, *cell);
-    if (!moves) return Fail(moves.error(), kExitFault);
-    std::cerr << *moves;
+    if (const auto may = MayReplaceModelInForce(options, *store, *cell, true); !may) {
+      return Fail(fmt::format("not rolled back to version {}: {}", before, may.error()),
+                  kExitFault);
+    }
   }
-  const Result<int> number = store.value().RollBack();
+  const Result<int> number = store.value().RollBack(options.force);
   if (!number) return Fail(number.error(), history.size() < 2 ? kExitFault : kExitUsage);
   return NotifyAndReport(options, *number);
 }
@@ -304,7 +327,9 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
           "Exit codes: 0 in force, 1 no such version or it has faults, 2 it could not "
           "be applied, or\nthe daemon could not be notified.");
   apply->add_option("version", options->number, "Version number")->required();
-  apply->add_flag("--force", options->force, "Accept a cell that describes another arm");
+  apply->add_flag("--force", options->force,
+                  "Put it in force although it describes another arm, or there are warnings about\n"
+                  "the points");
   add_config(apply);
 
   CLI::App* rollback = add(
@@ -314,7 +339,10 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
       "daemon\n"
       "could not be notified.");
   rollback->add_option("--to", options->number, "Roll back to this version");
-  rollback->add_flag("--force", options->force, "Accept a cell that describes another arm");
+  rollback->add_flag(
+      "--force", options->force,
+      "Put it in force although it describes another arm, or there are warnings about\n"
+      "the points");
   add_config(rollback);
 }
 

@@ -11,24 +11,24 @@
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/point_moves.h"
-#include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline::cli {
 namespace {
 
 /// Report for the case that the configured points are unknown.
-std::string UnloadedTipText(const model::CellModel& in_force, const model::CellModel& next,
-                            const std::string& why) {
+ModelMoves UnloadedTip(const model::CellModel& in_force, const model::CellModel& next,
+                       const std::string& why) {
   const auto change_m =
       model_store::LargestTipChange(in_force, next, model_store::PosesWithinLimits(in_force));
-  return fmt::format(
-      "{}{}. How far its points move under load is therefore unknown\n",
-      change_m
-          ? fmt::format("Without payload and within the joint limits, it moves the tip by up to "
-                        "{:.3f} mm compared with the model in force. ",
-                        1e3 * *change_m)
-          : "",
-      why);
+  return {
+      fmt::format("{}{}. How far its points move under load is therefore unknown\n",
+                  change_m
+                      ? fmt::format("Without payload and within the joint limits, it moves the tip "
+                                    "by up to {:.3f} mm compared with the model in force. ",
+                                    1e3 * *change_m)
+                      : "",
+                  why),
+      {}};
 }
 
 bool SameFolder(const std::string& a, const std::string& b) {
@@ -38,42 +38,43 @@ bool SameFolder(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-Result<std::string> PointMovesText(const std::string& state_directory,
-                                   const std::string& config_file, const model::CellModel& in_force,
-                                   const model::CellModel& next) {
+Result<ModelMoves> MovesOfPoints(const std::string& state_directory, const std::string& config_file,
+                                 const model::CellModel& in_force, const model::CellModel& next) {
   const bool given = !config_file.empty();
   const std::optional<std::string> file =
       given ? std::optional(config_file) : model_store::RecordedConfigurationPath(state_directory);
   if (!file) {
-    return UnloadedTipText(in_force, next,
-                           fmt::format("No daemon has recorded its configuration in {}; give it "
-                                       "with --config",
-                                       state_directory));
+    return UnloadedTip(in_force, next,
+                       fmt::format("No daemon has recorded its configuration in {}; give it "
+                                   "with --config",
+                                   state_directory));
   }
   config::FaultList faults;
   const std::optional<config::DaemonConfig> config = config::ReadDaemonConfig(*file, faults);
   if (!config && given)
     return Error{fmt::format("{}{} cannot be used", config::FaultsText(faults), *file)};
   if (!config) {
-    return UnloadedTipText(in_force, next,
-                           fmt::format("The daemon's configuration {} cannot be read or has "
-                                       "faults (run `plumbline check {}`)",
-                                       *file, *file));
+    return UnloadedTip(in_force, next,
+                       fmt::format("The daemon's configuration {} cannot be read or has "
+                                   "faults (run `plumbline check {}`)",
+                                   *file, *file));
   }
   if (!given && !SameFolder(config->state_directory, state_directory)) {
-    return UnloadedTipText(in_force, next,
-                           fmt::format("{}, which a daemon recorded in {}, now uses the state "
-                                       "directory {}; give the configuration with --config",
-                                       *file, state_directory, config->state_directory));
+    return UnloadedTip(in_force, next,
+                       fmt::format("{}, which a daemon recorded in {}, now uses the state "
+                                   "directory {}; give the configuration with --config",
+                                   *file, state_directory, config->state_directory));
   }
   if (config->machine.points.empty()) {
-    return UnloadedTipText(in_force, next, fmt::format("{} has no [[point]]", *file));
+    return UnloadedTip(in_force, next, fmt::format("{} has no [[point]]", *file));
   }
   const model_store::PointMoves moves = model_store::ComputePointMoves(
-      config->machine, deflection::CellOfSession(in_force, ""), deflection::CellOfSession(next, ""),
-      static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
-  return model_store::TextOf(moves, *file) +
-         "note: poses that the PLC submits for correction by command are not included\n";
+      config->machine, in_force, next, static_cast<double>(std::time(nullptr)),
+      LoadsReportedByRobot(*config));
+  return ModelMoves{model_store::TextOf(moves, *file) +
+                        "note: poses that the PLC submits for correction by command are not "
+                        "included\n",
+                    model_store::Objections(moves)};
 }
 
 }  // namespace plumbline::cli

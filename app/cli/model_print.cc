@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/model_store/model_json.h"
+#include "app/model_store/superseded_text.h"
 #include "app/text/json_text.h"
 
 namespace plumbline::cli {

@@ -82,6 +82,12 @@ std::string PointTable(const MachineConfig& config,
       text += fmt::format("NONE: {}\n", Describe(correction.code));
     }
     if (correction.q.size() > 0) text += PostureLines(config, solution);
+    if (!solution.out_of_range.empty()) {
+      text += fmt::format(
+          "{}outside the range that the model was fitted to, so that the radius is not "
+          "measured:\n{}  {}\n",
+          kIndent, kIndent, solution.out_of_range);
+    }
     if (!solution.beyond_linear.empty()) {
       text += fmt::format("{}WARNING: {}\n", kIndent, solution.beyond_linear);
     }
@@ -117,6 +123,7 @@ nlohmann::json PointsJson(const MachineConfig& config,
       entry["correction_mm"] = correction.translation_B.norm() / kMetrePerMm;
       entry["radius_95_mm"] = correction.uncertainty_m / kMetrePerMm;
       entry["radius_basis"] = Describe(correction.basis);
+      if (!solution.out_of_range.empty()) entry["out_of_range"] = solution.out_of_range;
       if (!solution.beyond_linear.empty()) entry["beyond_linear"] = solution.beyond_linear;
     }
     if (correction.q.size() > 0) {

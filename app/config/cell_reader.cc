@@ -199,6 +199,14 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
   }
   measurement.frame_known =
       table.OneOf<bool>("frame", {{"aligned", true}, {"unaligned", false}}).value_or(true);
+  measurement.holds_points =
+      table.OneOf<bool>("points", {{"cell", false}, {"instrument", true}}).value_or(false);
+  if (measurement.holds_points && measurement.frame_known) {
+    table.AddFault(
+        "points",
+        "\"instrument\" is allowed with frame = \"unaligned\" only: an aligned instrument "
+        "measures in the cell's frame");
+  }
   measurement.tool_known =
       table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
   measurement.sigma_m = table.Number("sigma_mm", kSigmaRange);

@@ -164,7 +164,7 @@ std::optional<std::string> ReadCell(const TomlTable& root, const NamedFiles& nam
   config.cell_file = file->first;
   const auto cell = CellFromText(file->second, file->first, faults);
   if (!cell) return std::nullopt;
-  config.machine.cell = deflection::CellOfSession(*cell, "");
+  config.machine.cell = deflection::CellOfPoints(*cell);
   return file->second;
 }
 
@@ -233,7 +233,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     if (cell_text && !own.HasFaults() && !of_others.HasFaults()) {
       // The cell is parsed again so that warnings about its base have a file and line.
       TomlDocument cell(*cell_text, config.cell_file, of_others);
-      const bool own_base = config.machine.cell.sessions.empty();
+      const bool own_base = !config.machine.cell.measurement.holds_points;
       WarnAboutUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
                                 config.machine, postures);
     }

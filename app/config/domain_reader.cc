@@ -13,7 +13,8 @@ namespace plumbline::config {
 namespace {
 
 constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of distance
-constexpr NumberRange kReach{0, 1000};                       // prismatic joints contribute metres
+constexpr NumberRange kLargestResidual{0, 100000, kMetrePerMm};
+constexpr NumberRange kReach{0, 1000};  // prismatic joints contribute metres
 
 /// An interval `[low, high]`; adds a fault if the ends are swapped.
 std::optional<model::Interval> IntervalFrom(const TomlTable& table, std::string_view key,
@@ -151,6 +152,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
     std::sort(domain.payload_levels_kg.begin(), domain.payload_levels_kg.end());
   }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperatureRange);
+  domain.largest_residual_m = table.Number("largest_residual_mm", kLargestResidual);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigmaRange);
   domain.covariance_share = table.Number("covariance_share", {0, 1}).value_or(1);
   ReadDistance(table, robot, domain);

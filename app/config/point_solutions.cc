@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "app/config/linear_theory.h"
+#include "app/config/out_of_range.h"
 #include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/loads/numbered_load.h"
 
@@ -118,6 +119,8 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
         if (arm.AtCommanded(solution.correction.q, *load.payload, {}, state)) {
           solution.beyond_linear = BeyondLinearTheory(config.cell, arm, state);
         }
+        solution.out_of_range = OutOfRangeText(config.cell, arm, solution.correction, *load.payload,
+                                               machine.ConditionsOf(*load.payload));
       }
       if (solution.correction.q.size() > 0) {
         solution.posture =
@@ -127,6 +130,17 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
     }
   }
   return solutions;
+}
+
+std::string PointFrameText(const model::CellModel& cell) {
+  const model::Measurement& measurement = cell.measurement;
+  if (measurement.holds_points) {
+    return "the instrument's (measurement.points): base as fitted for the last session, tip as "
+           "declared";
+  }
+  const bool fitted = !measurement.frame_known || !measurement.tool_known;
+  return fmt::format("the cell's: base and tip as declared{}",
+                     fitted ? ", not as fitted for measured sessions" : "");
 }
 
 std::string FailureAdvice(const correction::Correction& correction,

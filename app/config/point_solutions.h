@@ -34,6 +34,7 @@ struct PointSolution {
   correction::Correction
       correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
   correction::PointPosture posture;  ///< set if correction.q is known
+  std::string out_of_range;  ///< inputs outside the fitted range, see OutOfRangeText; empty if none
   std::string beyond_linear;  ///< what linear beam theory does not describe; empty if nothing
 };
 
@@ -42,6 +43,9 @@ struct PointSolution {
 /// @param progress  called with the number of solved points before each point; may be empty
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress = {});
+
+/// The frame that points are in: the cell's, or the instrument's.
+std::string PointFrameText(const model::CellModel& cell);
 
 /// Why a point has no corrected point, and what to do.
 std::string FailureAdvice(const correction::Correction& correction,

@@ -185,15 +185,15 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   if (!cell) return Error{"the corrected model has faults: " + config::FaultsText(faults)};
   std::vector<model_store::ModelPose> poses;
   for (const journal::JournalRow& row : rows_) {
-    poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C,
+    poses.push_back({row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C,
                      loads::ToolIndexOf(config.machine.cell, row.tool_number).value_or(0)});
   }
   step();
   const Result<double> change_m = model_store::LargestTipChange(config.machine.cell, *cell, poses);
   if (change_m) facts.change_mm = 1e3 * *change_m;
   const model_store::PointMoves moves = model_store::ComputePointMoves(
-      config.machine, config.machine.cell, deflection::CellOfSession(*cell, ""),
-      service::SystemUtcSeconds(), Loads(rows_), step);
+      config.machine, config.machine.cell, *cell, service::SystemUtcSeconds(), Loads(rows_), step);
+  const std::string objections = fmt::format("{}", fmt::join(model_store::Objections(moves), "; "));
   const bool all_compared =
       std::all_of(moves.all.begin(), moves.all.end(),
                   [](const model_store::PointMove& move) { return move.Compared(); });
@@ -214,13 +214,15 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   outcome.proposed = *number;
   if (config.monitoring.apply != config::MonitoringConfig::Apply::kAutomatic) {
     outcome.message = fmt::format(
-        "{}; version {} proposed: {}", what, *number,
-        model_store::ModelCommand(fmt::format("apply {}", *number), config.state_directory));
+        "{}; version {} proposed: {}{}", what, *number,
+        model_store::ModelCommand(fmt::format("apply {}", *number), config.state_directory),
+        objections.empty() ? "" : " will be refused without --force: " + objections);
     return outcome;
   }
   const bool has_points = !config.machine.points.empty();
-  const std::string objection = model_store::ModelUnusableReason(*cell).value_or(
+  std::string objection = model_store::ModelUnusableReason(*cell).value_or(
       AutomaticApplyObjection(facts, config.monitoring, has_points));
+  if (objection.empty()) objection = objections;
   if (!objection.empty()) {
     outcome.message =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);

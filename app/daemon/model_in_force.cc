@@ -11,6 +11,7 @@
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
+#include "app/model_store/superseded_text.h"
 #include "app/model_store/usable_model.h"
 #include "drivers/files/text_file.h"
 

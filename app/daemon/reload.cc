@@ -4,6 +4,7 @@
 
 #include "app/daemon/camera_supervisors.h"
 #include "app/daemon/cycle_setup.h"
+#include "app/daemon/model_guard.h"
 #include "app/daemon/watched_threads.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
@@ -92,6 +93,11 @@ std::optional<Reloader::PendingReload> Reloader::Read() const {
     in_force.reset();
   }
   log::LogFaults(faults);
+  if (in_force && RefusesModel(*in_force)) {
+    faults = {};                                                 // logged already
+    in_force = ReadConfigInForce(file, faults, running_.state);  // with the model in force
+    if (in_force && RefusesModel(*in_force)) in_force.reset();
+  }
   // The cameras are those of the start until a restart, and so is what requires them.
   if (in_force) {
     in_force->config.machine.required_lenses = running_.started.machine.required_lenses;
@@ -105,6 +111,20 @@ std::optional<Reloader::PendingReload> Reloader::Read() const {
     return std::nullopt;
   }
   return PendingReload{std::move(*in_force), std::move(parts)};
+}
+
+bool Reloader::RefusesModel(const ConfigInForce& fresh) const {
+  double fed_s = MonotonicSeconds();
+  const auto feed = [&] {
+    const auto period_s = running_.manager.watchdog_period_s();
+    if (!period_s || MonotonicSeconds() - fed_s < *period_s) return;
+    fed_s = MonotonicSeconds();
+    running_.manager.NotifyWatchdog();
+  };
+  std::optional<loads::Payload> carried;
+  if (const auto now = running_.cycle.ReadSnapshot(); now->payload_valid) carried = now->payload;
+  return daemon::RefusesModel(fresh, running_.state, running_.cycle.parts().machine.config().cell,
+                              carried, feed);
 }
 
 void Reloader::PutInForce(PendingReload reload) {

@@ -39,6 +39,8 @@ class Reloader {
 
   std::optional<PendingReload> Read() const;
   void ReadPending();
+  /// See model_guard.h. Feeds the service manager's watchdog meanwhile.
+  bool RefusesModel(const ConfigInForce& fresh) const;
   void PutInForce(PendingReload reload);
   /// Replaces the parts of the cycle; feeds the watchdog meanwhile, as the old robot link may take
   /// as long as its timeouts.

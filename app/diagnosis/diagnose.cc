@@ -319,7 +319,7 @@ Result<Diagnosis> StartedDiagnosis::Finish() {
   Withhold(*declared_, corrected, diagnosis_);
   AddRows(data_, *searched_, declared_->errors, *fit_, corrected, diagnosis_);
   AddKindErrors(data_, diagnosis_);
-  AddDomain(task(), *found_, declared_->model, *fit_, corrected, diagnosis_);
+  AddDomain(task(), *found_, *declared_, *fit_, corrected, diagnosis_);
   task().Report(1, "done");
   return std::move(diagnosis_);
 }

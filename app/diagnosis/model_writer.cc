@@ -159,6 +159,9 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
         '\n';
   }
   if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
+  if (domain.largest_residual_m) {
+    text += "largest_residual_mm = " + NumberText(1e3 * *domain.largest_residual_m) + '\n';
+  }
   if (domain.residual_sigma_m) {
     text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';
   }

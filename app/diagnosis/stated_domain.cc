@@ -135,9 +135,18 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   AddDeclaredFrames(task.data, declared, diagnosis);
 }
 
+/// Length of the largest residual of the rows that are not outliers.
+double LargestResidual(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
+  double largest_m = 0;
+  for (const RowIndex row : errors.indices()) {
+    if (weights[row] >= kOutlierWeight) largest_m = std::max(largest_m, errors[row].norm());
+  }
+  return largest_m;
+}
+
 }  // namespace
 
-void AddDomain(const Task& task, const Identified& found, const Model& declared,
+void AddDomain(const Task& task, const Identified& found, const FittedModel& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   const FitProblem validated = WithoutMisfit(fit.problem, diagnosis.misfit);
   AddFramesAndDomain(validated, corrected.model, diagnosis);
@@ -145,7 +154,8 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
       validated, corrected.model, LoadedJointsOf(diagnosis.rivals, task.data.cell.robot.size()));
   AddLoadNotes(corrected.model.effects, task.data.weight_known, diagnosis.domain.joint_loads,
                diagnosis);
-  AddSpread(task, found, declared, validated.weights, corrected, diagnosis);
+  diagnosis.domain.largest_residual_m = LargestResidual(declared.errors, fit.problem.weights);
+  AddSpread(task, found, declared.model, validated.weights, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {

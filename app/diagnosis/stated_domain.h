@@ -7,7 +7,7 @@
 namespace plumbline::diagnosis {
 
 /// Adds the frames and the domain in which the written model was validated.
-void AddDomain(const Task& task, const Identified& found, const Model& declared,
+void AddDomain(const Task& task, const Identified& found, const FittedModel& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

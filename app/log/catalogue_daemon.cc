@@ -212,6 +212,13 @@ constexpr EventEntry kEntries[] = {
      "stays, also across restarts, until a version is applied",
      "`plumbline model apply N` applies it anyway; `plumbline model apply` with the declared "
      "version confirms the cell file; or measure and diagnose again"},
+    {Event::kModelRefused, "model-refused", LogLevel::kError, "ba26c7935cc44cb7987bc4452b70b211",
+     "monitoring", "model version N is not put in force: point ... would ...",
+     "a model that was applied, or an edited cell file, would cost a point its correction, move a "
+     "point by more than three times the largest residual that it explains, or leave a point "
+     "outside the range that it was fitted to; the model in force stays",
+     "check its report and the measurement that it was fitted to, and for an edited cell file the "
+     "edit; `plumbline model apply N --force` puts it in force anyway"},
     {Event::kReferenceLearned, "monitor-learnt", LogLevel::kNotice,
      "dd59c47f17a747bf81a5c271c5e0869b", "monitoring", "drift monitor has its reference: ...",
      "it has learned the current residual and watches for drift from now on", ""},

@@ -66,6 +66,7 @@ enum class Event : std::uint8_t {
   // monitoring
   kModelInForce,
   kModelSetAside,
+  kModelRefused,
   kReferenceLearned,
   kDriftAlarm,
   kDriftAlarmActive,

@@ -151,13 +151,14 @@ void Add(Values& values, const std::string& at, const model::Tool& tool) {
 }
 
 void Add(Values& values, const model::Measurement& measurement) {
-  const auto& [kind, anchor_W, frame_known, tool_known, sigma_m, sigma_rad, reference_temperature_C,
-               X_WC, reference_tags_W, reference_sd_m] = measurement;
+  const auto& [kind, anchor_W, frame_known, holds_points, tool_known, sigma_m, sigma_rad,
+               reference_temperature_C, X_WC, reference_tags_W, reference_sd_m] = measurement;
   values.Word("measurement.kind", kind == model::MeasurementKind::kPosition ? "position"
                                   : kind == model::MeasurementKind::kRange  ? "range"
                                                                             : "pose");
   values.List<Vec3>("measurement.anchor_mm", anchor_W, 1 / kMetrePerMm);
   values.Word("measurement.frame", frame_known ? "aligned" : "unaligned");
+  values.Word("measurement.points", holds_points ? "instrument" : "cell");
   values.Word("measurement.tool", tool_known ? "known" : "unknown");
   values.Number("measurement.sigma_mm", sigma_m, 1 / kMetrePerMm);
   values.Number("measurement.sigma_deg", sigma_rad, 1 / kRadPerDeg);
@@ -225,9 +226,10 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 }
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
-  const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
-               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated, tools, payload_items, joint_loads] = domain;
+  const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, largest_residual_m,
+               residual_sigma_m, distant_sigma_m, covariance_share, poses, reach_rad,
+               declared_sigma_m, time_zero_s, as_validated, tools, payload_items, joint_loads] =
+      domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -245,6 +247,7 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
     values.Number(Numbered("domain.payload_levels_kg", i), payload_levels_kg[i]);
   }
   if (temp_C) values.Range("domain.temp_C", *temp_C);
+  values.Number("domain.largest_residual_mm", largest_residual_m, 1 / kMetrePerMm);
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
   values.Number("domain.distant_sigma_mm", distant_sigma_m, 1 / kMetrePerMm);
   if (covariance_share < 1) values.Number("domain.covariance_share", covariance_share);

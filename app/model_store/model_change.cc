@@ -18,37 +18,32 @@ namespace {
 constexpr int kPoses = 200;
 constexpr double kDifferentArm_m = 0.05;
 
-/// Predicts a cell's loaded tip. The arm is created once for consecutive poses of one session,
-/// because that costs more than computing a posture.
+/// Predicts a cell's loaded tip.
 class TipPredictor {
  public:
-  explicit TipPredictor(const model::CellModel& cell) : cell_(cell) {}
+  explicit TipPredictor(const model::CellModel& cell)
+      : cell_(deflection::CellOfPoints(cell)), arm_(cell_) {}
 
   Result<Vec3> At(const ModelPose& pose) {
-    if (!arm_ || session_ != pose.session) {
-      arm_.emplace(deflection::CellOfSession(cell_, pose.session));
-      session_ = pose.session;
-    }
-    if (arm_->size() != pose.q.size()) return Error{"the models do not have the same joints"};
-    if (arm_->torques_missing())
+    if (arm_.size() != pose.q.size()) return Error{"the models do not have the same joints"};
+    if (arm_.torques_missing())
       return Error{"joints are compliant, but link masses are not declared"};
     loads::Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
                            cell_.payload_cog_F.value_or(Vec3::Zero())};
-    if (pose.tool >= arm_->tools()) return Error{"the models do not have the same tools"};
+    if (pose.tool >= arm_.tools()) return Error{"the models do not have the same tools"};
     payload.tool = pose.tool;
     effects::Conditions conditions;
     conditions.payload_kg = pose.payload_kg;
     conditions.t_s = pose.t_s;
     conditions.temp_C = pose.temp_C;
-    if (!arm_->AtCommanded(pose.q, payload, conditions, state_))
+    if (!arm_.AtCommanded(pose.q, payload, conditions, state_))
       return Error{"the deflected posture does not converge"};
     return state_.p_read_W;
   }
 
  private:
-  const model::CellModel& cell_;
-  std::optional<deflection::LoadedArm> arm_;
-  std::string session_;
+  const model::CellModel cell_;
+  const deflection::LoadedArm arm_;
   deflection::LoadedState state_;
 };
 

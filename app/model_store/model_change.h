@@ -12,14 +12,14 @@ namespace plumbline::model_store {
 
 /// A pose at which the tip is predicted.
 struct ModelPose {
-  std::string session;
   model::JointVector q;
   double payload_kg = 0;
   std::optional<double> t_s, temp_C;
   int tool = 0;  ///< index, see CellModel::ToolAt
 };
 
-/// Largest distance between the loaded tips that two models predict, over all poses [m].
+/// Largest distance between the loaded tips that two models predict, over all poses [m], with base
+/// and tip as for points (deflection::CellOfPoints).
 /// @return  why a model cannot predict (link masses not declared, deflection does not converge)
 Result<double> LargestTipChange(const model::CellModel& from, const model::CellModel& to,
                                 const std::vector<ModelPose>& poses);

@@ -72,6 +72,7 @@ std::string JsonFrom(const ModelState& state) {
                  {"applied", state.applied},
                  {"proposed", state.proposed},
                  {"history", state.history}};
+  if (state.confirmed) object["confirmed"] = true;
   if (const auto& aside = state.set_aside) {
     object["set_aside"] = {{"version", aside->version},
                            {"declared", aside->declared},
@@ -135,6 +136,8 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
     state.set_aside = SupersededVersion{*version, *declared, TextsIn(*aside, "changes"),
                                         WholeIn(*aside, "withdrawn").value_or(0)};
   }
+  const auto confirmed = object.find("confirmed");
+  state.confirmed = confirmed != object.end() && *confirmed == true;
   // Numbers written by the store are consistent; otherwise something else has changed the file.
   const int in_force = state.history.empty() ? 0 : state.history.back();
   if (state.applied != in_force || state.declared < 0 || state.proposed < 0) return std::nullopt;

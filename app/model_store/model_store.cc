@@ -1,7 +1,6 @@
 #include "app/model_store/model_store.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -12,6 +11,7 @@
 #include "app/config/daemon_config.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/model_json.h"
+#include "app/model_store/superseded_text.h"
 #include "app/text/utc_text.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/replace_file.h"
@@ -20,7 +20,7 @@
 namespace plumbline::model_store {
 namespace {
 
-constexpr std::size_t kMaxStoredChanges = 50, kMaxShownChanges = 4;
+constexpr std::size_t kMaxStoredChanges = 50;
 
 /// An error if a newer version has written the file, which must not be changed then.
 Result<void> CheckSchema(const std::string& path, const std::string& text) {
@@ -32,54 +32,12 @@ Result<void> CheckSchema(const std::string& path, const std::string& text) {
                   path, schema, kModelSchema)};
 }
 
-/// The first ones, followed by the number of the others.
-std::vector<std::string> Abbreviated(std::vector<std::string> texts, std::size_t max_count) {
-  if (texts.size() <= max_count) return texts;
-  const std::size_t more = texts.size() - max_count;
-  texts.resize(max_count);
-  texts.push_back(fmt::format("and {} more", more));
-  return texts;
-}
-
 }  // namespace
 
 std::string ModelCommand(const std::string& words, const std::string& state_directory) {
   return fmt::format(
       "`plumbline model {}{}`", words,
       state_directory == config::kDefaultStateDirectory ? "" : " --state " + state_directory);
-}
-
-std::string SupersededText(const ModelState& state, const std::string& state_directory) {
-  const SupersededVersion& aside = *state.set_aside;
-  if (aside.version == 0) {
-    const std::string confirm =
-        state.applied == 0
-            ? ""
-            : fmt::format(", or confirm the cell file with {}",
-                          ModelCommand(fmt::format("apply {}", state.applied), state_directory));
-    return fmt::format(
-        "the model store {0}/models was found empty, although this state directory was used "
-        "before: a previously applied model, if there was one, is not in force, and points are "
-        "corrected by the cell file. Restore {0}/models from the backup and restart the daemon "
-        "(`systemctl restart plumbline`){1}",
-        state_directory, confirm);
-  }
-  const std::string why =
-      aside.changes.empty()
-          ? "the cell file was changed, and then changed back"
-          : fmt::format("the cell file changed since: {}",
-                        fmt::join(Abbreviated(aside.changes, kMaxShownChanges), "; "));
-  const std::string withdrawn =
-      aside.withdrawn == 0
-          ? ""
-          : fmt::format(" The proposed version {} was withdrawn.", aside.withdrawn);
-  return fmt::format(
-      "model version {} is set aside: {}. Points are corrected by the cell file (version {}), "
-      "without the effects that version {} adds.{} {} applies version {} anyway, {} confirms the "
-      "cell file",
-      aside.version, why, state.applied, aside.version, withdrawn,
-      ModelCommand(fmt::format("apply {}", aside.version), state_directory), aside.version,
-      ModelCommand(fmt::format("apply {}", state.applied), state_directory));
 }
 
 Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
@@ -258,8 +216,8 @@ Result<void> ModelStore::InitializeState() {
 
 Result<int> ModelStore::Declare(const std::string& text, const std::string& file,
                                 Expected expected) {
-  const auto describes_same_cell = [&](int declared) {
-    const Result<std::string> known = declared == 0 ? Error{""} : Text(declared);
+  const auto describes_same_cell = [&](int version) {
+    const Result<std::string> known = version == 0 ? Error{""} : Text(version);
     return known && CellTextDifferences(*known, text).empty();
   };
   {  // without the lock, which a full or read-only disk could not provide
@@ -272,6 +230,12 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   if (!read) return read.failure();
   ModelState state = std::move(read).value();
   if (describes_same_cell(state.declared)) return state.declared;
+  if (describes_same_cell(state.applied)) {  // after a withdrawn edit, or a copy of that version
+    state.declared = state.applied;
+    const Result<void> stored = WriteState(state);
+    if (!stored) return stored.failure();
+    return state.declared;
+  }
   const bool lost = expected == Expected::kVersions && state == ModelState{};
   const Result<void> initialized = InitializeState();
   if (!initialized) return initialized.failure();
@@ -305,6 +269,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   state.history.push_back(*number);
   state.declared = *number;
   state.applied = *number;
+  state.confirmed = false;
   state.proposed = 0;  // it was computed for another cell
   const Result<void> stored = WriteState(state);
   if (!stored) return stored.failure();
@@ -329,7 +294,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   return *number;
 }
 
-Result<void> ModelStore::Apply(int number) {
+Result<void> ModelStore::Apply(int number, bool confirmed) {
   const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   bool damaged = false;
@@ -349,6 +314,7 @@ Result<void> ModelStore::Apply(int number) {
   }
   state.proposed = 0;
   state.set_aside.reset();
+  state.confirmed = confirmed;
   if (state.applied != number) {
     state.applied = number;
     state.history.push_back(number);
@@ -356,7 +322,7 @@ Result<void> ModelStore::Apply(int number) {
   return WriteState(state);
 }
 
-Result<int> ModelStore::RollBack() {
+Result<int> ModelStore::RollBack(bool confirmed) {
   const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
@@ -366,11 +332,29 @@ Result<int> ModelStore::RollBack() {
   history.pop_back();
   state.value().applied = history.back();
   state.value().set_aside.reset();
+  state.value().confirmed = confirmed;
   const Result<std::string> text = Text(history.back());
   if (!text) return text.failure();
   const Result<void> stored = WriteState(*state);
   if (!stored) return stored.failure();
   return state->applied;
+}
+
+Result<void> ModelStore::Withdraw(int refused, int in_force) {
+  const Result<files::FileLock> lock = files::FileLock::Take(folder_ + "/lock", lock_wait_);
+  if (!lock) return lock.failure();
+  const Result<ModelState> read = State();
+  if (!read) return read.failure();
+  if (read->applied != refused) return {};
+  const Result<std::string> text = Text(in_force);
+  if (!text) return text.failure();
+  ModelState state = *read;
+  state.history.pop_back();
+  if (state.history.empty() || state.history.back() != in_force) state.history.push_back(in_force);
+  state.applied = in_force;
+  state.confirmed = false;
+  if (state.set_aside && state.set_aside->version == in_force) state.set_aside.reset();
+  return WriteState(state);
 }
 
 const char* NameOf(ModelFacts::Origin origin) {

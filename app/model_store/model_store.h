@@ -57,6 +57,8 @@ struct ModelState {
   std::vector<int> history;  ///< applied versions, oldest first, ending with the current one
   /// Cleared when any version is applied.
   std::optional<SupersededVersion> set_aside = std::nullopt;
+  /// A person put the applied version in force although there are Objections() to it.
+  bool confirmed = false;
 
   bool operator==(const ModelState&) const = default;
 };
@@ -64,10 +66,6 @@ struct ModelState {
 /// Command line to be shown to a person: "`plumbline model apply 3 --state DIR`", without --state
 /// for the default directory.
 std::string ModelCommand(const std::string& words, const std::string& state_directory);
-
-/// Why the applied model is not in force, what that means and what to do, as a paragraph.
-/// @param state  must have set_aside
-std::string SupersededText(const ModelState& state, const std::string& state_directory);
 
 /// A folder `models` in the state directory:
 ///   0007.toml   the model, never modified
@@ -109,7 +107,8 @@ class ModelStore {
   std::string ReportFile(int number) const;
 
   /// Records the content of the configured cell file. If it describes the same cell as the version
-  /// declared before, nothing is written. Otherwise somebody has edited the cell: the text becomes
+  /// declared before, nothing is written; if the same as the version in force, that is the declared
+  /// one from then on. Otherwise somebody has edited the cell: the text becomes
   /// a new version, which is in force from then on. If a version other than the declared one was
   /// applied, that version is set aside; but a version applied before any cell file was declared
   /// stays in force.
@@ -128,10 +127,15 @@ class ModelStore {
   /// Puts a version in force, and clears `set_aside` and any proposal. If the state cannot be read,
   /// a new one is written: the newest version with a declared origin becomes the declared one, the
   /// history is lost, and the damaged file is renamed to state.json.damaged.
-  Result<void> Apply(int number);
+  /// @param confirmed  see ModelState
+  Result<void> Apply(int number, bool confirmed = false);
 
   /// Puts the previous version of the history in force. @return  its number
-  Result<int> RollBack();
+  Result<int> RollBack(bool confirmed = false);
+
+  /// Undoes that `refused` was applied or declared: `in_force` stays in force, also after a
+  /// restart. Changes nothing if another version has been applied since.
+  Result<void> Withdraw(int refused, int in_force);
 
  private:
   explicit ModelStore(std::string folder) : folder_(std::move(folder)) {}

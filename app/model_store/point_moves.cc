@@ -7,7 +7,12 @@
 #include <cmath>
 #include <utility>
 
+#include "app/config/out_of_range.h"
+#include "app/config/point_solutions.h"
+#include "app/model_store/superseded_text.h"
+#include "firmware-like/correction/point_posture.h"
 #include "firmware-like/correction/taught_tool.h"
+#include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/loads/numbered_load.h"
 
@@ -24,7 +29,7 @@ struct Load {
 struct Model {
   Model(const model::CellModel& cell_model, const correction::CorrectionLimits& limits,
         double utc_s)
-      : cell(cell_model), corrector(cell_model, limits) {
+      : cell(deflection::CellOfPoints(cell_model)), corrector(cell, limits) {
     if (cell.domain && cell.domain->time_zero_s) t_s = utc_s - *cell.domain->time_zero_s;
   }
 
@@ -32,21 +37,35 @@ struct Model {
                                  const model::JointVector& seed,
                                  correction::BranchSearch search) const {
     correction::Correction correction;
-    const std::optional<Vec3> cog_F = load.cog_F ? load.cog_F : cell.payload_cog_F;
-    if (load.mass_kg > 0 && !cog_F) {
+    if (load.mass_kg > 0 && !CogOf(load)) {
       correction.code = correction::CorrectionCode::kPayloadUnknown;
       return correction;
     }
-    effects::Conditions conditions;
-    conditions.payload_kg = load.mass_kg;
-    conditions.t_s = t_s;
-    loads::Payload payload{load.mass_kg, cog_F.value_or(Vec3::Zero())};
-    payload.tool = load.tool;
-    corrector.Correct(point, payload, conditions, seed, search, correction);
+    corrector.Correct(point, PayloadOf(load), ConditionsOf(load), seed, search, correction);
     return correction;
   }
 
-  const model::CellModel& cell;
+  std::string OutOfRange(const correction::Correction& correction, const Load& load) const {
+    return config::OutOfRangeText(cell, corrector.arm(), correction, PayloadOf(load),
+                                  ConditionsOf(load));
+  }
+
+  std::optional<Vec3> CogOf(const Load& load) const {
+    return load.cog_F ? load.cog_F : cell.payload_cog_F;
+  }
+  loads::Payload PayloadOf(const Load& load) const {
+    loads::Payload payload{load.mass_kg, CogOf(load).value_or(Vec3::Zero())};
+    payload.tool = load.tool;
+    return payload;
+  }
+  effects::Conditions ConditionsOf(const Load& load) const {
+    effects::Conditions conditions;
+    conditions.payload_kg = load.mass_kg;
+    conditions.t_s = t_s;
+    return conditions;
+  }
+
+  const model::CellModel cell;
   correction::Corrector corrector;
   std::optional<double> t_s;
 };
@@ -150,6 +169,18 @@ std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const model::Cell
   return loads;
 }
 
+/// The correction on the taught branch. A solution close to the taught joints is on it, and found
+/// at once; the search for the nearest branch takes tens of milliseconds.
+correction::Correction Taught(const Model& model, const correction::AssemblyPoint& point,
+                              const Load& load, const model::JointVector& seed) {
+  correction::Correction near = model.Correct(point, load, seed, correction::BranchSearch::kNone);
+  if (near.code == correction::CorrectionCode::kOk && point.near_q &&
+      !correction::PointPostureAt(model.corrector.arm().chain(), point, near.q).differs) {
+    return near;
+  }
+  return model.Correct(point, load, seed, correction::BranchSearch::kThorough);
+}
+
 PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const Model& before,
                  const Model& after) {
   PointMove move;
@@ -158,8 +189,7 @@ PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const
   move.payload_kg = load.mass_kg;
   if (before.cell.tools() > 1) move.tool_number = before.cell.ToolAt(load.tool).number;
   const model::JointVector seed = point.near_q.value_or(MiddleOf(before.cell.robot));
-  const correction::Correction first =
-      before.Correct(point, load, seed, correction::BranchSearch::kThorough);
+  const correction::Correction first = Taught(before, point, load, seed);
   move.code_before = first.code;
   correction::Correction second;
   if (first.code ==
@@ -167,11 +197,14 @@ PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const
     second = after.Correct(point, load, first.q, correction::BranchSearch::kNone);
   }
   if (second.code != correction::CorrectionCode::kOk) {
-    second = after.Correct(point, load, seed, correction::BranchSearch::kThorough);
+    second = Taught(after, point, load, seed);
   }
   move.code_after = second.code;
   move.before_B = first.X_BP_command.p;
   move.after_B = second.X_BP_command.p;
+  if (before.cell.domain && after.cell.domain && !first.extrapolated) {
+    move.leaves_range = after.OutOfRange(second, load);
+  }
   return move;
 }
 
@@ -192,6 +225,24 @@ std::string PointText(const PointMove& move) {
                      move.tool_number ? fmt::format(" with tool {}", *move.tool_number) : "");
 }
 
+/// "point 2 (roof) at 60 kg would lose its correction: out of reach"; empty without an objection.
+std::string ObjectionTo(const PointMove& move, const std::optional<double>& explained_m) {
+  if (move.code_before == correction::CorrectionCode::kOk && !move.Compared()) {
+    return fmt::format("{} would lose its correction: {}", PointText(move),
+                       Describe(move.code_after));
+  }
+  if (!move.Compared()) return {};
+  if (explained_m && move.Distance_m() > kMovePerResidual * *explained_m) {
+    return fmt::format(
+        "{} would move by {:.3f} mm, more than {:g} times the largest residual that the model "
+        "explains ({:.3f} mm)",
+        PointText(move), 1e3 * move.Distance_m(), kMovePerResidual, 1e3 * *explained_m);
+  }
+  if (move.leaves_range.empty()) return {};
+  return fmt::format("{} would be outside the range that its model was fitted to: {}",
+                     PointText(move), move.leaves_range);
+}
+
 std::string PositionText(correction::CorrectionCode code, const Vec3& p_B) {
   if (code != correction::CorrectionCode::kOk) return "none";
   return fmt::format("{:.2f}, {:.2f}, {:.2f}", 1e3 * p_B.x(), 1e3 * p_B.y(), 1e3 * p_B.z());
@@ -208,11 +259,26 @@ const PointMove* PointMoves::Largest() const {
   return largest;
 }
 
+std::vector<std::string> Objections(const PointMoves& moves) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> objections;
+  for (const PointMove& move : moves.all) {
+    std::string objection = ObjectionTo(move, moves.explained_m);
+    if (!objection.empty()) objections.push_back(std::move(objection));
+  }
+  return Abbreviated(std::move(objections), kMost);
+}
+
 PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel& before,
                              const model::CellModel& after, double utc_s,
                              const std::vector<ReportedLoad>& reported,
                              const std::function<void()>& step) {
   PointMoves moves;
+  moves.frame = config::PointFrameText(after);
+  for (const model::CellModel* const cell : {&before, &after}) {
+    if (!cell->domain || !cell->domain->largest_residual_m) continue;
+    moves.explained_m = std::max(moves.explained_m.value_or(0), *cell->domain->largest_residual_m);
+  }
   const bool same_joints = before.robot.size() == after.robot.size();
   if (!same_joints || before.tools() != after.tools()) {
     moves.notes.push_back(
@@ -256,6 +322,7 @@ std::string TextOf(const PointMoves& moves, const std::string& configuration) {
     return move.tool_number.has_value();
   });
   if (!moves.all.empty()) {
+    text += fmt::format("the points' frame is {}\n", moves.frame);
     text += fmt::format("corrected commands of the points of {}, in the robot's base, mm:\n",
                         configuration);
     text += fmt::format("{:>5} {:>7} {:>27} {:>27} {:>8}{}\n", "point", "load kg", "now", "then",

@@ -9,6 +9,7 @@
 #include "app/config/cell_reader.h"
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/model_store.h"
+#include "app/model_store/superseded_text.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"

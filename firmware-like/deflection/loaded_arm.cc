@@ -175,4 +175,13 @@ model::CellModel CellOfSession(const model::CellModel& cell, const std::string& 
   return of_session;
 }
 
+model::CellModel CellOfPoints(const model::CellModel& cell) {
+  model::CellModel of_points = cell;
+  of_points.sessions.clear();
+  if (cell.measurement.holds_points && !cell.sessions.empty()) {
+    of_points.robot.X_WB = cell.sessions.back().X_WB;
+  }
+  return of_points;
+}
+
 }  // namespace plumbline::deflection

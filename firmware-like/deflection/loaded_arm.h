@@ -174,8 +174,14 @@ class LoadedArm {
   effects::Conditions declared_;
 };
 
-/// The cell with base and tip of one session. The cell is returned unchanged if it has no sessions;
-/// an unknown `id` selects the last session.
+/// The cell with base and tip of one session, which predicts the measured rows of that session. The
+/// cell is returned unchanged if it has no sessions; an unknown `id` selects the last session.
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id);
+
+/// The cell by which points are corrected, without sessions. Base and tip are as declared: those
+/// estimated for a session describe where the instrument and its target were mounted. Only if the
+/// points are in the instrument's frame (Measurement::holds_points), the base is that of the last
+/// session.
+model::CellModel CellOfPoints(const model::CellModel& cell);
 
 }  // namespace plumbline::deflection

@@ -111,17 +111,6 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
                       [&](double level) { return std::abs(payload_kg - level) <= tolerance_kg; });
 }
 
-/// True if a compliant joint carries a load that the fitted rows did not put on it.
-bool OutsideMeasuredLoads(const model::Domain& domain, const model::JointVector& tau) {
-  return std::any_of(
-      domain.joint_loads.begin(), domain.joint_loads.end(), [&](const model::JointLoad& load) {
-        constexpr double kMost = 1 + kLoadTolerance;
-        return load.joint < tau.size() &&
-               !model::Interval{kMost * load.range.low, kMost * load.range.high}.Contains(
-                   tau[load.joint]);
-      });
-}
-
 }  // namespace
 
 bool ToolCovered(const model::CellModel& cell, int tool) {
@@ -137,29 +126,71 @@ bool ItemCovered(const model::CellModel& cell, int item) {
   return std::find(items.begin(), items.end(), item) != items.end();
 }
 
-bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at) {
-  for (int i = 0; i < cell.robot.size(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
+namespace {
+
+/// Visits the inputs outside the domain until `visit` returns true.
+/// @return whether it did
+template <typename Visit>
+bool VisitExits(const model::CellModel& cell, const OperatingPoint& at, Visit visit) {
+  using Input = DomainExit::Input;
+  const auto leaves = [&visit](Input input, std::size_t index, double value,
+                               const model::Interval& range) {
+    return !range.Contains(value) && visit(DomainExit{input, index, value, range});
+  };
+  const auto leaves_known = [&leaves](Input input, const std::optional<double>& value,
+                                      const std::optional<model::Interval>& range,
+                                      std::size_t index = 0) {
+    return range && value && leaves(input, index, *value, *range);
+  };
+  for (std::size_t k = 0; k < cell.robot.joints.size(); ++k) {
     const model::Joint& joint = cell.robot.joints[k];
-    const model::Interval interval =
+    const model::Interval range =
         cell.domain ? cell.domain->q[k] : model::Interval{joint.min, joint.max};
-    if (!interval.Contains(at.q[i])) return true;
+    if (leaves(Input::kJoint, k, at.q[static_cast<Eigen::Index>(k)], range)) return true;
   }
   if (!cell.domain) return false;
-  for (const model::JointCombination& combination : cell.domain->combinations) {
-    if (!combination.range.Contains(combination.weights.dot(at.q))) return true;
+  const model::Domain& domain = *cell.domain;
+  for (std::size_t k = 0; k < domain.combinations.size(); ++k) {
+    const model::JointCombination& combination = domain.combinations[k];
+    const double sum = combination.weights.dot(at.q);
+    if (leaves(Input::kJointCombination, k, sum, combination.range)) return true;
   }
-  const auto outside = [](const std::optional<model::Interval>& seen, std::optional<double> value) {
-    return seen && value && !seen->Contains(*value);
-  };
-  for (const model::WrittenEffect& effect : cell.effects) {
-    if (outside(effect.seen_t_s, at.t_s)) return true;
+  for (std::size_t k = 0; k < cell.effects.size(); ++k) {
+    if (leaves_known(Input::kTime, at.t_s, cell.effects[k].seen_t_s, k)) return true;
   }
-  if (!ToolCovered(cell, at.tool) || !ItemCovered(cell, at.item)) return true;
-  return outside(cell.domain->payload_kg, at.payload_kg) ||
-         outside(cell.domain->temp_C, at.temp_C) ||
-         (at.payload_kg && BetweenLevels(*cell.domain, *at.payload_kg)) ||
-         OutsideMeasuredLoads(*cell.domain, at.tau);
+  if (!ToolCovered(cell, at.tool) && visit(DomainExit{Input::kTool})) return true;
+  if (!ItemCovered(cell, at.item) && visit(DomainExit{Input::kItem})) return true;
+  if (leaves_known(Input::kPayload, at.payload_kg, domain.payload_kg)) return true;
+  if (leaves_known(Input::kTemperature, at.temp_C, domain.temp_C)) return true;
+  if (at.payload_kg && BetweenLevels(domain, *at.payload_kg) &&
+      visit(DomainExit{Input::kPayloadLevel,
+                       0,
+                       *at.payload_kg,
+                       {domain.payload_levels_kg.front(), domain.payload_levels_kg.back()}})) {
+    return true;
+  }
+  constexpr double kMost = 1 + kLoadTolerance;
+  return std::any_of(
+      domain.joint_loads.begin(), domain.joint_loads.end(), [&](const model::JointLoad& load) {
+        return load.joint < at.tau.size() &&
+               leaves(Input::kJointLoad, static_cast<std::size_t>(load.joint), at.tau[load.joint],
+                      {kMost * load.range.low, kMost * load.range.high});
+      });
+}
+
+}  // namespace
+
+bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at) {
+  return VisitExits(cell, at, [](const DomainExit&) { return true; });
+}
+
+std::vector<DomainExit> DomainExits(const model::CellModel& cell, const OperatingPoint& at) {
+  std::vector<DomainExit> exits;
+  VisitExits(cell, at, [&exits](const DomainExit& exit) {
+    exits.push_back(exit);
+    return false;
+  });
+  return exits;
 }
 
 }  // namespace plumbline::deflection

@@ -59,6 +59,28 @@ inline constexpr double kLoadTolerance = 0.02;
 /// true if q is outside the joint limits.
 bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at);
 
+/// An input that lies outside the domain.
+struct DomainExit {
+  enum class Input {
+    kJoint,             ///< its position [rad] or [m]
+    kJointCombination,  ///< its sum [rad]
+    kJointLoad,         ///< of a compliant joint [N m] or [N]
+    kPayload,           ///< [kg]
+    kPayloadLevel,      ///< between the two measured loads, `range` [kg]
+    kTemperature,       ///< [degC]
+    kTime,              ///< of an effect [s]
+    kTool,
+    kItem,
+  };
+  Input input = Input::kJoint;
+  std::size_t index = 0;  ///< joint, combination or effect, from 0
+  double value = 0;
+  model::Interval range{};  ///< of the fitted rows; of a joint without a domain, its limits
+};
+
+/// Every input that lies outside the domain; empty if OutsideDomain() is false.
+std::vector<DomainExit> DomainExits(const model::CellModel& cell, const OperatingPoint& at);
+
 /// False if the cell has a domain and no fitted row had this tool. @param tool  index
 bool ToolCovered(const model::CellModel& cell, int tool);
 

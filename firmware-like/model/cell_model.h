@@ -98,6 +98,7 @@ struct Measurement {
   MeasurementKind kind = MeasurementKind::kPosition;
   Vec3 anchor_W = Vec3::Zero();     ///< origin of measured ranges [m]
   bool frame_known = true;          ///< the pose of the base in W is known ("aligned")
+  bool holds_points = false;        ///< with an unknown frame: the points are in it
   bool tool_known = true;           ///< the position of the tip on the flange is known
   std::optional<double> sigma_m;    ///< standard deviation per axis; if absent, from repeats
   std::optional<double> sigma_rad;  ///< the same of measured orientations, unused if absent
@@ -141,7 +142,8 @@ struct WrittenEffect {
   std::optional<int> from_rows;
 };
 
-/// Base pose and tip estimated for one session of a measurement with unknown frame or tool.
+/// Base pose and tip estimated for one session of a measurement with unknown frame or tool. They
+/// describe where instrument and target were mounted, not the arm: see deflection::CellOfPoints.
 struct SessionFrames {
   std::string id;
   Pose X_WB;
@@ -176,6 +178,9 @@ struct Domain {
   /// covered.
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
+  /// Length of the largest residual that the declared model leaves in the fitted rows [m]. A model
+  /// explains residuals of this size, so that moving a point much farther contradicts its data.
+  std::optional<double> largest_residual_m{};
   /// Standard deviation per axis of the residual of held-out rows at the measured poses, instrument
   /// noise included.
   std::optional<double> residual_sigma_m;

@@ -244,6 +244,9 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
        "@48 measurement.anchor_mm: missing; expected 3 numbers, -100000..100000"},
       {"frame = \"unaligned\"", "frame = \"align\"",
        "measurement.frame: \"align\" is not one of \"aligned\", \"unaligned\""},
+      {"frame = \"unaligned\"", "points = \"instrument\"",
+       "measurement.points: \"instrument\" \"instrument\" is allowed with frame = \"unaligned\" "
+       "only: an aligned instrument measures in the cell's frame"},
       {"tool = \"unknown\"", "tool = true",
        "measurement.tool: true is not one of \"known\", \"unknown\""},
       {"sigma_mm = 0.05", "sigma_mm = 0", "measurement.sigma_mm: 0 is outside 1e-06..100"},

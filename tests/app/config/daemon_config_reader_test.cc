@@ -368,19 +368,32 @@ TEST_CASE("Each faulty field of a configuration gives exactly one message") {
   ExpectOneFaultEach(kGood, "cell/plumbline.toml", cases, Reads);
 }
 
-TEST_CASE("Base and tip come from the cell's last session, for the points as well") {
+TEST_CASE("Frames fitted for a session move points only if these are in the instrument's frame") {
   FileMap files = kFiles;
-  files["cell/cell.toml"] +=
+  const std::string sessions =
       "[[session]]\nid = \"1\"\nbase_xyz_mm = [5.0, 5.0, 5.0]\n"
       "[[session]]\nid = \"2\"\nbase_xyz_mm = [1003.0, -2.0, 0.0]\ntip_mm = [0, 0.5, 101]\n";
+  Vec3 expected_W(1, 0, 0);
+  SECTION("by default the base is the declared one") {
+    files["cell/cell.toml"] += sessions;
+  }
+  SECTION("also with an unaligned instrument") {
+    files["cell/cell.toml"] +=
+        "[measurement]\nkind = \"position\"\nframe = \"unaligned\"\n" + sessions;
+  }
+  SECTION("points in the instrument's frame: the base of the last session") {
+    files["cell/cell.toml"] +=
+        "[measurement]\nkind = \"position\"\nframe = \"unaligned\"\npoints = \"instrument\"\n" +
+        sessions;
+    expected_W = Vec3(1.003, -0.002, 0);
+  }
   FaultList faults;
   const auto config = ReadWith(files, kGood, faults);
   CAPTURE(FaultsText(faults));
   REQUIRE(config);
-  CHECK(config->machine.cell.robot.X_WB.p.isApprox(Vec3(1.003, -0.002, 0)));
-  CHECK(config->machine.cell.tool.tcp_F.isApprox(Vec3(0, 0.0005, 0.101)));
-  CHECK(config->machine.points[1].X_WP.p.isApprox(
-      Vec3(1.004, -0.002, 0)));  // given in the base frame
+  CHECK(config->machine.cell.robot.X_WB.p.isApprox(expected_W));
+  CHECK(config->machine.cell.tool.tcp_F.isApprox(Vec3(0, 0, 0.1)));
+  CHECK(config->machine.points[1].X_WP.p.isApprox(expected_W + Vec3(1e-3, 0, 0)));  // in the base
 }
 
 TEST_CASE("A frame must not have the name of another or of a built-in frame") {

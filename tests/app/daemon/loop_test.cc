@@ -276,6 +276,72 @@ TEST_CASE("a model that the daemon cannot use is stored, but never comes into fo
   CHECK(station.Models().applied == 1);
 }
 
+TEST_CASE("a model that moves points farther than its data explain waits for a person") {
+  Station station;
+  const std::string where = " --state " + station.state_directory() + " 2> /dev/null";
+  {  // as another program would: `plumbline model apply` refuses it
+    model_store::ModelStore store =
+        model_store::ModelStore::Open(station.state_directory()).value();
+    std::string text = store.Text(1).value() +
+                       "\n[[effect]]\nid = \"base_frame\"\nscope = []\nparameters = [\n"
+                       "  { name = \"x\", value = 14.0, unit = \"mm\" } ]\n"
+                       "\n[domain]\nq_deg = [";
+    for (int joint = 0; joint < 6; ++joint) text += "[-360.0, 360.0], ";
+    text += "]\nlargest_residual_mm = 0.5\n";
+    REQUIRE(store.Propose(text, {}, "").ok());
+    CHECK(Plumbline("model apply 2" + where) == 1);
+    CHECK(station.Models().applied == 1);
+    REQUIRE(store.Apply(2).ok());
+  }
+  const auto x_mm = [&] { return station.plc.Read(2000, 20).Float(3); };
+  const double before_mm = x_mm();
+  station.daemon.Signal(SIGHUP);
+  REQUIRE(station.daemon.Awaits("model version 2 is not put in force: point 1 (assembly 1) at "));
+  REQUIRE(station.daemon.Awaits(" reloaded"));  // the rest of the configuration
+  INFO(station.daemon.Log());
+  CHECK(station.daemon.Says("would move by 13.99"));
+  CHECK(station.daemon.Says("Version 1 stays in force, also after a restart"));
+  CHECK(station.Models().applied == 1);
+  CHECK(x_mm() == Approx(before_mm).margin(0.02));
+  CHECK(station.plc.Read(400, 20).Word(1) == 1);
+
+  CHECK(Plumbline("model apply 2 --force" + where) == 0);
+  REQUIRE(station.daemon.Awaits("model version 2 in force"));
+  CHECK(Eventually([&] { return std::abs(x_mm() - before_mm) > 13; }));
+  CHECK(Plumbline("model rollback" + where) == 1);  // as far back
+  CHECK(station.Models().applied == 2);
+  CHECK(Plumbline("model rollback --force" + where) == 0);
+  CHECK(Eventually([&] { return std::abs(x_mm() - before_mm) < 0.02; }));
+}
+
+TEST_CASE("an edited cell file that costs a point its correction does not come into force") {
+  RunningCell cell(Idle());
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/cell.toml", state = folder.path() + "/state";
+  const std::string declared = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
+  std::ofstream(file) << declared;
+  const std::string config = LoopConfigText(cell.robot(), "");
+  DaemonProcess daemon(WithLine(WithLine(config, "", "cell", '"' + file + '"'), "",
+                                "state_directory", '"' + state + '"'));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(Eventually([&] { return (plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  std::ofstream(file) << WithLine(declared, "", "base_xyz_mm", "[0.0, 0.0, 9000.0]");
+  daemon.Signal(SIGHUP);
+  INFO(daemon.Log());
+  REQUIRE(daemon.Awaits("model version 2 is not put in force: point 1 (assembly 1) at "));
+  REQUIRE(daemon.Awaits(" reloaded"));
+  CHECK(daemon.Says("would lose its correction: out of reach"));
+  CHECK((plc.Read(2000, 20).Word(1) & 1) != 0);
+  const auto models = model_store::ModelStore::Open(state)->State().value();
+  CHECK(models.declared == 2);  // recorded, and not in force
+  CHECK(models.applied == 1);
+
+  std::ofstream(file) << declared;  // the edit is undone
+  daemon.Signal(SIGHUP);
+  REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
+  CHECK(daemon.Count("is not put in force") == 1);
+}
+
 TEST_CASE("a model that is unexplained or does not help is never applied automatically") {
   struct Case {
     const char* name;

@@ -35,7 +35,7 @@ struct Applied {
 
 }  // namespace
 
-TEST_CASE("base and tip of an applied model are those of its last session") {
+TEST_CASE("sessions of an applied model leave base and tip as declared") {
   Applied applied(
       "\n[[session]]\nid = \"1\"\nbase_xyz_mm = [1.0, 2.0, 3.0]\n"
       "[[session]]\nid = \"2\"\nbase_xyz_mm = [1003.0, -2.0, 0.0]\ntip_mm = [0, 0.5, 901]\n");
@@ -44,8 +44,9 @@ TEST_CASE("base and tip of an applied model are those of its last session") {
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   const model::CellModel& cell = in_force->config.machine.cell;
-  CHECK((cell.robot.X_WB.p - Vec3(1.003, -0.002, 0)).norm() < 1e-12);
-  CHECK((cell.tool.tcp_F - Vec3(0, 0.0005, 0.901)).norm() < 1e-12);
+  CHECK(cell.robot.X_WB.p == Vec3::Zero());
+  CHECK((cell.tool.tcp_F - Vec3(0, 0, 1.2)).norm() < 1e-12);
+  CHECK(cell.sessions.empty());
 }
 
 TEST_CASE("a running daemon keeps its state directory, and the model applied there") {

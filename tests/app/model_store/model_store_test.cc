@@ -18,6 +18,7 @@
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/point_moves.h"
+#include "app/model_store/superseded_text.h"
 #include "app/model_store/usable_model.h"
 #include "drivers/files/file_lock.h"
 #include "drivers/files/replace_file.h"
@@ -647,7 +648,7 @@ TEST_CASE("the change between two models is that of the loaded tip") {
   std::mt19937 random(1);
   std::vector<ModelPose> poses;
   poses.reserve(10);
-  for (int i = 0; i < 10; ++i) poses.push_back({"", test::RandomPosture(cell, random), 60, {}, {}});
+  for (int i = 0; i < 10; ++i) poses.push_back({test::RandomPosture(cell, random), 60, {}, {}});
   CHECK(*LargestTipChange(cell, cell, poses) == 0);
   CHECK(*LargestTipChange(cell, other, poses) == Approx(2e-3));
   other = cell;
@@ -804,6 +805,109 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     CHECK_THAT(ComputePointMoves(config, before, after, 0).notes.at(0),
                Catch::StartsWith("point 3 without near_deg"));
   }
+}
+
+TEST_CASE("a person must confirm a model that moves points farther than its data explain") {
+  model::CellModel before = test::HeavyArm(), after = before;
+  after.robot.joints[1].compliance_rad_per_Nm = 2e-6;
+  MachineConfig config = ConfigOf(before);
+  config.limits.max_translation_m = 1;
+  config.payload.source = PayloadPolicy::Source::kFixed;
+  config.payload.fixed.mass_kg = 60;
+  const auto objections = [&] { return Objections(ComputePointMoves(config, before, after, 0)); };
+  const auto fitted = [](model::CellModel& cell, double largest_m) {
+    cell.domain.emplace().largest_residual_m = largest_m;
+    cell.domain->q.assign(6, model::Interval{-10, 10});
+  };
+  const double most_m = ComputePointMoves(config, before, after, 0).Largest()->Distance_m();
+  REQUIRE(most_m > 1e-3);
+  SECTION("no claim is made by a model that was not fitted") {
+    CHECK(objections().empty());
+  }
+  SECTION("three times the largest residual, of the model that comes or of the one that goes") {
+    model::CellModel& claims = GENERATE(false, true) ? before : after;
+    fitted(claims, 1.01 * most_m / 3);
+    CHECK(objections().empty());
+    fitted(claims, 0.99 * most_m / 3);
+    REQUIRE(objections().size() == 1);
+    CHECK_THAT(objections()[0],
+               Catch::Contains(fmt::format("would move by {:.3f} mm, more than 3 times the largest "
+                                           "residual that the model explains ({:.3f} mm)",
+                                           1e3 * most_m, 1e3 * 0.99 * most_m / 3)));
+  }
+  SECTION("a point would lose its correction") {
+    after.robot.joints[1].compliance_rad_per_Nm = 1e-3;
+    config.limits.max_translation_m = 0.2;
+    REQUIRE(objections().size() == 3);
+    CHECK_THAT(objections()[0], Catch::Contains("point 1 (point 1) at 60 kg would lose its "
+                                                "correction: correction too large"));
+    std::swap(before, after);  // gaining one is no objection
+    CHECK(objections().empty());
+  }
+  SECTION("a point would leave the range that its model was fitted to") {
+    fitted(before, 1);
+    fitted(after, 1);
+    CHECK(objections().empty());
+    after.domain->payload_kg = model::Interval{0, 40};
+    REQUIRE(objections().size() == 3);
+    CHECK_THAT(objections()[0],
+               Catch::Contains("would be outside the range that its model was fitted "
+                               "to: the payload is 60 kg, measured: 0 to 40 kg"));
+    before.domain.reset();  // it never was inside a measured range
+    CHECK(objections().empty());
+  }
+  SECTION("many are not all listed") {
+    fitted(after, 1e-9);
+    const correction::AssemblyPoint point = config.points[0];
+    config.points.assign(9, point);
+    REQUIRE(objections().size() == 6);
+    CHECK(objections()[5] == "and 4 more");
+  }
+}
+
+TEST_CASE("points keep the declared base and tip, unless they are in the instrument's frame") {
+  const model::CellModel declared = test::HeavyArm();
+  model::CellModel fitted = declared;
+  fitted.measurement.frame_known = fitted.measurement.tool_known = false;
+  fitted.sessions = {{"1", {Mat3::Identity(), Vec3(0, 0, 3)}, Vec3(0, 0.2, 0.5)}};
+  MachineConfig config = ConfigOf(declared);
+  config.limits.max_translation_m = 5;
+  config.payload.source = PayloadPolicy::Source::kFixed;
+  PointMoves moves = ComputePointMoves(config, declared, fitted, 0);
+  REQUIRE(moves.Largest() != nullptr);
+  CHECK(moves.Largest()->Distance_m() < 1e-9);
+  CHECK_THAT(TextOf(moves, "p.toml"),
+             Catch::Contains("the points' frame is the cell's: base and tip as declared, not as "
+                             "fitted"));
+  fitted.measurement.holds_points = true;
+  fitted.sessions[0].X_WB = {declared.robot.X_WB.R, declared.robot.X_WB.p + Vec3(0, 0, 0.01)};
+  moves = ComputePointMoves(config, declared, fitted, 0);
+  REQUIRE(moves.Largest() != nullptr);
+  CHECK(moves.Largest()->Distance_m() == Approx(0.01).epsilon(0.05));
+  CHECK_THAT(TextOf(moves, "p.toml"), Catch::Contains("the points' frame is the instrument's"));
+}
+
+TEST_CASE("a version that the daemon refuses is withdrawn, and a confirmation is kept with it") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(store.Declare("cell 1", "cell.toml").ok());
+  REQUIRE(store.Propose("cell 2", {}, "").ok());
+  REQUIRE(store.Apply(2, true).ok());
+  CHECK(StateOf(store).confirmed);
+  CHECK(StateOf(store) == StateOf(StoreIn(folder)));
+  REQUIRE(store.Withdraw(3, 1).ok());  // another version was applied meanwhile
+  CHECK(StateOf(store).applied == 2);
+  REQUIRE(store.Withdraw(2, 1).ok());
+  CHECK(StateOf(store) == ModelState{1, 1, 0, {1}});
+  REQUIRE(store.Apply(2).ok());
+  CHECK_FALSE(StateOf(store).confirmed);
+  REQUIRE(store.Declare("cell 1 edited", "cell.toml").ok());  // sets version 2 aside
+  REQUIRE(StateOf(store).applied == 3);
+  REQUIRE(store.Withdraw(3, 2).ok());
+  CHECK(StateOf(store) == ModelState{3, 2, 0, {1, 2}});
+  REQUIRE(store.RollBack(true).ok());
+  CHECK(StateOf(store).applied == 1);
+  CHECK(StateOf(store).confirmed);
 }
 
 TEST_CASE("the configuration of a daemon is recorded with its absolute path") {

@@ -229,6 +229,31 @@ TEST_CASE("a joint that yields is extrapolated under a load in a direction that 
   CHECK_FALSE(OutsideDomain(cell, {.q = model::JointVector::Zero(6), .payload_kg = 20}));
 }
 
+TEST_CASE("every input outside the domain is named, with its value and range") {
+  model::CellModel cell = test::HeavyArm();
+  cell.domain.emplace();
+  cell.domain->q.assign(6, model::Interval{-1, 1});
+  cell.domain->payload_kg = model::Interval{0, 40};
+  cell.domain->joint_loads = {{4, {-2, 50}}};
+  OperatingPoint at{.q = model::JointVector::Zero(6), .payload_kg = 20};
+  at.tau = model::JointVector::Zero(6);
+  CHECK(DomainExits(cell, at).empty());
+  at.q[2] = 1.5;
+  at.tau[4] = -30;
+  at.payload_kg = 60;
+  const std::vector<DomainExit> exits = DomainExits(cell, at);
+  REQUIRE(exits.size() == 3);
+  CHECK(exits[0].input == DomainExit::Input::kJoint);
+  CHECK(exits[0].index == 2);
+  CHECK(exits[0].value == 1.5);
+  CHECK(exits[0].range.high == 1);
+  CHECK(exits[1].input == DomainExit::Input::kPayload);
+  CHECK(exits[2].input == DomainExit::Input::kJointLoad);
+  CHECK(exits[2].index == 4);
+  CHECK(exits[2].value == -30);
+  CHECK(OutsideDomain(cell, at));
+}
+
 TEST_CASE("a tool or payload item that was not measured is outside the domain") {
   model::CellModel cell = test::HeavyArm();
   const model::JointVector q = model::JointVector::Zero(6);
