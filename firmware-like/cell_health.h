@@ -50,11 +50,12 @@ enum class HealthReason : std::uint8_t {
   kDecodingUnchecked = 33,  ///< the robot profile has no tool pose to check the joints against
   kCoarseJoints = 34,       ///< the joint register resolution contributes more than 0.1 mm
   kMassCentresGuessed = 35,
-  kReferenceRefused = 36,  ///< the drift monitor has no reference: its probes disagree
-  kQuarantined = 37,       ///< probes contradict the model and await a person's decision
-  kPointsPending = 38,     ///< some points are still being computed
-  kRadiusTooLarge = 39,    ///< a valid point's radius exceeds the largest allowed correction
-  kObjectsNear = 40,       ///< monitored objects are nearer than their declared distance
+  kReferenceRefused = 36,    ///< the drift monitor has no reference: its probes disagree
+  kQuarantined = 37,         ///< probes contradict the model and await a person's decision
+  kPointsPending = 38,       ///< some points are still being computed
+  kRadiusTooLarge = 39,      ///< a valid point's radius exceeds the largest allowed correction
+  kObjectsNear = 40,         ///< monitored objects are nearer than their declared distance
+  kRadiusContradicted = 41,  ///< the drift monitor's reference contradicts the stated radius
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model awaits approval
   kBoardWanted = 51,      ///< the calibration board is requested
@@ -80,7 +81,7 @@ struct HealthInputs {
   bool fiducial_moved = false;
   bool required_lens_missing = false;  ///< points are withdrawn until a camera's lens is valid
   bool objects_near = false, scene_lost = false, scene_incomplete = false;
-  bool reference_refused = false, quarantined = false;
+  bool reference_refused = false, radius_contradicted = false, quarantined = false;
   bool pending = false;        ///< a point is still being computed
   bool no_points = false;      ///< no point is configured
   bool daemon_silent = false;  ///< page and display only: the daemon no longer reports

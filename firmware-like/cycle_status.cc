@@ -55,6 +55,7 @@ HealthInputs HealthInputsFrom(const Snapshot& snapshot, const MachineInput& inpu
   facts.scene_incomplete = input.scene_incomplete;
   facts.no_points = snapshot.points.empty();
   facts.reference_refused = input.reference_refused;
+  facts.radius_contradicted = input.radius_contradicted;
   facts.quarantined = input.quarantined;
   return facts;
 }
@@ -90,7 +91,7 @@ std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
 
 std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring) {
   int warnings = 0;
-  if (monitoring.drift_alarm) warnings |= warning::kDrift;
+  if (monitoring.drift_alarm || monitoring.radius_contradicted) warnings |= warning::kDrift;
   if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
   if (monitoring.fault) warnings |= warning::kMonitoringFault;
   if (monitoring.storage_unavailable) warnings |= warning::kStorage;

@@ -63,6 +63,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   // A restart of the monitoring takes the journal's place in this cycle.
   if (input.gauge && !snapshot_.probe_taken && !snapshot_.monitor_restart)
     snapshot_.gauge_code = RecordGaugePress(input);
+  if (input.radius_contradicted) WithdrawBasis();
   ReportStatus(input);
   return snapshot_;
 }
@@ -159,6 +160,13 @@ void Machine::RefreshPoints() {
   const auto failed = std::find_if(snapshot_.points.begin(), snapshot_.points.end(),
                                    [](const PointResult& point) { return !point.valid; });
   if (failed != snapshot_.points.end()) snapshot_.first_error = failed->code;
+}
+
+void Machine::WithdrawBasis() {
+  for (PointResult& point : snapshot_.points) {
+    point.correction.basis = model::RadiusBasis::kUnknown;
+  }
+  snapshot_.result.correction.basis = model::RadiusBasis::kUnknown;
 }
 
 void Machine::ReportStatus(const MachineInput& input) {

@@ -90,6 +90,8 @@ class Machine {
   /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
   void RefreshPoints();
+  /// The radii stay, but nothing supports them: their basis is unknown.
+  void WithdrawBasis();
   void Execute(const MachineInput& input);
   /// Corrects the commanded point or pose, or predicts where it lands, into the result.
   correction::CorrectionCode ExecuteCorrection(const model::PlcCommand& command);

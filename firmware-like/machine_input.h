@@ -49,6 +49,7 @@ struct MachineInput {
   bool objects_near = false;              ///< monitored objects are nearer than declared
   bool scene_incomplete = false;          ///< some monitored pairs of objects are not measured
   bool reference_refused = false;         ///< the drift monitor's reference probes disagree
+  bool radius_contradicted = false;       ///< the reference contradicts the stated 95 % radius
   bool quarantined = false;               ///< quarantined probes await a person's decision
   std::array<CameraInput, model::kMaxCameras> cameras;
   /// A press that was not handled yet. It waits while a probe of the PLC is recorded.

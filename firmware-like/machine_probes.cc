@@ -113,6 +113,7 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   probe.payload_kg = at.payload.mass_kg - loads::ItemMass_kg(cell, probe.payload_item);
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = at.state.p_read_W;
+  probe.radius_m = 0;
   probe.measured_W.reset();
   probe.covariance_W.reset();
   probe.range_m.reset();
@@ -142,6 +143,8 @@ void Machine::ReportPrediction(const Prediction& at) {
                                                .item = at.payload.item,
                                                .tau = at.state.tau});
   corrector_.StateRadius(at.payload, ConditionsOf(at.payload), Vec3::Zero(), prediction);
+  const bool stated = prediction.basis != model::RadiusBasis::kUnknown;
+  snapshot_.probe.radius_m = stated ? prediction.uncertainty_m : 0;
 }
 
 correction::CorrectionCode Machine::RecordProbe(const MachineInput& input,

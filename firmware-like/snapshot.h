@@ -55,8 +55,8 @@ inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;    ///< it was presen
 inline constexpr std::uint16_t kCycleOverrun = 1 << 2;        ///< cycles missed in the last second
 inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint resolution adds > 0.1 mm
 inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
-inline constexpr std::uint16_t kDrift = 1 << 5;               ///< probe residuals have changed
-inline constexpr std::uint16_t kProposalWaiting = 1 << 6;     ///< a corrected model awaits approval
+inline constexpr std::uint16_t kDrift = 1 << 5;  ///< probes contradict the model or its radius
+inline constexpr std::uint16_t kProposalWaiting = 1 << 6;  ///< a corrected model awaits approval
 inline constexpr std::uint16_t kMonitoringFault =
     1 << 7;                                           ///< journal or diagnosis failed; see the log
 inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use measurements of the camera
@@ -97,6 +97,7 @@ struct Probe : model::MeasuredPoint {
   std::int64_t unix_ms = 0;
   double utc_s = 0;                   ///< since 1970; never stepped within one run of the daemon
   Vec3 predicted_W = Vec3::Zero();    ///< loaded tip predicted by the model in force [m]
+  double radius_m = 0;                ///< 95 % radius stated for it; 0: without a basis
   std::uint16_t cameras = 0;          ///< bit k: camera k contributed
   std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0 for a measured tip
   bool by_gauge = false;              ///< sent by the button of a gauge, not by a command

@@ -11,6 +11,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
+#include "app/cli/journal_integrity.h"
 #include "app/cli/journal_rows.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
@@ -199,6 +200,14 @@ int Tail(const JournalOptions& options) {
   }
 }
 
+int CheckFile(const JournalOptions& options) {
+  return CheckJournalFile(options.JournalFile(), options.json);
+}
+
+int SalvageFile(const JournalOptions& options) {
+  return SalvageJournalFile(options.JournalFile());
+}
+
 int ListQuarantine(const JournalOptions& options) {
   Result<journal::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
@@ -308,6 +317,22 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   tail->add_flag("--json", options->json, "Print one JSON object per line, in mm and degrees");
   tail->add_flag("--once", options->once, "Do not wait for further rows");
   AddFilter(*tail, *options);
+
+  CLI::App* check = add("check", "Check that every row is as it was written", CheckFile,
+                        "Checks the structure of the file, a checksum of each row, and that no row "
+                        "number is missing.\n"
+                        "Rows written before there were checksums are counted as unchecked.\n\n"
+                        "Example:\n  plumbline journal check --state ./state\n\n"
+                        "Exit codes: 0 intact, 1 damaged or no journal, 2 wrong arguments.");
+  check->add_flag("--json", options->json, "Print JSON");
+  add("salvage", "Save the intact rows of a damaged journal in a new one", SalvageFile,
+      "The damaged file is kept beside the new one as journal.damaged-TIME.sqlite. The new "
+      "journal\n"
+      "keeps the row numbers and records which rows are lost.\n\n"
+      "Example:\n  plumbline journal salvage --state ./state\n\n"
+      "Exit codes: 0 saved, 1 intact, in use, or not readable at all (nothing was changed), 2 "
+      "wrong\n"
+      "arguments.");
 
   CLI::App* quarantine = journal->add_subcommand(
       "quarantine", "List, accept or reject probes that contradict the model");

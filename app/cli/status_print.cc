@@ -52,7 +52,8 @@ std::string ModelText(const DaemonRegisters& daemon) {
 }
 
 /// Summary of the probes that were refused or quarantined; empty if there are none.
-std::string ProbeIntakeText(const DaemonRegisters& daemon, bool reference_refused) {
+std::string ProbeIntakeText(const DaemonRegisters& daemon,
+                            const status::MonitoringStatus& monitoring) {
   std::vector<std::string> parts;
   if (const double refused = daemon.Value("probes_refused"); refused > 0) {
     parts.push_back(fmt::format("{:.0f} refused", refused));
@@ -61,7 +62,12 @@ std::string ProbeIntakeText(const DaemonRegisters& daemon, bool reference_refuse
     parts.push_back(
         fmt::format("{:.0f} in quarantine: plumbline journal quarantine list", quarantined));
   }
-  if (reference_refused) {
+  if (monitoring.radius_contradicted) {
+    parts.emplace_back(
+        "they contradict the stated radius, whose 95 % are withdrawn: see the log and the "
+        "diagnosis");
+  }
+  if (monitoring.reference_refused) {
     parts.emplace_back(
         "reference refused because its probes disagree: see the log, then send command 8");
   }
@@ -168,8 +174,7 @@ void PrintModel(const DaemonRegisters& daemon, std::ostream& out) {
                     none ? "" : ", " + drift, monitoring.drift_alarm ? ", ALARM" : "",
                     monitoring.diagnosing ? ", diagnosis running" : ""));
   }
-  if (const std::string taken = ProbeIntakeText(daemon, monitoring.reference_refused);
-      !taken.empty())
+  if (const std::string taken = ProbeIntakeText(daemon, monitoring); !taken.empty())
     PrintStatusLine(out, "", taken);
 }
 

@@ -224,6 +224,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   input.objects_near = scene_fresh && environment_.scene.near > 0;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
   input.reference_refused = environment_.monitoring.reference_refused;
+  input.radius_contradicted = environment_.monitoring.radius_contradicted;
   input.quarantined = environment_.monitoring.quarantined > 0;
   const GaugePress press = *mailboxes_.gauges.press.Read();
   const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;

@@ -76,7 +76,7 @@ std::vector<model_store::ReportedLoad> Loads(const std::vector<journal::JournalR
 }  // namespace
 
 Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int applied_model,
-                                         journal::Journal& journal, std::int64_t alarm_row,
+                                         journal::Journal& journal, std::string cause,
                                          const log::LogSink& sink,
                                          const std::function<void()>& step) {
   journal::JournalFilter filter;
@@ -126,7 +126,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int
   sink({log::Event::kDiagnosisStarted,
         fmt::format("diagnosis started over {} measured points", exported.ids.size())});
   LogReadingError(config, *rows, sink, step);
-  return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
+  return DiagnosisRun(std::move(started).value(), applied_model, std::move(cause),
                       std::move(rows).value());
 }
 
@@ -201,7 +201,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
       largest != nullptr && all_compared) {
     facts.points_change_mm = 1e3 * largest->Distance_m();
   }
-  facts.from = fmt::format("drift alarm of journal row {}", alarm_row_);
+  facts.from = cause_;
   facts.based_on = applied_model_;
 
   step();

@@ -23,10 +23,10 @@ class DiagnosisRun {
  public:
   /// Exports the rows and starts the process. Logs what was left out, and which effects coarse
   /// joint registers hide.
-  /// @param alarm_row  journal row that raised the drift alarm
+  /// @param cause  what called for it: the drift alarm of a row, or a reference
   /// @param step       progress callback, called between steps that take about a second in total
   static Result<DiagnosisRun> Start(const config::DaemonConfig& config, int applied_model,
-                                    journal::Journal& journal, std::int64_t alarm_row,
+                                    journal::Journal& journal, std::string cause,
                                     const log::LogSink& sink, const std::function<void()>& step);
 
   struct Outcome {
@@ -44,11 +44,11 @@ class DiagnosisRun {
 
  private:
   using Clock = std::chrono::steady_clock;
-  DiagnosisRun(DiagnosisProcess process, int applied_model, std::int64_t alarm_row,
+  DiagnosisRun(DiagnosisProcess process, int applied_model, std::string cause,
                std::vector<journal::JournalRow> rows)
       : process_(std::move(process)),
         applied_model_(applied_model),
-        alarm_row_(alarm_row),
+        cause_(std::move(cause)),
         rows_(std::move(rows)) {}
   Result<Outcome> Propose(const config::DaemonConfig& config,
                           const std::function<void()>& step) const;
@@ -56,7 +56,7 @@ class DiagnosisRun {
   DiagnosisProcess process_;
   Clock::time_point started_ = Clock::now();
   int applied_model_;
-  std::int64_t alarm_row_;
+  std::string cause_;
   std::vector<journal::JournalRow> rows_;
 };
 

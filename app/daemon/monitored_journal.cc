@@ -68,7 +68,8 @@ Result<void> MonitoredJournal::Read() {
                      "including quarantined ones, are lost; restore the file if you have a copy",
                      path)});
   }
-  Result<journal::Journal> opened = journal::Journal::Open(path, config_.monitoring.journal_bytes);
+  Result<journal::Journal> opened =
+      journal::Journal::Open(path, config_.monitoring.journal_bytes, [this] { step_(); });
   if (!opened) return opened.failure();
   journal::Journal journal = std::move(opened).value();
   monitor_.emplace(config_.monitoring, sink_, [this] { step_(); });
@@ -102,12 +103,14 @@ Result<void> MonitoredJournal::ReadRows(journal::Journal& journal) {
   if (!restart) return restart.failure();
   if (!last_row) return last_row.failure();
   const auto since = *restart;
-  if (!since || since->model_version != models_.applied) {
+  const bool same_model = since && since->model_version == models_.applied;
+  if (!same_model) {
     const Result<void> recorded = journal.RecordMonitorRestart(models_.applied, "model");
     if (!recorded) return recorded.failure();
   }
+  monitor_->SetRadiusContradicted(same_model && since->radius_contradicted);
   journal::JournalFilter filter;
-  filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
+  filter.after_id = same_model ? since->after_row : *last_row;
   filter.model_version = models_.applied;
   return journal.ForEach(filter, config_.machine.cell.robot.joints,
                          [this](const journal::JournalRow& row) {
@@ -123,15 +126,17 @@ Result<void> MonitoredJournal::LogRead() {
     const Result<void> marked = journal_->Mark(monitor_->alarm_row(), false, true);
     if (!marked) return marked.failure();
     alarm_unlogged_ = false;
-    alarm_handled_ = models_.proposed != 0;
+    finding_handled_ = models_.proposed != 0;
     LogAlarm();
   } else if (monitor_->drift().alarm()) {
     sink_({log::Event::kDriftAlarmActive,
            fmt::format("drift alarm of journal row {} is still active", monitor_->alarm_row())});
-    alarm_handled_ = alarm_handled_ || models_.proposed != 0;
+    finding_handled_ = finding_handled_ || models_.proposed != 0;
   } else {
-    alarm_handled_ = false;
+    finding_handled_ =
+        monitor_->radius_contradicted() && (finding_handled_ || models_.proposed != 0);
   }
+  if (monitor_->contradicted_by_reference()) sink_(monitor_->ContradictionEntry());
   if (decision_unlogged_) {
     sink_({log::Event::kQuarantineDecided,
            fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
@@ -158,13 +163,14 @@ bool MonitoredJournal::Handle(const CycleEvent& event) {
 }
 
 bool MonitoredJournal::RestartMonitor(const char* reason) {
-  const Result<void> recorded = journal_->RecordMonitorRestart(models_.applied, reason);
+  const Result<void> recorded =
+      journal_->RecordMonitorRestart(models_.applied, reason, monitor_->radius_contradicted());
   if (!recorded) {
     ReportFault(recorded.error());
     return false;
   }
   monitor_->Restart();
-  alarm_handled_ = false;
+  finding_handled_ = false;
   sink_({log::Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
   return true;
 }
@@ -207,8 +213,14 @@ void MonitoredJournal::UpdateMonitor(const journal::JournalRow& row, bool replay
     const Result<void> marked = journal_->Mark(row.id, verdict->outlier, verdict->raised);
     if (!marked) ReportFault(marked.error());
   }
-  if (verdict->reference_complete) sink_(monitor_->ReferenceEntry());
-  if (verdict->raised) LogAlarm();
+  if (verdict->reference_complete) {
+    sink_(monitor_->ReferenceEntry());
+    if (monitor_->contradicted_by_reference()) sink_(monitor_->ContradictionEntry());
+  }
+  if (verdict->raised) {
+    finding_handled_ = false;  // a diagnosis of the reference has not seen these probes
+    LogAlarm();
+  }
 }
 
 void MonitoredJournal::LogAlarm() {
@@ -251,10 +263,18 @@ void MonitoredJournal::Reread() {
   Open();
 }
 
-std::uint64_t MonitoredJournal::ProbesSinceAlarm() const {
-  if (!journal_ || !monitor_ || !monitor_->drift().alarm() || alarm_handled_) return 0;
+std::uint64_t MonitoredJournal::ProbesForDiagnosis() const {
+  if (!journal_ || !monitor_ || finding_handled_) return 0;
   const monitor::DriftMonitor& drift = monitor_->drift();
+  if (!drift.alarm()) return monitor_->contradicted_by_reference() ? drift.probes() : 0;
   return drift.probes() - drift.alarm()->first_probe + 1;
+}
+
+std::string MonitoredJournal::DiagnosisCause() const {
+  return monitor_->drift().alarm()
+             ? fmt::format("drift alarm of journal row {}", monitor_->alarm_row())
+             : fmt::format("reference that contradicts the stated radius, {}",
+                           monitor_->ReferenceRows());
 }
 
 void MonitoredJournal::Report(status::MonitoringStatus& status) const {
@@ -262,6 +282,7 @@ void MonitoredJournal::Report(status::MonitoringStatus& status) const {
   status.drift_alarm = monitor_ && monitor_->drift().alarm();
   status.learning = monitor_ && monitor_->drift().learning();
   status.reference_refused = monitor_ && monitor_->drift().reference_refused();
+  status.radius_contradicted = monitor_ && monitor_->radius_contradicted();
   status.fault = !fault_.empty();
   status.quarantined = static_cast<std::uint32_t>(quarantined_);
   status.probes = recorded_;

@@ -51,12 +51,15 @@ class MonitoredJournal {
   /// nullptr while it is closed.
   journal::Journal* journal() { return journal_ ? &*journal_ : nullptr; }
   std::uint32_t recorded() const { return recorded_; }  ///< probes written since the start
-  std::int64_t alarm_row() const { return monitor_->alarm_row(); }  ///< requires a journal
+  /// What calls for the diagnosis: the drift alarm, or a reference that contradicts the radius.
+  /// Requires a journal.
+  std::string DiagnosisCause() const;
 
-  /// Number of probes since those that raised the alarm; 0 if no alarm awaits a diagnosis.
-  std::uint64_t ProbesSinceAlarm() const;
-  /// Whether the present alarm needs no diagnosis, because one was started or a proposal waits.
-  void SetAlarmHandled(bool handled) { alarm_handled_ = handled; }
+  /// Number of probes since those that raised the drift alarm, or in which the reference
+  /// contradicts the radius; 0 if neither awaits a diagnosis.
+  std::uint64_t ProbesForDiagnosis() const;
+  /// Whether the present finding needs no diagnosis, because one was started or a proposal waits.
+  void SetFindingHandled(bool handled) { finding_handled_ = handled; }
 
   /// Sets what the journal and the monitor know.
   void Report(status::MonitoringStatus& status) const;
@@ -89,7 +92,7 @@ class MonitoredJournal {
   Clock::time_point tried_, decisions_read_, storage_checked_;
   /// The cameras at the start: a reload does not change them.
   std::optional<std::vector<config::CameraConfig>> cameras_;
-  bool alarm_handled_ = false;
+  bool finding_handled_ = false;
   bool alarm_unlogged_ = false;     ///< raised by a reread row; not logged yet
   std::int64_t quarantined_ = 0;    ///< rows of the journal that await a person's decision
   std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed

@@ -115,7 +115,7 @@ void MonitoringWorker::Reconfigure(Task task) {
     sink_({log::Event::kDiagnosisOutOfDate, "diagnosis stopped: another model is in force"});
     diagnosis_.reset();
   }
-  if (task.models.applied != models_.applied) journal_.SetAlarmHandled(false);
+  if (task.models.applied != models_.applied) journal_.SetFindingHandled(false);
   config_ = std::move(task.config);
   models_ = task.models;
   journal_.Reconfigure();
@@ -140,7 +140,7 @@ void MonitoringWorker::FollowDecisions() {
            "diagnosis stopped: probes were accepted or rejected since it started. It starts again "
            "if the drift alarm remains"});
     diagnosis_.reset();
-    journal_.SetAlarmHandled(false);
+    journal_.SetFindingHandled(false);
     heartbeat_.Beat();
   }
   journal_.Reread();
@@ -148,12 +148,12 @@ void MonitoringWorker::FollowDecisions() {
 
 void MonitoringWorker::StartDiagnosisIfDue() {
   if (diagnosis_ || !config_.monitoring.diagnose) return;
-  const std::uint64_t since = journal_.ProbesSinceAlarm();
+  const std::uint64_t since = journal_.ProbesForDiagnosis();
   if (since == 0 || since < static_cast<std::uint64_t>(config_.monitoring.probes_before_diagnosis))
     return;
-  journal_.SetAlarmHandled(true);
+  journal_.SetFindingHandled(true);
   Result<DiagnosisRun> started =
-      DiagnosisRun::Start(config_, models_.applied, *journal_.journal(), journal_.alarm_row(),
+      DiagnosisRun::Start(config_, models_.applied, *journal_.journal(), journal_.DiagnosisCause(),
                           sink_, [this] { heartbeat_.Beat(); });
   diagnosis_failed_ = !started;
   if (started) {

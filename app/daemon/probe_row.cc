@@ -20,6 +20,7 @@ journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::stri
   row.session = session;
   if (!probe.by_gauge) row.command = probe.sequence;
   row.predicted_W = probe.predicted_W;
+  if (probe.radius_m > 0) row.predicted_radius_m = probe.radius_m;
   if (probe.quarantined) row.quarantine = journal::JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
   if (probe.artefact_number > 0 && probe.artefact_number <= artefacts.size()) {

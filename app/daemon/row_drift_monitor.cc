@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/daemon/probe_row.h"
+#include "firmware-like/monitor/radius_contradiction.h"
 #include "firmware-like/monitor/run_length.h"
 #include "firmware-like/statistics/median.h"
 
@@ -74,11 +76,40 @@ std::optional<RowVerdict> RowDriftMonitor::Update(const journal::JournalRow& row
   if (!IsUsableForMonitoring(row, probe_sigma_m_) || !MatchesReference(row, replayed))
     return std::nullopt;
   const bool was_learning = drift_.learning();
-  const monitor::ProbeVerdict verdict = drift_.Update(*row.measured_W - *row.predicted_W);
+  const monitor::ProbeVerdict verdict =
+      drift_.Update(*row.measured_W - *row.predicted_W, row.predicted_radius_m.value_or(0));
   if (verdict.unmonitored) return std::nullopt;
   monitored_rows_.push_back(row.id);
   if (verdict.raised) alarm_row_ = row.id;
-  return RowVerdict{verdict.outlier, verdict.raised, was_learning && !drift_.learning()};
+  const bool complete = was_learning && !drift_.learning();
+  if (complete && !drift_.reference_refused()) JudgeRadius();
+  return RowVerdict{verdict.outlier, verdict.raised, complete};
+}
+
+/// All probes by cameras share the errors of the tags' positions, which their mean keeps.
+void RowDriftMonitor::JudgeRadius() {
+  const double independent = reference_camera_ ? 1 : drift_.design().reference_probes;
+  radius_contradicted_ =
+      monitor::ContradictsRadius(drift_.reference_m().norm(), drift_.reference_radius_m(),
+                                 drift_.sigma_m() / std::sqrt(independent));
+}
+
+std::string RowDriftMonitor::ReferenceRows() const {
+  const auto last = static_cast<std::size_t>(drift_.design().reference_probes) - 1;
+  return fmt::format("journal rows {} to {}", monitored_rows_.front(), monitored_rows_[last]);
+}
+
+log::LogEntry RowDriftMonitor::ContradictionEntry() const {
+  const Vec3 mean_mm = 1e3 * drift_.reference_m();
+  return {
+      log::Event::kRadiusContradicted,
+      fmt::format(
+          "probes contradict the stated 95 % radius: the mean residual of the reference, {}, is "
+          "({:.3f}, {:.3f}, {:.3f}) mm, {:.3f} mm long; the radius stated there is {:.3f} mm. "
+          "Radii are no longer 95 % (basis unknown). Check tool, load and measurement frame, "
+          "and read the diagnosis",
+          ReferenceRows(), mean_mm.x(), mean_mm.y(), mean_mm.z(), mean_mm.norm(),
+          1e3 * drift_.reference_radius_m())};
 }
 
 log::LogEntry RowDriftMonitor::ReferenceEntry() const {

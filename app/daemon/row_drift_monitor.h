@@ -35,7 +35,7 @@ class RowDriftMonitor {
   RowDriftMonitor(const config::MonitoringConfig& config, log::LogSink sink,
                   const std::function<void()>& step);
 
-  /// Discards everything, including the reference and its camera.
+  /// Discards everything, including the reference and its camera, except radius_contradicted().
   void Restart();
 
   /// Processes a row; rows arrive in ascending id.
@@ -43,11 +43,25 @@ class RowDriftMonitor {
   /// @return          nullopt for a row that is not monitored
   std::optional<RowVerdict> Update(const journal::JournalRow& row, bool replayed);
 
+  /// Whether the last reference that was complete contradicts the radius stated for its probes:
+  /// their mean is farther from the model than that radius explains.
+  bool radius_contradicted() const { return radius_contradicted_; }
+  /// Whether it is the present reference that does; else the one before the restart did.
+  bool contradicted_by_reference() const {
+    return radius_contradicted_ && !drift_.learning() && !drift_.reference_refused();
+  }
+  /// As it was before a restart that the journal records.
+  void SetRadiusContradicted(bool contradicted) { radius_contradicted_ = contradicted; }
+  /// "journal rows 4 to 23". Requires a complete reference.
+  std::string ReferenceRows() const;
+
   const monitor::DriftMonitor& drift() const { return drift_; }
   std::int64_t alarm_row() const { return alarm_row_; }  ///< the row that raised the alarm; 0: none
 
   /// The reference that was learned, or why it was refused and which rows disagree.
   log::LogEntry ReferenceEntry() const;
+  /// By how much the reference contradicts the radius. Requires a complete reference.
+  log::LogEntry ContradictionEntry() const;
   /// The shift that raised the alarm: the median over the rows that contributed, because the
   /// monitor's own estimate limits the influence of each probe and so underestimates shifts of
   /// several millimetres. If the rows cannot be read, the monitor's estimate. Requires an alarm.
@@ -57,6 +71,7 @@ class RowDriftMonitor {
                            int model_version) const;
 
  private:
+  void JudgeRadius();
   bool MatchesReference(const journal::JournalRow& row, bool replayed);
   Vec3 MedianShift(journal::Journal& journal, const std::vector<model::Joint>& joints,
                    int model_version) const;
@@ -68,6 +83,7 @@ class RowDriftMonitor {
   std::set<std::string> unmonitored_cameras_;    ///< cameras logged as not monitored
   std::vector<std::int64_t> monitored_rows_;     ///< ascending
   std::int64_t alarm_row_ = 0;
+  bool radius_contradicted_ = false;
 };
 
 }  // namespace plumbline::daemon

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "app/journal/journal.h"
 #include "app/service/utc_clock.h"
 #include "app/text/utc_text.h"
 
@@ -47,6 +48,28 @@ CheckResult CheckClock() {
             "chrony)"};
   }
   return {Health::kGood, "clock", when + ", synchronised", {}};
+}
+
+CheckResults CheckJournal(const std::string& state_directory) {
+  const std::string file = state_directory + "/journal.sqlite";
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) return {};
+  constexpr const char* kSubject = "journal";
+  Result<journal::Journal> journal = journal::Journal::OpenForReading(file);
+  if (!journal) {
+    return {{Health::kFault, kSubject, journal.error(), "as it says; plumbline journal check"}};
+  }
+  const journal::IntegrityReport report = journal.value().Check();
+  if (!report.intact()) {
+    return {{Health::kFault, kSubject, fmt::format("{}: {}", file, DamageText(report)),
+             "plumbline journal salvage, which saves the intact rows; or restore the backup"}};
+  }
+  const std::string unchecked =
+      report.unchecked == 0
+          ? ""
+          : fmt::format(", {} of them unchecked: written before rows had checksums",
+                        report.unchecked);
+  return {{Health::kGood, kSubject, fmt::format("{} rows intact{}", report.rows, unchecked), ""}};
 }
 
 CheckResult CheckStateDirectory(const std::string& directory, const Account& account) {

@@ -11,6 +11,8 @@ namespace plumbline::doctor {
 CheckResult CheckClock();
 /// Whether the state directory exists, is writable for `account` and has free space.
 CheckResult CheckStateDirectory(const std::string& directory, const Account& account);
+/// Whether every row of the measurement journal is as it was written; nothing if there is none.
+CheckResults CheckJournal(const std::string& state_directory);
 /// Whether the systemd journal is persistent.
 CheckResult CheckSystemJournal(const std::string& persistent = "/var/log/journal");
 /// Whether the programs needed at run time are installed: plumbline-mesh, gnuplot.

@@ -33,7 +33,9 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
     const bool readable = problem.empty();
     found.insert(found.begin(), {readable ? Health::kGood : Health::kFault, "configuration",
                                  readable ? config_file : problem,
-                                 readable ? "" : "chmod a+r, or chgrp " + account.name});
+                                 readable ? ""
+                                          : "chgrp " + account.name + " " + config_file +
+                                                " && chmod 640 " + config_file});
   }
   const auto add = [&](const CheckResults& more) {
     found.insert(found.end(), more.begin(), more.end());
@@ -41,6 +43,7 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   add({CheckClock(), CheckSystemJournal()});
   if (!config) return found;
   add({CheckStateDirectory(config->state_directory, account)});
+  add(CheckJournal(config->state_directory));
   config::FaultList applied;
   model_store::CheckModelStore(config->state_directory, config->cell_file, applied);
   add(FaultsOf(applied, "model in force",

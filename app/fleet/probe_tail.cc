@@ -6,16 +6,23 @@
 #include <filesystem>
 
 #include "app/journal/journal_schema.h"
+#include "app/journal/row_checksum.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::fleet {
 namespace {
 
-constexpr const char* kProbesBehind =
-    "SELECT id, unix_ms, source, session, model_version, x_mm, y_mm, z_mm, predicted_x_mm,"
-    " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm,"
-    " quarantine FROM measurement"
-    " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
+/// The last column: whether the row is as it was written.
+const std::string& ProbesBehindSql() {
+  static const std::string sql =
+      "SELECT id, unix_ms, source, session, model_version, x_mm, y_mm, z_mm, predicted_x_mm,"
+      " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm,"
+      " quarantine, " +
+      journal::IntactSql(journal::kMeasurementTable) +
+      " FROM measurement"
+      " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
+  return sql;
+}
 
 ProbeRow ProbeFrom(const sqlite::Statement& row, std::int64_t journal) {
   const auto point = [&row](int column) -> Vec3 {
@@ -55,6 +62,8 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   Result<sqlite::Database> opened = sqlite::Database::Open(path_, sqlite::Database::Mode::kRead);
   if (!opened) return Error{opened.error()};
   sqlite::Database& database = opened.value();
+  if (const Result<void> added = journal::AddChecksumFunction(database); !added)
+    return added.failure();
   const auto current = sqlite::RequireCurrentSchema(database, journal::kJournalIdentity);
   if (!current) return current.failure();
   const auto epoch = database.IntegerOf("SELECT utc_s FROM epoch");
@@ -67,12 +76,18 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   // A journal restored from a backup may have fewer rows than were already published.
   Taken taken{{}, {*epoch, mark->journal == *epoch ? std::min(mark->id, *last) : 0}};
   if (settled.journal != *epoch) return Taken{{}, taken.mark};  // first call for this journal
-  sqlite::Statement rows(database.get(), kProbesBehind);
+  sqlite::Statement rows(database.get(), ProbesBehindSql());
   rows.Bind(1, taken.mark.id);
   rows.Bind(2, settled.id);
   rows.Bind(3, std::int64_t{kMaxRows});
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
+    if (rows.Integer(16) == 0) {
+      return Error{
+          fmt::format("{}: row {} was changed since it was written; `plumbline journal "
+                      "salvage` saves the others",
+                      path_, rows.Integer(0))};
+    }
     if (IsProbe(rows)) taken.probes.push_back(ProbeFrom(rows, *epoch));
     taken.mark.id = rows.Integer(0);
   }

@@ -10,7 +10,20 @@
 
 namespace plumbline::journal {
 
-Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
+namespace {
+
+/// The rows of a damaged journal, and how to go on.
+Error Damaged(const std::string& path, const IntegrityReport& report) {
+  return Error{fmt::format(
+      "{}: is damaged, so nothing is added to it: {}. Run `plumbline journal salvage`, which saves "
+      "the intact rows in a new journal and keeps the damaged file, or restore the backup",
+      path, DamageText(report))};
+}
+
+}  // namespace
+
+Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes,
+                              const std::function<void()>& step) {
   Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
@@ -20,8 +33,16 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
+  if (const Result<void> added = AddChecksumFunction(database); !added) return added.failure();
+  if (*schema != 0 && *schema != kJournalSchema) {
+    // The conversion must not give checksums to what is damaged already.
+    const IntegrityReport before = CheckStructure(database, step);
+    if (!before.intact()) return Damaged(path, before);
+  }
   const Result<void> ready = MigrateSchema(database);
   if (!ready) return ready.failure();
+  const IntegrityReport found = CheckIntegrity(database, step);
+  if (!found.intact()) return Damaged(path, found);
   const Result<void> epoch_read = journal.ReadEpoch();
   if (!epoch_read) return epoch_read.failure();
   journal.max_bytes_ = max_bytes;
@@ -65,9 +86,22 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   Journal journal(std::move(opened).value());
   const Result<void> current = sqlite::RequireCurrentSchema(journal.database_, kJournalIdentity);
   if (!current) return current.failure();
+  if (const Result<void> added = AddChecksumFunction(journal.database_); !added)
+    return added.failure();
   const Result<void> epoch_read = journal.ReadEpoch();
   if (!epoch_read) return epoch_read.failure();
   return journal;
+}
+
+IntegrityReport Journal::Check(const std::function<void()>& step) {
+  return CheckIntegrity(database_, step);
+}
+
+bool Journal::Seal(const SealedTable& table) {
+  return sqlite::Statement(
+             database_.get(),
+             SealSql(table, fmt::format("rowid = {}", sqlite3_last_insert_rowid(database_.get()))))
+      .Run();
 }
 
 Error Journal::Failed(const char* what) const {
@@ -91,12 +125,20 @@ Error Journal::WriteFailed(const char* what) {
       database_.path(), what, max_bytes_ / 1'000'000)};
 }
 
+Error Journal::DamagedRow(std::int64_t id) const {
+  return Error{fmt::format(
+      "{}: row {} was changed since it was written: the file is damaged. `plumbline journal check` "
+      "lists what is; `plumbline journal salvage` saves the other rows",
+      database_.path(), id)};
+}
+
 Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
                                            const std::vector<model::Joint>& joints) {
   sqlite::Statement statement(database_.get(), kInsertRow);
+  sqlite::Statement seal(database_.get(), SealSql(kMeasurementTable, "id = last_insert_rowid()"));
   for (const JournalRow& row : rows) {
     assert(row.q.size() == static_cast<Eigen::Index>(joints.size()));
-    if (!InsertRow(statement, row, joints)) return WriteFailed("row not written");
+    if (!InsertRow(statement, row, joints) || !seal.Run()) return WriteFailed("row not written");
   }
   return sqlite3_last_insert_rowid(database_.get());
 }
@@ -132,7 +174,9 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   record.Bind(2, static_cast<std::int64_t>(content_hash));
   record.Bind(3, static_cast<std::int64_t>(rows.size()));
   record.Bind(4, *last);
-  if (!record.Run() || !transaction.Commit()) return WriteFailed("nothing imported");
+  if (!record.Run() || !Seal(kImportTable) || !transaction.Commit()) {
+    return WriteFailed("nothing imported");
+  }
   return last;
 }
 
@@ -146,12 +190,13 @@ Result<std::optional<std::string>> Journal::ImportedAs(std::uint64_t content_has
 }
 
 Result<void> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
-  sqlite::Statement statement(database_.get(),
-                              "UPDATE measurement SET wild = ?, alarm = ? WHERE id = ?");
+  sqlite::Statement statement(
+      database_.get(), ChangeSql(kMeasurementTable, {{"wild", "?1"}, {"alarm", "?2"}}, "id = ?3"));
   statement.Bind(1, std::int64_t{wild});
   statement.Bind(2, std::int64_t{alarm});
   statement.Bind(3, id);
   if (!statement.Run()) return WriteFailed("row not marked");
+  if (sqlite3_changes(database_.get()) == 0) return DamagedRow(id);
   return {};
 }
 
@@ -159,8 +204,8 @@ Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
                              std::int64_t unix_ms) {
   sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return WriteFailed("nothing decided");
-  sqlite::Statement mark(database_.get(),
-                         "UPDATE measurement SET quarantine = ? WHERE id = ? AND quarantine > 0");
+  sqlite::Statement mark(database_.get(), ChangeSql(kMeasurementTable, {{"quarantine", "?1"}},
+                                                    "id = ?2 AND quarantine > 0"));
   sqlite::Statement record(
       database_.get(), "INSERT INTO quarantine_decision (row, accepted, unix_ms) VALUES (?,?,?)");
   for (const std::int64_t id : ids) {
@@ -177,7 +222,7 @@ Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
     record.Bind(1, id);
     record.Bind(2, std::int64_t{accept});
     record.Bind(3, unix_ms);
-    if (!record.Run()) return WriteFailed("nothing decided");
+    if (!record.Run() || !Seal(kDecisionTable)) return WriteFailed("nothing decided");
   }
   if (!transaction.Commit()) return WriteFailed("nothing decided");
   return {};
@@ -198,7 +243,7 @@ Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<mod
   const std::string chosen = fmt::format(
       "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2)"
       " AND (?3 IS NULL OR model_version = ?3){}",
-      kSelectRows,
+      SelectRowsSql(),
       filter.rows == JournalFilter::Rows::kAll       ? ""
       : filter.rows == JournalFilter::Rows::kWaiting ? " AND quarantine = 1"
                                                      : " AND quarantine IN (0, 2)");
@@ -214,12 +259,13 @@ Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<mod
   if (filter.last) statement.Bind(4, *filter.last);
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
+    if (statement.Integer(kIntactColumn) == 0) return DamagedRow(statement.Integer(kIdColumn));
     const std::optional<JournalRow> row = RowFrom(statement, joints);
     if (!row) {
       return Error{
           fmt::format("{}: row {} does not have the cell's {} joints; select rows of this cell "
                       "(--session, --after)",
-                      database_.path(), statement.Integer(25), joints.size())};
+                      database_.path(), statement.Integer(kIdColumn), joints.size())};
     }
     visit(*row);
   }
@@ -236,14 +282,19 @@ Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
   return rows;
 }
 
-Result<void> Journal::RecordMonitorRestart(int model_version, const std::string& reason) {
+Result<void> Journal::RecordMonitorRestart(int model_version, const std::string& reason,
+                                           bool radius_contradicted) {
+  sqlite::Transaction transaction(database_);
   sqlite::Statement statement(
       database_.get(),
-      "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
-      "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
+      "INSERT INTO monitor_restart (after_row, model_version, reason, radius_contradicted) VALUES "
+      "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?, ?)");
   statement.Bind(1, std::int64_t{model_version});
   statement.Bind(2, reason);
-  if (!statement.Run()) return WriteFailed("restart of the drift monitor not recorded");
+  statement.Bind(3, std::int64_t{radius_contradicted});
+  if (!transaction.begun() || !statement.Run() || !Seal(kRestartTable) || !transaction.Commit()) {
+    return WriteFailed("restart of the drift monitor not recorded");
+  }
   return {};
 }
 
@@ -252,16 +303,20 @@ Result<std::optional<Journal::Restart>> Journal::RestartBy(const char* sql) {
   const int code = statement.Step();
   if (code == SQLITE_DONE) return std::optional<Restart>();
   if (code != SQLITE_ROW) return Failed("cannot be read");
-  return std::optional(Restart{statement.Integer(0), static_cast<int>(statement.Integer(1))});
+  return std::optional(Restart{statement.Integer(0), static_cast<int>(statement.Integer(1)),
+                               statement.Integer(2) != 0});
 }
 
 Result<std::optional<Journal::Restart>> Journal::LastRestart() {
-  return RestartBy("SELECT after_row, model_version FROM monitor_restart ORDER BY id DESC LIMIT 1");
+  return RestartBy(
+      "SELECT after_row, model_version, radius_contradicted FROM monitor_restart"
+      " ORDER BY id DESC LIMIT 1");
 }
 
 Result<std::optional<Journal::Restart>> Journal::LastModel() {
   return RestartBy(
-      "SELECT after_row, model_version FROM monitor_restart WHERE reason = 'model'"
+      "SELECT after_row, model_version, radius_contradicted FROM monitor_restart WHERE reason = "
+      "'model'"
       " ORDER BY id DESC LIMIT 1");
 }
 

@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "app/journal/integrity.h"
 #include "app/journal/journal_row.h"
+#include "app/journal/row_checksum.h"
 #include "app/sqlite/database.h"
 
 namespace plumbline::journal {
@@ -27,10 +29,13 @@ struct JournalFilter {
 /// sqlite3 command. Not thread-safe; several processes may open the file.
 class Journal {
  public:
-  /// Opens or creates the file.
+  /// Opens or creates the file, and checks all of it: nothing is added to a damaged journal.
   /// @param max_bytes  maximum size of the file; 0 if unlimited
-  /// @return           why it cannot be used: not a journal, of a newer version, not writable
-  static Result<Journal> Open(const std::string& path, std::int64_t max_bytes = 0);
+  /// @param step       progress callback, called every few milliseconds
+  /// @return  why it cannot be used: not a journal, of a newer version, not writable, or damaged,
+  ///          with the rows concerned
+  static Result<Journal> Open(const std::string& path, std::int64_t max_bytes = 0,
+                              const std::function<void()>& step = {});
   /// Opens an existing journal for reading; creates nothing.
   static Result<Journal> OpenForReading(const std::string& path);
 
@@ -63,10 +68,14 @@ class Journal {
   /// Id of the newest decision, 0 if there is none; changes with every decision, by any process.
   Result<std::int64_t> LastDecision();
 
+  /// Finds rows that are no longer as they were written, anywhere in the file.
+  IntegrityReport Check(const std::function<void()>& step = {});
+
   /// Calls `visit` for each row in ascending id, without loading them all. Fails as Read() does.
   Result<void> ForEach(const JournalFilter& filter, const std::vector<model::Joint>& joints,
                        const std::function<void(const JournalRow&)>& visit);
-  /// Rows in ascending id. Fails, naming the row, if a row does not have the cell's joints.
+  /// Rows in ascending id. Fails, naming the row, if a row was changed since it was written, or
+  /// does not have the cell's joints.
   Result<std::vector<JournalRow>> Read(const JournalFilter& filter,
                                        const std::vector<model::Joint>& joints);
 
@@ -74,10 +83,13 @@ class Journal {
   struct Restart {
     std::int64_t after_row = 0;
     int model_version = 0;
+    bool radius_contradicted = false;  ///< by the reference in use before the restart
   };
   /// Records that the drift monitor restarts after the last row written so far.
-  /// @param reason  "model" (another one came into force) or "person"
-  Result<void> RecordMonitorRestart(int model_version, const std::string& reason);
+  /// @param reason               "model" (another one came into force) or "person"
+  /// @param radius_contradicted  by the reference in use before the restart, for the same model
+  Result<void> RecordMonitorRestart(int model_version, const std::string& reason,
+                                    bool radius_contradicted = false);
   /// The newest restart for any reason, and the newest one caused by a model; nullopt if there is
   /// none.
   Result<std::optional<Restart>> LastRestart();
@@ -106,7 +118,10 @@ class Journal {
   Result<std::optional<Restart>> RestartBy(const char* sql);
   Result<void> ReadEpoch();
   Result<void> ApplySizeLimit();
+  /// Seals the row that was inserted last.
+  bool Seal(const SealedTable& table);
   Error Failed(const char* what) const;
+  Error DamagedRow(std::int64_t id) const;
   /// Like Failed(), but explains a full journal.
   Error WriteFailed(const char* what);
 

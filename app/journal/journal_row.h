@@ -21,11 +21,12 @@ struct JournalRow : model::MeasuredPoint {
   Source source = Source::kPlc;
   std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
   std::string session;
-  std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
-  std::optional<Vec3> predicted_W;       ///< tip predicted by the model in force [m]
-  std::optional<int> model_version;      ///< of the prediction; absent if there is none
-  bool wild = false;                     ///< far from the drift monitor's reference
-  bool alarm = false;                    ///< raised the drift alarm
+  std::optional<std::uint16_t> command;      ///< sequence of the PLC's command
+  std::optional<Vec3> predicted_W;           ///< tip predicted by the model in force [m]
+  std::optional<double> predicted_radius_m;  ///< 95 % radius stated for it [m]; absent if none
+  std::optional<int> model_version;          ///< of the prediction; absent if there is none
+  bool wild = false;                         ///< far from the drift monitor's reference
+  bool alarm = false;                        ///< raised the drift alarm
   Quarantine quarantine = Quarantine::kNone;
 
   /// Whether it counts as a measurement: for the drift monitor, the diagnosis, the export.

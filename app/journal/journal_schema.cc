@@ -4,6 +4,8 @@
 
 #include <iterator>
 
+#include "app/journal/row_checksum.h"
+
 namespace plumbline::journal {
 namespace {
 
@@ -26,21 +28,32 @@ CREATE TABLE measurement (
   artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
   sigma_mm REAL,  -- of this row alone
   camera TEXT,  -- that saw it, where it has a name: side, side+rear
-  tool INTEGER, payload_item INTEGER  -- numbers, where the cell has several
+  tool INTEGER, payload_item INTEGER,  -- numbers, where the cell has several
+  predicted_radius_mm REAL,  -- 95 % radius that was stated for the prediction
+  checksum INTEGER  -- of all other columns; row_checksum.h
 );
-CREATE TABLE epoch (utc_s INTEGER NOT NULL);
-INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
+CREATE TABLE epoch (
+  utc_s INTEGER NOT NULL,
+  unchecked_through INTEGER NOT NULL DEFAULT 0,  -- measurements up to this one have no checksum
+  checksum INTEGER
+);
+INSERT INTO epoch (utc_s) VALUES (CAST(strftime('%s', 'now') AS INTEGER));
 CREATE TABLE import (
   id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
-  rows INTEGER NOT NULL, last_row INTEGER NOT NULL
+  rows INTEGER NOT NULL, last_row INTEGER NOT NULL, checksum INTEGER
 );
 CREATE TABLE monitor_restart (
   id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
-  reason TEXT NOT NULL
+  reason TEXT NOT NULL, radius_contradicted INTEGER NOT NULL DEFAULT 0, checksum INTEGER
 );
 CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
 CREATE TABLE quarantine_decision (
-  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL
+  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL,
+  checksum INTEGER
+);
+CREATE TABLE lost_rows (  -- measurements that a salvage could not save
+  id INTEGER PRIMARY KEY, first_row INTEGER NOT NULL, last_row INTEGER NOT NULL,
+  unix_ms INTEGER NOT NULL, checksum INTEGER
 );
 )";
 
@@ -107,9 +120,27 @@ ALTER TABLE measurement ADD COLUMN payload_item INTEGER;
 PRAGMA user_version = 8;
 )";
 
+/// Schema 8 had no checksums; its measurements remain without.
+constexpr const char* kFromSchema8 = R"(
+ALTER TABLE measurement ADD COLUMN predicted_radius_mm REAL;
+ALTER TABLE measurement ADD COLUMN checksum INTEGER;
+ALTER TABLE epoch ADD COLUMN unchecked_through INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE epoch ADD COLUMN checksum INTEGER;
+UPDATE epoch SET unchecked_through = (SELECT coalesce(max(id), 0) FROM measurement);
+ALTER TABLE import ADD COLUMN checksum INTEGER;
+ALTER TABLE monitor_restart ADD COLUMN radius_contradicted INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE monitor_restart ADD COLUMN checksum INTEGER;
+ALTER TABLE quarantine_decision ADD COLUMN checksum INTEGER;
+CREATE TABLE lost_rows (
+  id INTEGER PRIMARY KEY, first_row INTEGER NOT NULL, last_row INTEGER NOT NULL,
+  unix_ms INTEGER NOT NULL, checksum INTEGER
+);
+PRAGMA user_version = 9;
+)";
+
 /// Conversions in order: the n-th from schema n + 1.
 constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3, kFromSchema4,
-                                        kFromSchema5, kFromSchema6, kFromSchema7};
+                                        kFromSchema5, kFromSchema6, kFromSchema7, kFromSchema8};
 static_assert(std::size(kConversions) == kJournalSchema - 1);
 
 /// Checks that the conversion from schema 6 changed the constraint, and makes other connections
@@ -155,6 +186,9 @@ Result<void> MigrateSchema(sqlite::Database& database) {
     if (const Result<void> changed = FinishSourceChange(database); !changed) {
       return changed.failure();
     }
+  }
+  for (const SealedTable& table : SealedTables().subspan(1)) {
+    if (!database.Run(SealSql(table, "checksum IS NULL").c_str())) return problem();
   }
   if (!transaction.Commit()) return problem();
   return {};

@@ -5,7 +5,7 @@
 
 namespace plumbline::journal {
 
-inline constexpr int kJournalSchema = 8;
+inline constexpr int kJournalSchema = 9;
 
 inline constexpr sqlite::StoreIdentity kJournalIdentity{0x504C4A31, kJournalSchema,  // "PLJ1"
                                                         "a plumbline journal"};

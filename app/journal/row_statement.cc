@@ -1,6 +1,7 @@
 #include "app/journal/row_statement.h"
 
 #include "app/config/toml_reader.h"
+#include "app/journal/row_checksum.h"
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
@@ -81,14 +82,18 @@ const char* const kInsertRow =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
     " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2, camera,"
-    " quarantine, artefact, gauge_mm, sigma_mm, tool, payload_item) VALUES"
-    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " quarantine, artefact, gauge_mm, sigma_mm, tool, payload_item, predicted_radius_mm) VALUES"
+    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
-const char* const kSelectRows =
-    "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
-    " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
-    " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine, artefact,"
-    " gauge_mm, sigma_mm, tool, payload_item FROM measurement";
+std::string SelectRowsSql() {
+  return "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
+         " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, "
+         "qz,"
+         " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine, "
+         "artefact,"
+         " gauge_mm, sigma_mm, tool, payload_item, predicted_radius_mm, " +
+         IntactSql(kMeasurementTable) + " AS intact FROM measurement";
+}
 
 const char* NameOf(JournalRow::Source source) {
   switch (source) {
@@ -150,6 +155,7 @@ bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
   statement.Bind(32, in_mm(row.sigma_m));
   statement.Bind(33, Widened(row.tool_number));
   statement.Bind(34, Widened(row.payload_item));
+  statement.Bind(35, in_mm(row.predicted_radius_m));
   return statement.Run();
 }
 
@@ -178,7 +184,7 @@ std::optional<JournalRow> RowFrom(const sqlite::Statement& s,
   if (!s.IsNull(22)) row.model_version = static_cast<int>(s.Integer(22));
   row.wild = s.Integer(23) != 0;
   row.alarm = s.Integer(24) != 0;
-  row.id = s.Integer(25);
+  row.id = s.Integer(kIdColumn);
   if (const auto step_deg = s.OptionalNumberAt(26)) row.q_step_rad = *step_deg * kRadPerDeg;
   row.covariance_W = CovarianceFrom(s, 27);
   if (!s.IsNull(28)) row.camera = s.Text(28);
@@ -188,6 +194,8 @@ std::optional<JournalRow> RowFrom(const sqlite::Statement& s,
   if (const auto sigma_mm = s.OptionalNumberAt(32)) row.sigma_m = *sigma_mm * kMetrePerMm;
   if (!s.IsNull(33)) row.tool_number = static_cast<int>(s.Integer(33));
   if (!s.IsNull(34)) row.payload_item = static_cast<int>(s.Integer(34));
+  if (const auto radius_mm = s.OptionalNumberAt(35))
+    row.predicted_radius_m = *radius_mm * kMetrePerMm;
   return row;
 }
 

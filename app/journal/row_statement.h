@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/journal/journal_row.h"
@@ -11,14 +12,16 @@ namespace plumbline::journal {
 
 /// SQL for InsertRow(), and for the rows that RowFrom() reads.
 extern const char* const kInsertRow;
-extern const char* const kSelectRows;
+std::string SelectRowsSql();
+/// Columns of SelectRowsSql(): the row's number, and whether it is as it was written.
+inline constexpr int kIdColumn = 25, kIntactColumn = 36;
 
 /// Binds a row to a kInsertRow statement and runs it.
 /// @param joints  the cell's joints, for their units; as many as the row has
 bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
                const std::vector<model::Joint>& joints);
 
-/// Reads the current row of a kSelectRows statement.
+/// Reads the current row of a SelectRowsSql() statement.
 /// @return  nullopt if the row has a different number of joints than the cell
 std::optional<JournalRow> RowFrom(const sqlite::Statement& statement,
                                   const std::vector<model::Joint>& joints);

@@ -300,6 +300,13 @@ constexpr EventEntry kEntries[] = {
      "its probes disagree by more than chance: drift is not monitored (bit 7 of register 400)",
      "inspect the listed rows, then take a new reference with command 8; if poses really differ "
      "that much, raise `probe_sigma_mm`"},
+    {Event::kRadiusContradicted, "radius-contradicted", LogLevel::kWarning,
+     "3e2171deae2d4749b99b8f5438a81ac7", "monitoring",
+     "probes contradict the stated 95 % radius: ...",
+     "the probes agree with each other, but not with the model: the radius is shown without its "
+     "95 % (basis unknown, bit 9 of register 400, warning bit 5)",
+     "check tool, load and measurement frame; read the diagnosis, which starts by itself; apply a "
+     "model that explains the probes, or take a new reference with command 8"},
     {Event::kClockBehind, "clock-behind", LogLevel::kWarning, "a122c7bdeecf4dc7a3bc4c7792fa3818",
      "monitoring", "the system clock is ... s behind the journal's last probe",
      "the clock is wrong now, or was wrong then",

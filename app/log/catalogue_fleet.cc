@@ -21,6 +21,13 @@ constexpr EventEntry kFleetEntries[] = {
      "not connected; the line says why. Nothing is lost until the queue is full",
      "run `plumbline doctor`; check network, host and port. Not authorised: username and password "
      "file. TLS: `tls_ca`, and the host name as in the broker's certificate"},
+    {Event::kBrokerIntruded, "broker-intruded", LogLevel::kWarning,
+     "e8aec99834e4435fbfe18dc0173aabdd", "fleet",
+     "broker ... sent a message, or announced a packet larger than ...",
+     "a publisher subscribes to nothing, so no broker sends it messages: this one is faulty or not "
+     "the plant's. It is tried again every minute",
+     "check `host` and the broker's log; use `tls_ca`, so that only the plant's broker is "
+     "accepted"},
     {Event::kFleetForwarded, "fleet-forwarded", LogLevel::kNotice,
      "63918c0d0205330210f199ff89a00937", "fleet", "N messages forwarded in ... s",
      "the queued messages have been delivered to the broker", ""},

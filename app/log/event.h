@@ -89,6 +89,7 @@ enum class Event : std::uint8_t {
   kGaugeBack,
   kQuarantineDecided,
   kReferenceRefused,
+  kRadiusContradicted,
   kClockBehind,
   // camera
   kLensValid,
@@ -138,6 +139,7 @@ enum class Event : std::uint8_t {
   kFleetNotStarted,
   kBrokerUp,
   kBrokerLost,
+  kBrokerIntruded,
   kFleetForwarded,
   kFleetDropping,
   kFleetDropped,

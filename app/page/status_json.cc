@@ -184,6 +184,7 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
                    {"probes", monitoring.probes},
                    {"drift", text::NumberJson(monitoring.drift_statistic)},
                    {"drift_alarm", monitoring.drift_alarm},
+                   {"radius_contradicted", monitoring.radius_contradicted},
                    {"diagnosing", monitoring.diagnosing},
                    {"residual_m", view_link::VectorJson(monitoring.residual_m)}};
   json["cameras"] = CamerasJson(now, now_s);

@@ -36,6 +36,8 @@ class Statement {
   int Step() { return statement_ ? sqlite3_step(get()) : SQLITE_ERROR; }
   /// Runs a statement that returns no rows, and resets it for the next values.
   bool Run();
+  /// Makes the statement ready to run again; bound values stay.
+  void Reset() { sqlite3_reset(get()); }
 
   bool IsNull(int column) const { return sqlite3_column_type(get(), column) == SQLITE_NULL; }
   std::int64_t Integer(int column) const { return sqlite3_column_int64(get(), column); }

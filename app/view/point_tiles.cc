@@ -18,6 +18,7 @@ constexpr float kPagerWidth_em = 6.5F;
 
 std::string DriftNote(const status::MonitoringStatus& monitoring) {
   if (monitoring.reference_refused) return "drift: no reference";
+  if (monitoring.radius_contradicted) return "probes contradict the radius";
   if (monitoring.drift_alarm) {
     return "DRIFT: " + DriftRatioText(monitoring.drift_statistic);
   }

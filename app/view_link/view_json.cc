@@ -18,6 +18,8 @@ constexpr std::array kMonitoringFlags = {
     Flag<status::MonitoringStatus>{"learning", &status::MonitoringStatus::learning},
     Flag<status::MonitoringStatus>{"reference_refused",
                                    &status::MonitoringStatus::reference_refused},
+    Flag<status::MonitoringStatus>{"radius_contradicted",
+                                   &status::MonitoringStatus::radius_contradicted},
     Flag<status::MonitoringStatus>{"diagnosing", &status::MonitoringStatus::diagnosing},
     Flag<status::MonitoringStatus>{"fault", &status::MonitoringStatus::fault},
     Flag<status::MonitoringStatus>{"storage_unavailable",

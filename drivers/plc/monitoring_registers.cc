@@ -24,7 +24,8 @@ const std::array kMonitoringFields = {
         "state of the monitoring: bit 0 probes are recorded, 1 drift alarm, 2 a proposed "
         "model awaits approval, 3 the drift reference is being collected, 4 diagnosis "
         "running, 5 journal or diagnosis failed, 6 probes in quarantine, 7 drift reference "
-        "rejected: its probes disagree, 8 state directory cannot be written",
+        "rejected: its probes disagree, 8 state directory cannot be written, 9 the drift reference "
+        "contradicts the stated radius",
         [](Source s) -> double { return registers::MonitoringWord(s.environment.monitoring); }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.monitoring.model.applied; }},

@@ -41,7 +41,8 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kCycleOverrun, "cycle overrun"},
     BitMeaning{warning::kCoarseJoints, "joint registers too coarse: over 0.1 mm at the tip"},
     BitMeaning{warning::kMassCentresGuessed, "a link's centre of mass is assumed"},
-    BitMeaning{warning::kDrift, "drift alarm: the residuals of the probes have changed"},
+    BitMeaning{warning::kDrift,
+               "probes contradict the model: drift alarm, or the stated radius is contradicted"},
     BitMeaning{warning::kProposalWaiting, "a corrected model awaits approval"},
     BitMeaning{warning::kMonitoringFault, "journal or diagnosis failed"},
     BitMeaning{warning::kLensStale, "the camera's lens is not valid"},
@@ -66,6 +67,7 @@ constexpr std::array kMonitoringFlags = {
     MonitoringBit{1 << 5, &status::MonitoringStatus::fault},
     MonitoringBit{1 << 7, &status::MonitoringStatus::reference_refused},
     MonitoringBit{1 << 8, &status::MonitoringStatus::storage_unavailable},
+    MonitoringBit{1 << 9, &status::MonitoringStatus::radius_contradicted},
 };
 // These two repeat the counters in registers 402 and 422 as bits.
 constexpr int kProposalWaiting = 1 << 2, kQuarantined = 1 << 6;

@@ -60,6 +60,7 @@ void DriftMonitor::Restart() {
   reference_known_ = design_.reference_probes == 0;
   fault_ = ReferenceFault::kNone;
   reference_m_.setZero();
+  mean_radius_m_ = 0;
   sigma_m_ = design_.sigma_m;
   probes_ = 0;
   statistic_ = 0;
@@ -67,7 +68,7 @@ void DriftMonitor::Restart() {
   alarm_.reset();
 }
 
-ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
+ProbeVerdict DriftMonitor::Update(const Vec3& residual_m, double radius_m) {
   assert(residual_m.allFinite());
   ++probes_;
   ProbeVerdict verdict;
@@ -76,7 +77,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
     return verdict;
   }
   if (!reference_known_) {
-    Learn(residual_m);
+    Learn(residual_m, radius_m);
     verdict.learning = true;
     return verdict;
   }
@@ -118,8 +119,10 @@ bool DriftMonitor::Advance(Chart& chart, const Vec3& direction, const Vec3& z) {
   return chart.sum > design_.threshold;
 }
 
-void DriftMonitor::Learn(const Vec3& residual_m) {
+void DriftMonitor::Learn(const Vec3& residual_m, double radius_m) {
   const int count = static_cast<int>(probes_);
+  const bool all_stated = radius_m > 0 && (count == 1 || mean_radius_m_ > 0);
+  mean_radius_m_ = all_stated ? mean_radius_m_ + (radius_m - mean_radius_m_) / count : 0;
   learned_[static_cast<std::size_t>(count - 1)] = residual_m;
   if (count < design_.reference_probes) return;
 

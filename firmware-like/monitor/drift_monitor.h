@@ -83,7 +83,8 @@ class DriftMonitor {
 
   /// Processes the next probe.
   /// @param residual_m  measured minus predicted [m]; must be finite (asserted)
-  ProbeVerdict Update(const Vec3& residual_m);
+  /// @param radius_m    95 % radius that was stated for the prediction [m]; 0: none
+  ProbeVerdict Update(const Vec3& residual_m, double radius_m = 0);
 
   /// Discards everything, including the reference.
   void Restart();
@@ -96,6 +97,9 @@ class DriftMonitor {
   /// True if probe k (0-based) of a refused reference disagrees with the others.
   bool Disagrees(int k) const;
   Vec3 reference_m() const { return reference_m_; }
+  /// Mean of the radii that were stated for the reference's probes [m]; 0 if one of them has none,
+  /// or if the model is the reference.
+  double reference_radius_m() const { return reference_known_ ? mean_radius_m_ : 0; }
   double sigma_m() const { return sigma_m_; }  ///< scatter in use
   double statistic() const { return statistic_; }
   /// Set from the probe that raised the alarm until Restart().
@@ -115,7 +119,7 @@ class DriftMonitor {
     Vec3 total = Vec3::Zero();      ///< of the clipped whitened residuals since then
   };
 
-  void Learn(const Vec3& residual_m);
+  void Learn(const Vec3& residual_m, double radius_m);
   ReferenceFault FaultOfReference() const;
   void LearnScatter(const Vec3& residual_m);
   void UseScatter(double median_square_m2, int count);
@@ -127,6 +131,7 @@ class DriftMonitor {
   ReferenceFault fault_ = ReferenceFault::kNone;
   Vec3 median_m_ = Vec3::Zero();  ///< of the reference's probes
   Vec3 reference_m_ = Vec3::Zero();
+  double mean_radius_m_ = 0;  ///< of the reference's probes; 0 from the first without a radius
   double sigma_m_ = 0;
   std::uint64_t probes_ = 0;
   double statistic_ = 0;

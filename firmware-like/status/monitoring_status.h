@@ -19,6 +19,7 @@ struct MonitoringStatus {
   bool drift_alarm = false;          ///< the probe residuals have changed
   bool learning = false;             ///< the drift monitor is collecting its reference
   bool reference_refused = false;    ///< the reference probes disagree; drift is not monitored
+  bool radius_contradicted = false;  ///< the reference contradicts the stated 95 % radius
   bool diagnosing = false;           ///< a diagnosis is running
   bool fault = false;                ///< journal or diagnosis failed; see the log
   bool storage_unavailable = false;  ///< the state directory cannot be written

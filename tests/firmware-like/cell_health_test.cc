@@ -52,6 +52,10 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
         CellHealth{HealthSeverity::kAlarm, HealthReason::kRequiredLens});
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
+  CHECK(HealthOf({.warnings = warning::kDrift,
+                  .weakest_basis = model::RadiusBasis::kUnknown,
+                  .radius_contradicted = true}) ==
+        CellHealth{HealthSeverity::kAttention, HealthReason::kRadiusContradicted});
   CHECK(HealthOf({.pending = true}).reason == HealthReason::kPointsPending);
   CHECK(HealthOf({.no_points = true}) ==
         CellHealth{HealthSeverity::kNotice, HealthReason::kNoPoints});

@@ -1421,6 +1421,37 @@ TEST_CASE("an identified model states its own uncertainty, not the declared devi
   CHECK(cell.Next().result.correction.basis == model::RadiusBasis::kMeasured);
 }
 
+TEST_CASE(
+    "contradicting probes withdraw the basis of every radius, and the stated radius is kept") {
+  Cell cell;
+  cell.input.probes_recorded = true;
+  cell.Running();
+  for (int k = 0; k < 100; ++k) cell.Next();
+  REQUIRE(cell.Next().points[0].correction.basis == model::RadiusBasis::kAssumed);
+  cell.input.command.code = model::PlcCommandCode::kProbe;
+  cell.input.command.probe_W = cell.PredictedTip();
+  cell.input.command.sequence = 5;
+  const Snapshot& taken = cell.Next();
+  REQUIRE(taken.probe_taken);
+  CHECK(taken.probe.radius_m > 0);
+  CHECK(taken.probe.radius_m == taken.result.correction.uncertainty_m);
+
+  cell.input.radius_contradicted = true;
+  const Snapshot& withdrawn = cell.Next();
+  for (const PointResult& point : withdrawn.points) {
+    CHECK(point.valid);
+    CHECK(point.correction.uncertainty_m > 0);
+    CHECK(point.correction.basis == model::RadiusBasis::kUnknown);
+  }
+  CHECK(withdrawn.result.correction.basis == model::RadiusBasis::kUnknown);
+  CHECK(withdrawn.health.reason == HealthReason::kRadiusContradicted);
+  ++cell.input.command.sequence;
+  CHECK(cell.Next().probe.radius_m > 0);  // what the model states is still compared
+
+  cell.input.radius_contradicted = false;
+  CHECK(cell.Next().points[0].correction.basis == model::RadiusBasis::kAssumed);
+}
+
 TEST_CASE("the radius of one payload is not reported for another") {
   Cell cell;
   cell.config.points.resize(1);

@@ -10,6 +10,7 @@
 #include <future>
 #include <mutex>
 
+#include "app/journal/salvage.h"
 #include "app/sqlite/database.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/temporary_folder.h"
@@ -66,10 +67,11 @@ struct Working {
     event.gauge_press = number;
     mailboxes.queue.Push(event);
   }
-  void Probe(const Vec3& residual_m = Vec3::Zero(), bool quarantined = false) {
+  void Probe(const Vec3& residual_m = Vec3::Zero(), bool quarantined = false, double radius_m = 0) {
     CycleEvent event;
     event.probe.measured_W = residual_m;
     event.probe.quarantined = quarantined;
+    event.probe.radius_m = radius_m;
     event.probe.q = model::JointVector::Zero(test::HeavyArm().robot.size());
     event.model_version = 1;
     mailboxes.queue.Push(event);
@@ -386,6 +388,68 @@ TEST_CASE(
   for (int k = 0; k < 10; ++k) working.Probe();
   REQUIRE(Working::Eventually([&] { return working.Logged("drift monitor has its reference"); }));
   CHECK_FALSE(working.Status().reference_refused);
+}
+
+TEST_CASE(
+    "a reference that contradicts the stated radius: a finding that survives reload and restart") {
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 20;
+  Working working(monitoring);
+  const Vec3 off(0, 42e-3, 0);
+  for (int k = 0; k < 20; ++k) working.Probe(off, false, 3e-3);
+  REQUIRE(Working::Eventually([&] { return working.Status().radius_contradicted; }));
+  CHECK_FALSE(working.Status().drift_alarm);
+  CHECK(
+      working.Logged("probes contradict the stated 95 % radius: the mean residual of the "
+                     "reference, journal rows 1 to 20, is (0.000, 42.000, 0.000) mm"));
+  CHECK(working.Logged("the radius stated there is 3.000 mm"));
+  // It calls for a diagnosis; here there is no model to diagnose.
+  CHECK(Working::Eventually([&] { return working.Logged("diagnosis not started"); }));
+
+  working.worker.Configure(working.config, working.models);
+  CHECK(Working::Eventually(
+      [&] { return working.Times("probes contradict the stated 95 % radius") == 2; }));
+  CHECK(working.Status().radius_contradicted);
+
+  // A new reference is being learned: nothing supports the radius yet, also after a restart.
+  CycleEvent restart;
+  restart.monitor_restart = true;
+  working.mailboxes.queue.Push(restart);
+  REQUIRE(Working::Eventually([&] { return working.Status().learning; }));
+  CHECK(working.Status().radius_contradicted);
+  working.worker.Configure(working.config, working.models);
+  working.Probe(Vec3::Zero(), false, 3e-3);
+  REQUIRE(Working::Eventually([&] { return working.Recorded() == 21; }));
+  CHECK(working.Status().radius_contradicted);
+  for (int k = 1; k < 20; ++k) working.Probe(Vec3(0, 2.9e-3, 0), false, 3e-3);
+  REQUIRE(Working::Eventually([&] { return working.Recorded() == 40; }));
+  CHECK(Working::Eventually([&] { return !working.Status().radius_contradicted; }));
+}
+
+TEST_CASE("no probe is recorded in a damaged journal, until it was salvaged") {
+  Working working;
+  for (int k = 0; k < 3; ++k) working.Probe();
+  REQUIRE(Working::Eventually([&] { return working.Recorded() == 3; }));
+  {
+    auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
+    REQUIRE(other);
+    REQUIRE(other.value().Run("UPDATE measurement SET x_mm = 7 WHERE id = 2"));
+  }
+  working.worker.Configure(working.config, working.models);  // a reload
+  REQUIRE(Working::Eventually([&] { return working.Status().fault; }));
+  CHECK(working.Logged("row 2 changed since written"));
+  CHECK(working.Logged("plumbline journal salvage"));
+  CHECK_FALSE(working.Recording());
+  const auto salvaged = journal::SalvageJournal(working.File(), 1);
+  INFO((salvaged ? "" : salvaged.error()));
+  REQUIRE(salvaged);
+  CHECK(salvaged->saved == 2);
+  CHECK(Working::Eventually([&] { return working.Recording(); }));
+  working.Probe();
+  CHECK(Working::Eventually([&] { return working.Recorded() == 4; }));
+  auto journal = journal::Journal::OpenForReading(working.File());
+  REQUIRE(journal);
+  CHECK(*journal.value().LastRow() == 4);
 }
 
 TEST_CASE("the recording status is settled only after the first attempt to open the journal") {

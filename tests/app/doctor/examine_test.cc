@@ -6,6 +6,7 @@
 
 #include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
+#include "app/journal/journal.h"
 #include "app/text/json_text.h"
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
@@ -133,6 +134,32 @@ TEST_CASE("plumbline doctor reports faults in its exit code") {
     CHECK_FALSE(result.at("detail").get<std::string>().empty());
     CHECK(result.at("told") == result.at("detail"));
   }
+}
+
+TEST_CASE("the doctor finds the damaged rows of a journal") {
+  const test::TemporaryFolder folder;
+  CHECK(CheckJournal(folder.path()).empty());
+  const std::string file = folder.path() + "/journal.sqlite";
+  const std::vector<model::Joint> joints(1);
+  {
+    auto journal = journal::Journal::Open(file);
+    REQUIRE(journal);
+    journal::JournalRow row;
+    row.q = model::JointVector::Zero(1);
+    REQUIRE(journal.value().Append({row, row, row}, joints));
+  }
+  REQUIRE(CheckJournal(folder.path()).size() == 1);
+  CHECK(CheckJournal(folder.path()).front().health == Health::kGood);
+  {
+    auto database = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
+    REQUIRE(database);
+    REQUIRE(database.value().Run("UPDATE measurement SET session = 'x' WHERE id = 2"));
+  }
+  const CheckResults found = CheckJournal(folder.path());
+  REQUIRE(found.size() == 1);
+  CHECK(found.front().health == Health::kFault);
+  CHECK_THAT(found.front().finding, Catch::Contains("row 2 changed since written"));
+  CHECK_THAT(found.front().remedy, Catch::Contains("plumbline journal salvage"));
 }
 
 TEST_CASE("an unreachable broker and a missing password file are faults") {

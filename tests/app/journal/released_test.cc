@@ -152,6 +152,8 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
       if (schema >= 6) CheckTouch((*rows)[5]);
       if (schema >= 7) CheckGaugePress((*rows)[6]);
       if (schema >= 8) CheckNumbers((*rows)[7]);
+      if (schema >= 9) CHECK(*(*rows)[8].predicted_radius_m == Approx(2e-3));
+      CHECK(journal.value().Check().unchecked == (schema >= 9 ? 0 : count));
       const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
       REQUIRE(imported);
       CHECK(*imported == "measured.csv");

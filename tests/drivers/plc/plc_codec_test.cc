@@ -495,6 +495,7 @@ TEST_CASE(
                                         {&status::MonitoringStatus::diagnosing, 4},
                                         {&status::MonitoringStatus::fault, 5},
                                         {&status::MonitoringStatus::reference_refused, 7},
+                                        {&status::MonitoringStatus::radius_contradicted, 9},
                                         {&status::MonitoringStatus::storage_unavailable, 8}};
   for (const auto& [flag, bit] : flags) {
     status::MonitoringStatus status;

@@ -1,0 +1,65 @@
+PRAGMA application_id = 1347177009;
+PRAGMA user_version = 9;
+BEGIN TRANSACTION;
+CREATE TABLE epoch (
+  utc_s INTEGER NOT NULL,
+  unchecked_through INTEGER NOT NULL DEFAULT 0,  -- measurements up to this one have no checksum
+  checksum INTEGER
+);
+INSERT INTO "epoch" VALUES(1795312503,0,581328138106091604);
+CREATE TABLE import (
+  id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
+  rows INTEGER NOT NULL, last_row INTEGER NOT NULL, checksum INTEGER
+);
+INSERT INTO "import" VALUES(1,'measured.csv',-81985529216486896,2,4,-5665766024910199305);
+CREATE TABLE lost_rows (  -- measurements that a salvage could not save
+  id INTEGER PRIMARY KEY, first_row INTEGER NOT NULL, last_row INTEGER NOT NULL,
+  unix_ms INTEGER NOT NULL, checksum INTEGER
+);
+CREATE TABLE measurement (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import', 'gauge')),
+  unix_ms INTEGER,
+  t_s REAL,  -- of probes: UTC since the epoch
+  session TEXT NOT NULL, command INTEGER,
+  q TEXT NOT NULL, qd TEXT, qdd TEXT, tau TEXT,  -- arrays; deg and Nm, mm and N where prismatic
+  payload_kg REAL, temp_C REAL,
+  predicted_x_mm REAL, predicted_y_mm REAL, predicted_z_mm REAL,
+  x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
+  qw REAL, qx REAL, qy REAL, qz REAL,
+  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
+  q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
+  covariance_mm2 TEXT,  -- of x y z by camera: array of 9 row by row
+  quarantine INTEGER NOT NULL DEFAULT 0,  -- 0 none; 1 waits for a person; 2 accepted; 3 rejected
+  artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
+  sigma_mm REAL,  -- of this row alone
+  camera TEXT,  -- that saw it, where it has a name: side, side+rear
+  tool INTEGER, payload_item INTEGER,  -- numbers, where the cell has several
+  predicted_radius_mm REAL,  -- 95 % radius that was stated for the prediction
+  checksum INTEGER  -- of all other columns; row_checksum.h
+);
+INSERT INTO "measurement" VALUES(1,'plc',1763710200123,12.125,'left station',17,'[30.25,125.0]',NULL,NULL,'[41.5,-7.25]',60.0,23.5,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,-4066090347703025061);
+INSERT INTO "measurement" VALUES(2,'plc',1763710260623,72.625,'',18,'[-90.5,125.0]',NULL,NULL,NULL,NULL,NULL,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,1,1,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,6607547281155934474);
+INSERT INTO "measurement" VALUES(3,'import',NULL,137.5,'calib boot 00000001',NULL,'[-90.5,125.0]','[-45.25,62.5]','[-22.625,31.25]',NULL,0.0,NULL,NULL,NULL,NULL,100.0,200.0,300.0,2500.0,0.5,0.5,-0.5,0.5,NULL,0,0,NULL,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,-2439643020398591395);
+INSERT INTO "measurement" VALUES(4,'import',NULL,137.5,'calib boot 00000001',NULL,'[-90.5,125.0]','[-45.25,62.5]','[-22.625,31.25]',NULL,0.0,NULL,NULL,NULL,NULL,100.0,200.0,300.0,2500.0,0.5,0.5,-0.5,0.5,NULL,0,0,NULL,NULL,0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,-3271392829168895302);
+INSERT INTO "measurement" VALUES(5,'camera',1763710320000,132.0,'',19,'[-90.5,125.0]',NULL,NULL,NULL,NULL,NULL,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,'[0.01,0.0025,0.0,0.0025,0.01,0.0,0.0,0.0,0.01]',2,NULL,NULL,NULL,'side+rear',NULL,NULL,NULL,-5801335322549294879);
+INSERT INTO "measurement" VALUES(6,'plc',1763710380000,192.0,'left station',20,'[30.25,125.0]',NULL,NULL,'[41.5,-7.25]',60.0,23.5,1200.0,-400.0,900.0,1600.0,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,1,NULL,NULL,NULL,NULL,NULL,NULL,NULL,-8569009704205304705);
+INSERT INTO "measurement" VALUES(7,'import',NULL,NULL,'touched',NULL,'[15.0,250.0]',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0,0,NULL,NULL,0,'dial',-0.125,0.02,NULL,NULL,NULL,NULL,6141361104921771792);
+INSERT INTO "measurement" VALUES(8,'gauge',1763710500000,312.0,'left station',NULL,'[30.25,125.0]',NULL,NULL,NULL,60.0,23.5,1200.0,-400.0,900.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,'dial',0.25,0.002,NULL,NULL,NULL,NULL,5552025719299961973);
+INSERT INTO "measurement" VALUES(9,'plc',1763710560000,372.0,'left station',21,'[30.25,125.0]',NULL,NULL,NULL,60.0,23.5,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,2,7,NULL,-4882801190771674533);
+INSERT INTO "measurement" VALUES(10,'plc',1763710620000,432.0,'left station',22,'[30.25,125.0]',NULL,NULL,NULL,60.0,23.5,1200.0,-400.0,900.0,1200.5,-400.25,901.0,NULL,NULL,NULL,NULL,NULL,1,0,0,5.72957795130823246965e-02,NULL,0,NULL,NULL,NULL,NULL,2,7,2.0,839233774550377085);
+CREATE TABLE monitor_restart (
+  id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
+  reason TEXT NOT NULL, radius_contradicted INTEGER NOT NULL DEFAULT 0, checksum INTEGER
+);
+INSERT INTO "monitor_restart" VALUES(1,10,3,'model',0,-3072796418651012474);
+INSERT INTO "monitor_restart" VALUES(2,10,3,'person',0,2713288910444542214);
+CREATE TABLE quarantine_decision (
+  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL,
+  checksum INTEGER
+);
+INSERT INTO "quarantine_decision" VALUES(1,5,1,1763710390000,-214625788947087444);
+CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
+DELETE FROM "sqlite_sequence";
+INSERT INTO "sqlite_sequence" VALUES('measurement',10);
+COMMIT;
