@@ -19,6 +19,7 @@
 #include "app/model_store/configuration_note.h"
 #include "app/service/signals.h"
 #include "app/version.h"
+#include "drivers/os/port_file.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -75,7 +76,7 @@ void LogPushNotWithdrawn(const ControlCycle& cycle) {
 
 }  // namespace
 
-int RunDaemon(const std::string& config_file) {
+int RunDaemon(const std::string& config_file, const std::string& port_file) {
   // Per-thread malloc arenas would double the resident memory of a daemon that hardly allocates.
   mallopt(M_ARENA_MAX, 1);
   const int signals = service::OpenSignalDescriptor();
@@ -132,6 +133,12 @@ int RunDaemon(const std::string& config_file) {
                         config->machine.cell.robot.name, config->machine.points.size(),
                         config->plc.tcp.address, (*plc)->server().port())});
   LogModel(*in_force);
+  if (!port_file.empty()) {
+    if (const auto written = os::WritePortFile(port_file, {{"plc", (*plc)->server().port()}});
+        !written) {
+      log::Log({log::Event::kFileWarning, written.error()});
+    }
+  }
   malloc_trim(0);
   Running running{config_file,
                   *config,

@@ -13,6 +13,10 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
   app.add_option("config,--config", config, "Configuration file")->capture_default_str();
+  std::string port_file;
+  app.add_option("--port-file", port_file,
+                 "Write \"plc PORT\" into this file once the PLC is answered, for\n"
+                 "scripts that let the kernel choose the port (plc.port = 0)");
   app.footer(
       "SIGHUP reloads the configuration, SIGTERM stops the daemon.\n"
       "`plumbline check FILE` reports faults of a configuration without starting a\n"
@@ -25,5 +29,5 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  return plumbline::daemon::RunDaemon(config);
+  return plumbline::daemon::RunDaemon(config, port_file);
 }

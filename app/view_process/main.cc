@@ -39,6 +39,12 @@ int main(int argc, char** argv) {
                  "With --distances: name of a distance, point or object; default: all")
       ->needs(distances);
   app.add_flag("--json", snapshot.json, "Print the content or the distances as JSON");
+  std::string port_file;
+  app.add_option("--port-file", port_file,
+                 "Write \"page PORT\" into this file whenever the page is served, for\n"
+                 "scripts that let the kernel choose the port (page.port = 0)")
+      ->excludes(out)
+      ->excludes(distances);
   app.footer(
       "Shows the cell of the plumblined that uses the same configuration. May be\n"
       "started and stopped at any time. SIGHUP reloads the configuration, SIGTERM\n"
@@ -61,7 +67,7 @@ int main(int argc, char** argv) {
     distance.json = snapshot.json;
     return plumbline::view_process::PrintDistances(distance);
   }
-  if (snapshot.out.empty()) return plumbline::view_process::RunView(config);
+  if (snapshot.out.empty()) return plumbline::view_process::RunView(config, port_file);
   snapshot.config_file = config;
   if (!size.empty()) snapshot.size = *plumbline::view::PictureSizeFrom(size);
   return plumbline::view_process::TakeSnapshot(snapshot);

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "drivers/clock.h"
+#include "drivers/os/port_file.h"
 
 namespace plumbline::view_process {
 
@@ -64,6 +65,12 @@ void PageHost::TryServe() {
   WarnIfTokenReadable();
   sink_({log::Event::kPageServed,
          fmt::format("the page is served on http://{}/", page_->at().Text())});
+  if (!port_file_.empty()) {
+    if (const auto written = os::WritePortFile(port_file_, {{"page", page_->at().port}});
+        !written) {
+      sink_({log::Event::kPageFault, written.error()});
+    }
+  }
   const int port = settings_->page.port.value_or(0);
   if (held_ && port != 0 && port != page_->at().port) {
     sink_({log::Event::kPageFault,

@@ -20,8 +20,13 @@ class PageHost {
   static constexpr double kRetry_s = 5;
 
   /// @param held  listening socket from the service manager, kept open; may be invalid
-  PageHost(view::DisplayMailbox& shown, os::Descriptor held, log::LogSink sink)
-      : shown_(shown), held_(std::move(held)), sink_(std::move(sink)) {}
+  /// @param port_file  receives the page's port whenever it is served; empty: none
+  PageHost(view::DisplayMailbox& shown, os::Descriptor held, log::LogSink sink,
+           std::string port_file = "")
+      : shown_(shown),
+        held_(std::move(held)),
+        sink_(std::move(sink)),
+        port_file_(std::move(port_file)) {}
 
   /// Called at start-up and after each reload. A page whose settings changed is closed and opened
   /// again; one that is not served is retried at once.
@@ -46,6 +51,7 @@ class PageHost {
   view::DisplayMailbox& shown_;
   const os::Descriptor held_;
   const log::LogSink sink_;
+  const std::string port_file_;
   std::optional<Settings> settings_;  ///< of the last Open()
   std::string file_;                  ///< configuration file
   std::string problem_;               ///< last logged problem; empty if served or not configured

@@ -175,7 +175,7 @@ void ConfigureMalloc() {
   mallopt(M_MMAP_THRESHOLD, kOwnPages);
 }
 
-int RunView(const std::string& config_file) {
+int RunView(const std::string& config_file, const std::string& port_file) {
   ConfigureMalloc();
   const int signals = service::OpenSignalDescriptor();
   config::FaultList faults;
@@ -191,7 +191,7 @@ int RunView(const std::string& config_file) {
   }
   service::ServiceManager manager;
   view::DisplayMailbox shown;
-  PageHost page(shown, manager.TakeSocket("http"), log::Log);
+  PageHost page(shown, manager.TakeSocket("http"), log::Log, port_file);
   const config::DaemonConfig config = model->config;
   ViewLoop loop(config_file, std::move(*model), shown);
   log::Log({log::Event::kViewStarted, fmt::format("plumbline-view {}", PLUMBLINE_VERSION)});

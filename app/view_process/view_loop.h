@@ -58,7 +58,8 @@ class ViewLoop {
 void ConfigureMalloc();
 
 /// Runs until SIGTERM or SIGINT; SIGHUP reloads the configuration.
+/// @param port_file  receives the page's port whenever it is served; empty: none
 /// @return  the exit code: 0 stopped by a signal, 1 faults in the configuration
-int RunView(const std::string& config_file);
+int RunView(const std::string& config_file, const std::string& port_file = "");
 
 }  // namespace plumbline::view_process

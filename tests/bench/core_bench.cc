@@ -13,6 +13,7 @@
 #include "firmware-like/kinematics/inverse.h"
 #include "firmware-like/machine.h"
 #include "tests/bench/bench_timing.h"
+#include "tests/bench/rows.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace {
@@ -57,11 +58,8 @@ double Now_us() {
                                     std::chrono::nanoseconds(1));
 }
 
-void Row(const char* what, double ours, double peer, const char* unit, double target,
-         const char* target_text) {
-  fmt::print("| {} | {:.4g} {} | {:.4g} {} | {:.2f} | {} | {} |\n", what, ours, unit, peer, unit,
-             peer > 0 ? ours / peer : 0.0, target_text, ours <= target ? "yes" : "NO");
-}
+constexpr const char* kLimit = "the control period";
+constexpr double kPeriod_ms = 10;
 
 struct Case {
   correction::AssemblyPoint point;
@@ -89,22 +87,22 @@ std::vector<Case> Cases(const model::CellModel& cell, const correction::Correcto
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
   const model::CellModel cell = test::HeavyArm();
   const correction::Corrector corrector(cell, {});
   const loads::Payload payload{60, *cell.payload_cog_F};
   const std::vector<Case> cases = Cases(cell, corrector, 100);
 
-  fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
-  // Starts from the taught joints, as in the first cycle; the peer solves the same poses for a
-  // rigid arm from joints that are off by about the deflection.
-  std::vector<double> ours, peer;
+  // Starts from the taught joints, as in the first cycle; rigid kinematics of our own solve the
+  // same poses for a rigid arm from joints that are off by about the deflection.
+  std::vector<double> ours, rigid;
   const deflection::LoadedArm& arm = corrector.arm();
   const auto rigid_tip = [&](const model::JointVector& q, kinematics::Posture& posture) {
     arm.chain().Evaluate(q, posture);
     return posture.X_BF() * arm.X_FT();
   };
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < bench::Choose(effort, 2, 50, 200); ++round) {
     const double start = Now_us();
     for (const Case& c : cases) {
       correction::Correction correction;
@@ -118,10 +116,14 @@ int main() {
       if (!kinematics::SolvePose(arm.chain(), {X_BT}, rigid_tip, 40, q).converged) return 1;
     }
     ours.push_back((middle - start) / static_cast<double>(cases.size()));
-    peer.push_back((Now_us() - middle) / static_cast<double>(cases.size()));
+    rigid.push_back((Now_us() - middle) / static_cast<double>(cases.size()));
   }
-  Row("one correction (6 joints, compliance, beam, inverse); peer: rigid inverse kinematics",
-      bench::Median(ours), bench::Median(peer), "us", 20, "<= 20 us");
+  bench::Report({.what = "one correction (6 joints, compliance, beam, inverse kinematics)",
+                 .ours = bench::Median(ours),
+                 .unit = "us",
+                 .goal = bench::AtMost(20)});
+  fmt::print("for comparison, our inverse kinematics of a rigid arm: {:.1f} us\n",
+             bench::Median(rigid));
 
   MachineConfig config;
   config.cell = cell;
@@ -158,10 +160,16 @@ int main() {
                                                    [](const PointResult& p) { return p.valid; }));
   }
   const double worst = *std::max_element(cycles.begin() + 10, cycles.end());
-  Row("a cycle with 100 points, median; peer: 100 rigid inverse kinematics", bench::Median(cycles),
-      0.1 * bench::Median(peer), "ms", 2, "<= 2 ms");
-  Row("a cycle with 100 points, worst of 2000 (CPU time)", worst, 0.1 * bench::Median(peer), "ms",
-      2, "<= 2 ms");
+  const auto cycle_row = [](const char* what, double ms) {
+    bench::Report({.what = what,
+                   .ours = ms,
+                   .unit = "ms",
+                   .goal = bench::RatioAtMost(0.2),
+                   .peer = kLimit,
+                   .peers = kPeriod_ms});
+  };
+  cycle_row("a cycle with 100 points, median CPU time", bench::Median(cycles));
+  cycle_row("a cycle with 100 points, longest CPU time", worst);
   std::vector<double> idle;
   for (int cycle = 0; cycle < 1000; ++cycle) {
     input.now_s += 0.01;
@@ -171,11 +179,14 @@ int main() {
     encoder.Encode(machine.Cycle(input), {});
     idle.push_back(bench::CpuTime_ms() - start);
   }
-  Row("a cycle with 100 points, nothing changes; peer: changing payload", bench::Median(idle),
-      bench::Median(cycles), "ms", 2, "<= 2 ms");
-  fmt::print("| heap allocations in 1989 cycles | {} | | | 0 | {} |\n", allocated,
-             allocated == 0 ? "yes" : "NO");
-  fmt::print("| points valid in the last cycle | {} | 100 | | 100 | {} |\n", valid,
-             valid == 100 ? "yes" : "NO");
+  cycle_row("a cycle with 100 points, nothing changes", bench::Median(idle));
+  bench::Report({.what = "heap allocations in 1989 cycles",
+                 .ours = static_cast<double>(allocated),
+                 .goal = bench::AtMost(0),
+                 .timed = false});
+  bench::Report({.what = "points of 100 that are not valid in the last cycle",
+                 .ours = 100.0 - static_cast<double>(valid),
+                 .goal = bench::AtMost(0),
+                 .timed = false});
   return 0;
 }

@@ -2,7 +2,6 @@
 // point.
 #include <fmt/core.h>
 #include <modbus/modbus.h>
-#include <sys/wait.h>
 
 #include <chrono>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "tests/bench/daemon_start.h"
+#include "tests/bench/rows.h"
 
 using namespace plumbline::bench;
 
@@ -34,12 +34,12 @@ double PointX_mm(modbus_t* plc, int& bad) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    fmt::print(stderr, "usage: daemon_bench PLUMBLINED CELL.toml [CHANGES]\n");
+    fmt::print(stderr, "usage: daemon_bench PLUMBLINED CELL.toml [--smoke | --quick]\n");
     return 2;
   }
-  const int changes = argc > 3 ? std::stoi(argv[3]) : 500;
-  char pattern[] = "/tmp/plumbline-bench-XXXXXX";
-  const std::string folder = mkdtemp(pattern);
+  const int changes = Choose(EffortFrom(argc, argv), 5, 50, 500);
+  const WorkFolder own;
+  const std::string& folder = own.path();
   BenchRobot robot;
   robot.SetPayload(kLight_g);
   std::ofstream(folder + "/profile.toml") << kProfile;
@@ -50,10 +50,9 @@ int main(int argc, char** argv) {
       "[0.0, 90.0, 0.0]\n[[point]]\nid = 2\nxyz_mm = [2683.0, 424.0, 973.7]\nrpy_deg = [0.0, 90.0, "
       "0.0]\n",
       argv[2], folder, folder, robot.port());
-  int port = 0;
-  const pid_t daemon = StartDaemon(argv[1], folder, port);
+  StartedDaemon daemon = StartDaemon(argv[1], folder);
 
-  modbus_t* plc = modbus_new_tcp("127.0.0.1", port);
+  modbus_t* plc = modbus_new_tcp("127.0.0.1", daemon.port);
   std::uint16_t block[20];
   int bad = modbus_connect(plc);
   for (int wait = 0; wait < 200; ++wait) {  // wait until the point is valid
@@ -61,7 +60,8 @@ int main(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   if (bad != 0 || (block[1] & 1) == 0) {
-    fmt::print(stderr, "no valid point; see {}/log\n", folder);
+    fmt::print(stderr, "no valid point; the daemon's log:\n{}",
+               plumbline::test::FileText(folder + "/log"));
     return 1;
   }
 
@@ -88,26 +88,31 @@ int main(int argc, char** argv) {
     }
     latencies.push_back(Now_ms() - start);
   }
-  const double memory_mb = ResidentMb(daemon);
-  kill(daemon, SIGTERM);
-  int status = 0;
-  waitpid(daemon, &status, 0);
+  const double memory_mb = ResidentMb(daemon.process.pid());
+  const bool stopped = daemon.process.End(20, SIGTERM).ok();
   modbus_free(plc);
 
-  const double limit = kCycle_ms + 2 * round_trip;
-  fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
-  const auto row = [&](const char* what, double ours) {
-    fmt::print(
-        "| robot register to corrected point, {} of {} | {:.2f} ms | {:.2f} ms (a cycle + 2 "
-        "round trips) | {:.2f} | <= 1.0 | {} |\n",
-        what, changes, ours, limit, ours / limit, ours <= limit ? "yes" : "NO");
+  const double limit_ms = kCycle_ms + 2 * round_trip;
+  const auto row = [&](const char* what, double fraction) {
+    Report({.what = fmt::format("robot register to corrected point, {} of {}", what, changes),
+            .ours = Quantile(latencies, fraction),
+            .unit = "ms",
+            .goal = RatioAtMost(1),
+            .peer = "limit: a cycle and 2 round trips",
+            .peers = limit_ms});
   };
-  row("median", Quantile(latencies, 0.5));
-  row("99 %", Quantile(latencies, 0.99));
-  row("worst", Quantile(latencies, 1));
-  fmt::print("| resident memory of the daemon | {:.1f} MB | | | <= 30 MB | {} |\n", memory_mb,
-             memory_mb <= 30 ? "yes" : "NO");
-  fmt::print("| failed requests; exit code of the daemon | {}; {} | | | 0; 0 | {} |\n", bad,
-             WEXITSTATUS(status), bad == 0 && status == 0 ? "yes" : "NO");
-  return bad == 0 && status == 0 ? 0 : 1;
+  row("median", 0.5);
+  row("99 %", 0.99);
+  row("longest", 1);
+  Report({.what = "resident memory of the daemon",
+          .ours = memory_mb,
+          .unit = "MB",
+          .goal = AtMost(30),
+          .timed = false});
+  Report({.what = "failed requests to the daemon",
+          .ours = static_cast<double>(bad),
+          .goal = AtMost(0),
+          .timed = false});
+  if (!stopped) fmt::print(stderr, "the daemon did not end cleanly on SIGTERM\n");
+  return bad == 0 && stopped ? 0 : 1;
 }

@@ -1,23 +1,23 @@
-// Fixture for daemon benchmarks: a fake robot, start of the daemon, its memory.
+// Fixture for daemon benchmarks: a fake robot, its profile, the memory of a process.
 #pragma once
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
+#include <cstdint>
 #include <fstream>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "tests/bench/started_program.h"
 
 namespace plumbline::bench {
 
@@ -116,30 +116,6 @@ inline double ResidentMb(pid_t pid) {
     }
   }
   return 0;
-}
-
-/// Starts the daemon with its log in `folder`/log and reads the port from the first log lines.
-inline pid_t StartDaemon(const char* program, const std::string& folder, int& port) {
-  const std::string log = folder + "/log", config = folder + "/plumbline.toml";
-  const pid_t pid = fork();
-  if (pid == 0) {
-    const int fd = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    dup2(fd, STDERR_FILENO);
-    execl(program, program, "--config", config.c_str(), nullptr);
-    _exit(127);
-  }
-  for (int wait = 0; wait < 100; ++wait) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    std::ifstream file(log);
-    for (std::string line; std::getline(file, line);) {
-      const auto at = line.find("PLC server on 127.0.0.1:");
-      if (at == std::string::npos) continue;
-      port = std::stoi(line.substr(at + 22));
-      return pid;
-    }
-  }
-  fmt::print(stderr, "the daemon did not start; see {}\n", log);
-  std::exit(1);
 }
 
 }  // namespace plumbline::bench

@@ -22,6 +22,7 @@
 #include "firmware-like/model/materials.h"
 #include "firmware-like/scene/loaded_tool.h"
 #include "tests/bench/bench_timing.h"
+#include "tests/bench/rows.h"
 
 namespace plumbline {
 namespace {
@@ -167,7 +168,7 @@ double BendError(display::Renderer& renderer, const scene::DisplayList& list,
   return 1e3 * worst_m;
 }
 
-int Run(bool quick) {
+int Run(bench::Effort effort) {
   cpu_set_t one;
   CPU_ZERO(&one);
   CPU_SET(sched_getcpu(), &one);
@@ -175,7 +176,7 @@ int Run(bool quick) {
   setenv("LP_NUM_THREADS", "1", 1);  // read when the context is created
   auto context = display::GlContext::Create();
   if (!context) {
-    fmt::print("SKIPPED: {}\n", context.error());
+    bench::ReportSkipped("the display's picture", context.error());
     return 0;
   }
   auto renderer = display::Renderer::Create(**context);
@@ -223,26 +224,26 @@ int Run(bool quick) {
   };
   const auto draw_plain = [&] { plain.Draw(grey, list); };
   std::vector<double> ours_ms, plain_ms;
-  const int pictures = quick ? 30 : 200;
+  const int pictures = bench::Choose(effort, 2, 30, 200);
   for (int i = -5; i < pictures; ++i) {
     const double ours = Milliseconds(draw_ours), other = Milliseconds(draw_plain);
     if (i < 0) continue;
     ours_ms.push_back(ours);
     plain_ms.push_back(other);
   }
-  const double ratio = bench::Median(ours_ms) / bench::Median(plain_ms);
-  fmt::print("{}, one core; 1920x1080, {} triangles, {} pictures, median CPU time\n",
-             (*context)->description(), mesh.triangles.size(), pictures);
-  fmt::print("  undistorted background, bent mesh, drawn and read back   {:6.2f} ms\n",
-             bench::Median(ours_ms));
-  fmt::print("  plain OpenGL, without undistortion and bending           {:6.2f} ms\n",
-             bench::Median(plain_ms));
-  fmt::print(
-      "  ratio                                                    {:6.2f}     (goal <= 1.5)\n",
-      ratio);
-  fmt::print(
-      "  largest deviation of a vertex from the finite elements   {:6.4f} mm  (goal <= 0.01)\n",
-      BendError(**renderer, list, mesh, beam));
+  fmt::print("{}, {} triangles, {} pictures\n", (*context)->description(), mesh.triangles.size(),
+             pictures);
+  bench::Report({.what = "1080p, undistorted, 50,000 bent triangles, one core, read back",
+                 .ours = bench::Median(ours_ms),
+                 .unit = "ms",
+                 .goal = bench::RatioAtMost(1.5),
+                 .peer = "plain OpenGL, distorted and straight",
+                 .peers = bench::Median(plain_ms)});
+  bench::Report({.what = "bending in the shader against the finite elements",
+                 .ours = BendError(**renderer, list, mesh, beam),
+                 .unit = "mm",
+                 .goal = bench::AtMost(0.01),
+                 .timed = false});
   return 0;
 }
 
@@ -250,5 +251,5 @@ int Run(bool quick) {
 }  // namespace plumbline
 
 int main(int argc, char** argv) {
-  return plumbline::Run(argc > 1 && std::string(argv[1]) == "--quick");
+  return plumbline::Run(plumbline::bench::EffortFrom(argc, argv));
 }

@@ -1,10 +1,8 @@
 // Benchmark of the publisher: forwarding an hour of queued messages to Mosquitto, and the idle
 // load. fleet_bench PLUMBLINE_FLEET CONFIG
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <mosquitto.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -21,57 +19,15 @@
 #include "app/view_link/view_publisher.h"
 #include "drivers/clock.h"
 #include "firmware-like/snapshot.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/started_program.h"
 
 using namespace plumbline;
 
 namespace {
 
-constexpr double kHour_s = 3600, kFeedPeriod_s = 0.2, kIdle_s = 10;
+constexpr double kHour_s = 3600, kFeedPeriod_s = 0.2;
 constexpr int kPoints = 10, kProbesPerHour = 60;
-
-pid_t Start(const std::vector<std::string>& command, const std::string& log,
-            const std::string& input = "/dev/null") {
-  const pid_t child = fork();
-  if (child != 0) return child;
-  dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644), STDERR_FILENO);
-  dup2(STDERR_FILENO, STDOUT_FILENO);
-  dup2(open(input.c_str(), O_RDONLY), STDIN_FILENO);
-  std::vector<char*> words;
-  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
-  words.push_back(nullptr);
-  execvp(words[0], words.data());
-  _exit(127);
-}
-
-/// Child process, terminated when the object is destroyed.
-class Child {
- public:
-  explicit Child(pid_t pid) : pid_(pid) {}
-  ~Child() { End(); }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-  pid_t pid() const { return pid_; }
-  void Wait() {
-    waitpid(pid_, nullptr, 0);
-    pid_ = -1;
-  }
-  void End() {
-    if (pid_ <= 0) return;
-    kill(pid_, SIGTERM);
-    Wait();
-  }
-
- private:
-  pid_t pid_;
-};
-
-struct Folder {
-  const std::string path;
-  ~Folder() {
-    std::error_code failed;
-    std::filesystem::remove_all(path, failed);
-  }
-};
 
 int FreePort() {
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
@@ -170,18 +126,20 @@ bool Within(double seconds, Condition holds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
+  if (argc < 3) return 2;
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
+  const double idle_s = bench::Choose(effort, 1.0, 10.0, 30.0);
   if (access("/usr/sbin/mosquitto", X_OK) != 0) {
-    fmt::print("SKIPPED: mosquitto is not installed (apt install mosquitto)\n");
+    bench::ReportSkipped("MQTT publisher", "mosquitto is not installed (apt install mosquitto)");
     return 0;
   }
-  char pattern[] = "/tmp/plumbline-bench-XXXXXX";
-  const Folder own{mkdtemp(pattern)};
-  const std::string folder = own.path, log = folder + "/log";
+  const bench::WorkFolder own;
+  const std::string folder = own.path(), log = folder + "/log";
   const int port = FreePort();
   std::ofstream(folder + "/mosquitto.conf")
       << "listener " << port << " 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\n";
-  const Child broker(Start({"/usr/sbin/mosquitto", "-c", folder + "/mosquitto.conf"}, log));
+  const os::ChildProcess broker =
+      bench::StartProgram({"/usr/sbin/mosquitto", "-c", folder + "/mosquitto.conf"}, log);
 
   mosquitto_lib_init();
   Counter counter;
@@ -207,12 +165,12 @@ int main(int argc, char** argv) {
       lines << text << "\n";
     }
   }
-  Child peer(Start(
+  os::ChildProcess peer = bench::StartProgram(
       {"mosquitto_pub", "-p", std::to_string(port), "-q", "1", "-l", "-t", "peer/bench/NDATA/cell"},
-      log, folder + "/lines"));
+      log, {.input = folder + "/lines"});
   if (!Within(60, [&] { return counter.count == messages.size(); })) return 1;
   const double peer_s = counter.newest_s - counter.first_s;
-  peer.Wait();
+  peer.End(10);
 
   auto publisher = view_link::ViewPublisher::Open(view_link::ViewSocketOf(folder + "/state"));
   if (!publisher) return 1;
@@ -226,7 +184,7 @@ int main(int argc, char** argv) {
                           std::filesystem::copy_options::recursive);
   }
   counter.count = 0;
-  Child fleet(Start({argv[1], folder + "/plumbline.toml"}, log));
+  os::ChildProcess fleet = bench::StartProgram({argv[1], folder + "/plumbline.toml"}, log);
   // The birth message comes first; the live feed follows after all queued messages.
   if (!Within(60, [&] { return counter.count >= 1 + messages.size(); })) return 1;
   const double ours_s = counter.newest_s - counter.first_s;
@@ -238,31 +196,37 @@ int main(int argc, char** argv) {
       SleepSeconds(kFeedPeriod_s);
     }
   });
-  SleepSeconds(3);
+  SleepSeconds(bench::Choose(effort, 0.5, 3.0, 3.0));
   const double before_s = CpuSeconds(fleet.pid());
-  SleepSeconds(kIdle_s);
-  const double cpu_share = (CpuSeconds(fleet.pid()) - before_s) / kIdle_s,
+  SleepSeconds(idle_s);
+  const double cpu_share = (CpuSeconds(fleet.pid()) - before_s) / idle_s,
                memory_MB = ResidentMB(fleet.pid());
   stop = true;
   feed.join();
-  fleet.End();
+  fleet.End(10, SIGTERM);
   mosquitto_disconnect(client);
   mosquitto_loop_stop(client, true);
   mosquitto_destroy(client);
 
-  fmt::print("| what | ours | peer | ratio |\n|---|---|---|---|\n");
-  fmt::print(
-      "| {} messages of one hour ({:.2f} MB) forwarded, each deleted from disk when acknowledged | "
-      "{:.0f} ms | {:.0f} ms (mosquitto_pub -l -q 1 from a file, nothing stored) | {:.2f} |\n",
-      messages.size(), 1e-6 * static_cast<double>(bytes), 1e3 * ours_s, 1e3 * peer_s,
-      ours_s / peer_s);
-  fmt::print("| capacity of a 64 MB queue at that rate | {:.1f} days | | |\n",
-             64e6 /
-                 (static_cast<double>(bytes) +
-                  fleet::FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
-                 24);
-  fmt::print("| CPU time when idle, checking 5 states a second | {:.2f} % of a core | | |\n",
-             100 * cpu_share);
-  fmt::print("| resident memory | {:.1f} MB | | |\n", memory_MB);
+  bench::Report({.what = fmt::format("{} messages of one hour forwarded from the disk and deleted",
+                                     messages.size()),
+                 .ours = 1e3 * ours_s,
+                 .unit = "ms",
+                 .peer = "mosquitto_pub from a file",
+                 .peers = 1e3 * peer_s});
+  bench::Report({.what = "capacity of a 64 MB queue",
+                 .ours = 64e6 /
+                         (static_cast<double>(bytes) +
+                          fleet::FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
+                         24,
+                 .unit = "days",
+                 .timed = false});
+  bench::Report({.what = "CPU time of plumbline-fleet, checking 5 states a second",
+                 .ours = 100 * cpu_share,
+                 .unit = "% of a core"});
+  bench::Report({.what = "resident memory of plumbline-fleet",
+                 .ours = memory_MB,
+                 .unit = "MB",
+                 .timed = false});
   return 0;
 }

@@ -1,6 +1,6 @@
 // Benchmark of the lens calibration: corner detection, solving, claimed against true uncertainty,
 // and acceptance; OpenCV and mrcal as peers in the same run.
-// lens_bench [--quick | --adversarial | --measured]
+// lens_bench [--smoke | --quick | --adversarial | --measured]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "tests/app/lens/rendered_views.h"
 #include "tests/bench/bench_timing.h"
 #include "tests/bench/measured_lenses.h"
+#include "tests/bench/rows.h"
 #include "tests/peers/mrcal_peer.h"
 
 using namespace plumbline;
@@ -83,12 +84,20 @@ void BoardCorners(int frames) {
     for (const cv::Point2f& p : points) pixels.emplace_back(p.x, p.y);
     AddErrors(pixels, std::vector<bool>(pixels.size(), true), truth, their_errors);
   }
-  fmt::print(
-      "corners of a 1080p frame   {:.2f} ms, {:.4f} px ({}/{} found) | OpenCV SB {:.1f} ms, {:.4f} "
-      "px ({}/{}) | ratio of time 1/{:.0f} (goal 1/40), of RMSE {:.2f} (goal 0.3)\n",
-      bench::Median(ours), Rms(our_errors), found, frames, bench::Median(theirs), Rms(their_errors),
-      peer_found, frames, bench::Median(theirs) / bench::Median(ours),
-      Rms(our_errors) / Rms(their_errors));
+  fmt::print("corners: found in {} of {} frames; by OpenCV in {}\n", found, frames, peer_found);
+  bench::Report({.what = "corners of a board in a 1080p frame",
+                 .ours = bench::Median(ours),
+                 .unit = "ms",
+                 .goal = bench::RatioAtMost(0.025),
+                 .peer = "OpenCV SB",
+                 .peers = bench::Median(theirs)});
+  bench::Report({.what = "error of these corners, RMS",
+                 .ours = Rms(our_errors),
+                 .unit = "px",
+                 .goal = bench::RatioAtMost(0.3),
+                 .peer = "OpenCV SB",
+                 .peers = Rms(their_errors),
+                 .timed = false});
 }
 
 double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>& views,
@@ -152,22 +161,44 @@ void Solve(int seeds) {
         theirs.push_back(OpenCvSolve(board, views, fx));
         their_errors.push_back(100 * (fx / truth.fx - 1));
       }
-      fmt::print(
-          "solve, f {:5.0f} {}   {:.1f} ms with covariance | OpenCV {:.1f} ms | ratio {:.2f} (goal "
-          "0.7); fx error {:.4f} % | {:.4f} %; z of fx {:.2f} (goal 0.9..1.15); largest image "
-          "error over claimed: median {:.2f}; complete calibration {:.0f} ms (goal 250)\n",
-          f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst ", bench::Median(ours),
-          bench::Median(theirs), bench::Median(ours) / bench::Median(theirs), Rms(errors),
-          Rms(their_errors), Rms(z), bench::Median(image_z), bench::Median(whole));
+      const std::string which = fmt::format(
+          "f {:.0f}, {} views", f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst");
+      fmt::print("{}: largest image error over claimed, median {:.2f}\n", which,
+                 bench::Median(image_z));
+      bench::Report({.what = "solving a lens with covariance, " + which,
+                     .ours = bench::Median(ours),
+                     .unit = "ms",
+                     .goal = bench::RatioAtMost(0.7),
+                     .peer = "OpenCV",
+                     .peers = bench::Median(theirs)});
+      bench::Report({.what = "error of fx, RMS, " + which,
+                     .ours = Rms(errors),
+                     .unit = "%",
+                     .peer = "OpenCV",
+                     .peers = Rms(their_errors),
+                     .timed = false});
+      bench::Report({.what = "distance of the spread of z of fx from 1.025 (0.9 to 1.15), " + which,
+                     .ours = std::abs(Rms(z) - 1.025),
+                     .goal = bench::AtMost(0.125),
+                     .timed = false});
+      bench::Report({.what = "complete calibration, " + which,
+                     .ours = bench::Median(whole),
+                     .unit = "ms",
+                     .goal = bench::AtMost(250)});
       if (!HasMrcal()) {
-        fmt::print("  mrcal: SKIPPED, not installed at build time (libmrcal-dev)\n");
+        bench::ReportSkipped("mrcal, " + which, "not installed at build time (libmrcal-dev)");
         continue;
       }
+      bench::Report({.what = "error of fx, RMS, same corners, " + which,
+                     .ours = Rms(our_errors_there),
+                     .unit = "%",
+                     .peer = "mrcal",
+                     .peers = Rms(mrcal_errors),
+                     .timed = false});
       fmt::print(
-          "  mrcal, same corners     fx error {:.4f} % | ours {:.4f} %; spread of z {:.2f} | ours "
-          "{:.2f}; within two claimed sigma {:.1f} % | ours {:.1f} % (95.4 % expected)\n",
-          Rms(mrcal_errors), Rms(our_errors_there), Rms(mrcal_z), Rms(z), PercentWithin2(mrcal_z),
-          PercentWithin2(z));
+          "  spread of z: mrcal {:.2f}, ours {:.2f}; within two claimed sigma: {:.1f} %, "
+          "ours {:.1f} % (95.4 % expected)\n",
+          Rms(mrcal_z), Rms(z), PercentWithin2(mrcal_z), PercentWithin2(z));
     }
   }
 }
@@ -199,7 +230,6 @@ void Acceptance(int runs) {
                         {"jump at any frame", lens::Capture::Kind::kVaried, 0, 0, 0.01, true},
                         {"identical views", lens::Capture::Kind::kSame, 0, 0, 0}};
   const lens::Board board;
-  int all = 0, all_false = 0;
   for (const Kind& kind : kinds) {
     int accepted = 0, false_accepted = 0, bad = 0, bad_rejected = 0, good = 0, good_accepted = 0;
     int claimed_by_views = 0;
@@ -236,17 +266,16 @@ void Acceptance(int runs) {
       }
       claimed_by_views +=
           lens_still && ClaimedByViews(board, views) < lens::CalibrationOptions{}.acceptable_px;
-      ++all;
     }
-    all_false += false_accepted;
     fmt::print(
-        "{:20}  accepted {:4} of {}; falsely accepted {}; bad (over 1.5 px) rejected {}/{}; good "
-        "(claimed below 0.5 px) accepted {}/{}; claimed below 0.5 px if the lens is assumed "
-        "fixed {}\n",
-        kind.name, accepted, runs, false_accepted, bad_rejected, bad, good_accepted, good,
-        claimed_by_views);
+        "{:20}  accepted {:4} of {}; bad (over 1.5 px) rejected {}/{}; good (claimed below 0.5 px) "
+        "accepted {}/{}; claimed below 0.5 px if the lens is assumed fixed {}\n",
+        kind.name, accepted, runs, bad_rejected, bad, good_accepted, good, claimed_by_views);
+    bench::Report({.what = fmt::format("false acceptances of {} captures, {}", runs, kind.name),
+                   .ours = static_cast<double>(false_accepted),
+                   .goal = bench::AtMost(0),
+                   .timed = false});
   }
-  fmt::print("false acceptance           {} of {} (goal 0 of 1000)\n", all_false, all);
 }
 
 /// Adversarial frames: noise, stripes, fine chessboards of all sizes, boards in clutter. Every
@@ -293,10 +322,14 @@ void Adversarial(int frames) {
       worst_other = std::max(worst_other, bench::CpuTime_ms() - then);
     }
   }
-  fmt::print(
-      "adversarial frames         {}: median {:.1f} ms, worst {:.1f} ms (goal 200); every tenth "
-      "searched for ChArUco and circles: worst {:.1f} ms\n",
-      frames, bench::Median(times), worst, worst_other);
+  fmt::print("adversarial frames: median {:.1f} ms\n", bench::Median(times));
+  bench::Report({.what = fmt::format("search of an adversarial frame, longest of {}", frames),
+                 .ours = worst,
+                 .unit = "ms",
+                 .goal = bench::AtMost(200)});
+  bench::Report({.what = "the same for ChArUco and circles, longest of a tenth of them",
+                 .ours = worst_other,
+                 .unit = "ms"});
 }
 
 }  // namespace
@@ -311,11 +344,11 @@ int main(int argc, char** argv) {
     bench::MeasuredLenses();
     return 0;
   }
-  const bool quick = given("--quick");
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
   cv::setNumThreads(1);
-  BoardCorners(quick ? 6 : 20);
-  Solve(quick ? 20 : 200);
-  bench::MeasuredLenses();
-  Acceptance(quick ? 20 : 150);
-  Adversarial(quick ? 100 : 10000);
+  BoardCorners(bench::Choose(effort, 2, 6, 20));
+  Solve(bench::Choose(effort, 2, 20, 200));
+  if (effort != bench::Effort::kSmoke) bench::MeasuredLenses();
+  Acceptance(bench::Choose(effort, 1, 20, 150));
+  Adversarial(bench::Choose(effort, 5, 100, 10000));
 }

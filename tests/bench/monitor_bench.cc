@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware-like/monitor/run_length.h"
+#include "tests/bench/rows.h"
 
 using namespace plumbline;
 
@@ -33,7 +34,9 @@ class Residuals {
   double sigma_m_, outlier_fraction_;
 };
 
-void Delays(int runs) {
+void Delays(bench::Effort effort) {
+  const bool smoke = effort == bench::Effort::kSmoke;
+  const int runs = bench::Choose(effort, 5, 200, 2000);
   fmt::print("## Probes until a step raises an alarm, {} runs, random directions\n\n", runs);
   fmt::print(
       "| sigma mm | step mm | probes per day | reference | outliers | threshold | median | 95 % "
@@ -44,6 +47,8 @@ void Delays(int runs) {
       for (const double probes_per_day : {1.0, 24.0, 1440.0}) {
         for (const int reference : {0, 20}) {
           for (const double outliers : {0.0, 0.05}) {
+            // A design takes seconds.
+            if (smoke && (sigma_mm > 0.05 || step_mm < 0.3 || probes_per_day != 24)) continue;
             monitor::MonitorRequirements wish;
             wish.sigma_m = 1e-3 * sigma_mm;
             wish.probes_per_day = probes_per_day;
@@ -72,6 +77,11 @@ void Delays(int runs) {
                        probes_per_day,
                        reference == 0 ? "model" : fmt::format("{} probes", reference),
                        100 * outliers, design.threshold, at(0.5), at(0.95));
+            if (step_mm < 0.3 || probes_per_day != 24 || reference == 0 || outliers > 0) continue;
+            bench::Report({.what = fmt::format(
+                               "probes until an alarm, step 0.3 mm, sigma {} mm, median", sigma_mm),
+                           .ours = static_cast<double>(at(0.5)),
+                           .timed = false});
           }
         }
       }
@@ -80,11 +90,11 @@ void Delays(int runs) {
 }
 
 /// Median delay in probes for a 0.3 mm step in random directions, after learning from this scatter.
-int MedianDelay(const monitor::MonitorDesign& design, double sigma_m, double outliers) {
+int MedianDelay(const monitor::MonitorDesign& design, double sigma_m, double outliers, int runs) {
   monitor::DriftMonitor monitor(design);
   Residuals residuals(7, sigma_m, outliers);
   std::vector<int> delays;
-  for (int run = 0; run < 501; ++run) {
+  for (int run = 0; run < runs; ++run) {
     monitor.Restart();
     for (int i = 0; i < design.reference_probes + 30; ++i) monitor.Update(residuals.Next());
     const Vec3 step_m = 3e-4 * residuals.Direction();
@@ -96,7 +106,9 @@ int MedianDelay(const monitor::MonitorDesign& design, double sigma_m, double out
   return delays[delays.size() / 2];
 }
 
-void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
+/// @return  the largest rate of alarms over references and shares of outliers [1/year]
+double FalseAlarms(double probes_per_day, int years, double true_over_declared, int delays = 501) {
+  double largest = 0;
   for (const int reference : {0, 20}) {
     for (const double outliers : {0.0, 0.02, 0.05}) {
       monitor::MonitorRequirements wish;
@@ -123,24 +135,36 @@ void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
                  reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * outliers,
                  years, monitor.design().threshold, static_cast<double>(alarms) / years,
                  100.0 * at_most_one / years, worst,
-                 MedianDelay(monitor.design(), sigma_m, outliers));
+                 MedianDelay(monitor.design(), sigma_m, outliers, delays));
+      largest = std::max(largest, static_cast<double>(alarms) / years);
     }
   }
+  return largest;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
-  Delays(quick ? 200 : 2000);
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
+  Delays(effort);
   fmt::print("\n## False alarms, designed for one per year, declared sigma 0.05 mm\n\n");
   fmt::print(
       "| true / declared sigma | probes per day | reference | outliers | years | threshold | per "
       "year | years with at most one | worst year | median delay for 0.3 mm |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|\n");
+  const int delays = bench::Choose(effort, 5, 501, 501);
   for (const double scale : {1.0, 1.2, 1.4}) {
-    FalseAlarms(1, quick ? 100 : 2000, scale);
-    FalseAlarms(24, quick ? 50 : 1000, scale);
-    if (!quick) FalseAlarms(1440, 20, scale);
+    double largest = FalseAlarms(24, bench::Choose(effort, 1, 50, 1000), scale, delays);
+    if (effort != bench::Effort::kSmoke) {
+      largest = std::max(largest, FalseAlarms(1, bench::Choose(effort, 0, 100, 2000), scale));
+    }
+    if (effort == bench::Effort::kWhole) largest = std::max(largest, FalseAlarms(1440, 20, scale));
+    bench::Report(
+        {.what = fmt::format("false alarms a year, true sigma {} times the declared", scale),
+         .ours = largest,
+         .goal = scale == 1 ? bench::AtMost(1) : bench::Goal{},
+         .timed = false});
+    if (effort == bench::Effort::kSmoke) return 0;
   }
+  return 0;
 }

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <random>
 
@@ -15,16 +14,15 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/scene/shapes.h"
 #include "tests/bench/bench_timing.h"
+#include "tests/bench/rows.h"
 
 using namespace plumbline;
 
 namespace {
 
-void BenchRow(const char* what, double ours, double peer, double target) {
-  fmt::print("| {} | {:.3f} ms | ", what, ours);
-  peer > 0 ? fmt::print("{:.3f} ms | {:.2f} | ", peer, ours / peer) : fmt::print("- | - | ");
-  target > 0 ? fmt::print("<= {:g} ms | {} |\n", target, ours <= target ? "yes" : "NO")
-             : fmt::print("- | - |\n");
+void BenchRow(const std::string& what, double ours, double peer, bench::Goal goal = {}) {
+  bench::Report(
+      {.what = what, .ours = ours, .unit = "ms", .goal = goal, .peer = "FCL", .peers = peer});
 }
 
 /// A wavy, non-convex sphere of 50,244 triangles.
@@ -80,8 +78,8 @@ struct Times {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
-  const int rounds = quick ? 20 : 200;
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
+  const int rounds = bench::Choose(effort, 2, 20, 200);
   const auto checked = scene::CheckMesh(Wavy(), 1);
   if (!checked) return 1;
   const scene::TriangleMesh& mesh = checked->mesh;
@@ -106,7 +104,6 @@ int main(int argc, char** argv) {
 
   fmt::print("{} triangles each, the first bent by 20 mm at 1 m; peer: plain FCL\n\n",
              mesh.triangles.size());
-  fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
   std::mt19937 random(1);
   std::uniform_real_distribution<double> in(-1, 1);
   const auto any = [&] { return Vec3(in(random), in(random), in(random)); };
@@ -145,15 +142,17 @@ int main(int argc, char** argv) {
         times.depth.push_back(bench::CpuTime_ms() - start);
       }
       const char* const how = moving ? "moving by 2 mm per measurement" : "arbitrary poses";
-      BenchRow(fmt::format("interference and distance at {:g} mm, {}", gap_mm, how).c_str(),
-               bench::Median(times.ours), bench::Median(times.peer), 1.5);
+      BenchRow(fmt::format("interference and distance at {:g} mm, {}", gap_mm, how),
+               bench::Median(times.ours), bench::Median(times.peer), bench::AtMost(1.5));
       if (!times.depth.empty()) {
-        BenchRow("same, with penetration depth and direction", bench::Median(times.depth), 0, 0);
+        bench::Report({.what = fmt::format("depth and direction at {:g} mm, {}", gap_mm, how),
+                       .ours = bench::Median(times.depth),
+                       .unit = "ms"});
       }
     }
   }
   std::vector<double> ours, peer;
-  for (int round = 0; round < (quick ? 5 : 30); ++round) {
+  for (int round = 0; round < bench::Choose(effort, 2, 5, 30); ++round) {
     const scene::BendField other = Hanging(round % 2 == 0 ? 0.01F : 0.02F);
     start = bench::CpuTime_ms();
     scene.Bend(other);
@@ -165,9 +164,9 @@ int main(int argc, char** argv) {
     fcl_refit.endReplaceModel(true, false);
     peer.push_back(bench::CpuTime_ms() - start);
   }
-  BenchRow("update for a new bending state: vertices and tree; peer: FCL's top-down refit",
-           bench::Median(ours), bench::Median(peer), 0);
-  BenchRow("building the tree", ours_build, peer_build, 0);
+  BenchRow("update for a new bending state: vertices and tree", bench::Median(ours),
+           bench::Median(peer));
+  BenchRow("building the tree", ours_build, peer_build);
   fcl_refit.beginReplaceModel();
   fcl_refit.replaceSubModel(straight);
   fcl_refit.endReplaceModel(true, true);
@@ -180,10 +179,11 @@ int main(int argc, char** argv) {
     return 1e3 * fcl::distance(&model, here, &fcl_b, away, fcl::DistanceRequestd(), result);
   };
   fmt::print(
-      "| FCL: distance with a newly built tree, and with the same refitted bottom-up | "
-      "{:.3f} mm | {:.3f} mm | | | |\n",
+      "FCL: distance with a newly built tree {:.3f} mm, with it refitted bottom-up {:.3f} mm\n",
       distance_mm(fcl_straight), distance_mm(fcl_refit));
-  fmt::print("| distances that differ by more than 1 um | {} | | | 0 | {} |\n", disagree,
-             disagree == 0 ? "yes" : "NO");
+  bench::Report({.what = "distances that differ from FCL's by more than 1 um",
+                 .ours = static_cast<double>(disagree),
+                 .goal = bench::AtMost(0),
+                 .timed = false});
   return 0;
 }

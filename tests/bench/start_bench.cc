@@ -11,9 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/rows.h"
+
 namespace {
 
-constexpr int kRuns = 20;
 constexpr double kGoal_ms = 20;
 
 struct Times {
@@ -51,10 +52,10 @@ bool Start(const std::string& program, const char* argument, Times& times) {
   return WIFEXITED(status) && WEXITSTATUS(status) != 127;
 }
 
-/// Medians of kRuns starts, after one warm-up start that loads the files into the page cache.
-bool Measure(const std::string& program, const char* argument, Times& medians) {
+/// Medians of so many starts, after one warm-up start that loads the files into the page cache.
+bool Measure(const std::string& program, const char* argument, int runs, Times& medians) {
   std::vector<double> elapsed_ms, cpu_ms;
-  for (int k = 0; k <= kRuns; ++k) {
+  for (int k = 0; k <= runs; ++k) {
     Times times;
     if (!Start(program, argument, times)) {
       fmt::print(stderr, "{} {} cannot be started\n", program, argument);
@@ -71,28 +72,29 @@ bool Measure(const std::string& program, const char* argument, Times& medians) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    fmt::print(stderr, "usage: start_bench PROGRAM_FOLDER\n");
+  if (argc < 2) {
+    fmt::print(stderr, "usage: start_bench PROGRAM_FOLDER [--smoke | --quick]\n");
     return 2;
   }
   const std::string folder = argv[1];
   Times peer, ours;
-  if (!Measure("/bin/true", "", peer)) return 1;
-  fmt::print(
-      "| what, median of {} starts | ours | CPU time of it | peer | ratio | target | met |\n",
-      kRuns);
-  fmt::print("|---|---|---|---|---|---|---|\n");
+  const int runs = plumbline::bench::Choose(plumbline::bench::EffortFrom(argc, argv), 2, 20, 20);
+  if (!Measure("/bin/true", "", runs, peer)) return 1;
   for (const auto& [program, argument] : {std::pair("plumbline", "--version"),
                                           {"plumblined", "--help"},
                                           {"plumbline-view", "--version"},
                                           {"plumbline-mesh", "--version"},
                                           {"plumbline-dv", "--version"},
                                           {"plumbline-fleet", "--version"}}) {
-    if (!Measure(folder + "/" + program, argument, ours)) return 1;
-    fmt::print(
-        "| {} {} | {:.1f} ms | {:.1f} ms | {:.1f} ms (/bin/true) | {:.0f} | <= {} ms | {} |\n",
-        program, argument, ours.elapsed_ms, ours.cpu_ms, peer.elapsed_ms,
-        ours.elapsed_ms / peer.elapsed_ms, kGoal_ms, ours.elapsed_ms <= kGoal_ms ? "yes" : "NO");
+    if (!Measure(folder + "/" + program, argument, runs, ours)) return 1;
+    fmt::print("{} {}: {:.1f} ms of CPU time\n", program, argument, ours.cpu_ms);
+    plumbline::bench::Report(
+        {.what = fmt::format("start of {} {}, median of {}", program, argument, runs),
+         .ours = ours.elapsed_ms,
+         .unit = "ms",
+         .goal = plumbline::bench::AtMost(kGoal_ms),
+         .peer = "/bin/true",
+         .peers = peer.elapsed_ms});
   }
   return 0;
 }

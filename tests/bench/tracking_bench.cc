@@ -1,26 +1,22 @@
 // Benchmark of tag tracking in rendered scenes: time, corners and poses, against AprilTag (decimate
 // 2, and 1 for small tags) and OpenCV's ArUco on the same images in the same run. One CPU core.
-extern "C" {
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
-}
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <functional>
-#include <opencv2/aruco.hpp>
 
 #include "app/tracking/bodies.h"
 #include "app/tracking/tracker.h"
 #include "tests/app/tracking/natural_image.h"
 #include "tests/app/tracking/tag_scene.h"
 #include "tests/bench/bench_timing.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/tag_peers.h"
 
 using namespace plumbline;
+using bench::Peers, bench::Seen;
 
 namespace {
 
@@ -33,8 +29,6 @@ double Median_ms(int times, const std::function<void()>& work) {
   }
   return bench::Median(ms);
 }
-
-using Seen = std::vector<std::pair<int, tracking::Corners>>;
 
 struct Score {
   int found = 0, tags = 0;
@@ -54,54 +48,6 @@ struct Score {
   }
   double rmse() const { return std::sqrt(squares / std::max(1, 8 * found)); }
   double mean_ms() const { return ms / scenes; }
-};
-
-struct Peers {
-  apriltag_family_t* tags = tag36h11_create();
-  apriltag_detector_t* detector = apriltag_detector_create();
-  cv::Ptr<cv::aruco::Dictionary> dictionary =
-      cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
-  cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
-
-  explicit Peers(float decimate = 2) {
-    apriltag_detector_add_family(detector, tags);
-    detector->quad_decimate = decimate;
-    detector->nthreads = 1;
-    parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
-    cv::setNumThreads(1);
-  }
-
-  Seen April(renderer::Image& image) const {
-    image_u8_t view{image.width, image.height, image.width, image.grey.data()};
-    zarray_t* const found = apriltag_detector_detect(detector, &view);
-    Seen seen;
-    for (int i = 0; i < zarray_size(found); ++i) {
-      apriltag_detection_t* tag = nullptr;
-      zarray_get(found, i, &tag);
-      tracking::Corners
-          corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
-      for (int c = 0; c < 4; ++c)
-        corners[c] = lens::Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
-      seen.emplace_back(tag->id, corners);
-    }
-    apriltag_detections_destroy(found);
-    return seen;
-  }
-
-  Seen Aruco(renderer::Image& image) const {
-    const cv::Mat view(image.height, image.width, CV_8U, image.grey.data());
-    std::vector<int> ids;
-    std::vector<std::vector<cv::Point2f>> found;
-    cv::aruco::detectMarkers(view, dictionary, found, ids, parameters);
-    Seen seen;
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      tracking::Corners corners;  // ArUco: rotated by 180 degrees
-      for (int c = 0; c < 4; ++c)
-        corners[c] = lens::Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
-      seen.emplace_back(ids[i], corners);
-    }
-    return seen;
-  }
 };
 
 Seen SeenBy(const tracking::SeenTags& tags) {
@@ -149,6 +95,18 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
   row("Plumbline, whole frame", ours);
   fmt::print("| {} | Plumbline, tracked, with poses | {:.2f} | {:.2f} | | |\n", name,
              tracked.mean_ms(), tracked.mean_ms() / april.mean_ms());
+  const auto compare = [&](const std::string& what, double value, double april_value,
+                           const char* unit) {
+    bench::Report({.what = fmt::format("tags of {}: {}", name, what),
+                   .ours = value,
+                   .unit = unit,
+                   .peer = "AprilTag, decimate 2",
+                   .peers = april_value,
+                   .timed = unit == std::string_view("ms")});
+  };
+  compare("whole 1080p frame", ours.mean_ms(), april.mean_ms(), "ms");
+  compare("tracked, with poses", tracked.mean_ms(), april.mean_ms(), "ms");
+  compare("corners, RMS", ours.rmse(), april.rmse(), "px");
   row("AprilTag, decimate 2", april);
   row("OpenCV ArUco, sub-pixel", aruco);
 }
@@ -181,6 +139,11 @@ void SmallTags(int scenes, int times) {
                side_px, ours.found, ours.tags, april.found,
                static_cast<double>(ours.found) / std::max(1, april.found), ours.rmse(),
                april.rmse(), ours.mean_ms(), april.mean_ms(), ours.mean_ms() / april.mean_ms());
+    bench::Report({.what = fmt::format("small tags of {:.0f} px found of {}", side_px, ours.tags),
+                   .ours = static_cast<double>(ours.found),
+                   .peer = "AprilTag, no decimation",
+                   .peers = static_cast<double>(april.found),
+                   .timed = false});
   }
 }
 
@@ -210,14 +173,24 @@ void NaturalImages(int images) {
     }
     april_ms += Median_ms(1, [&] { april += static_cast<int>(peers.April(image).size()); });
   }
-  fmt::print("\nImages like photographs, without tags, {}: false tags", images);
-  for (std::size_t f = 0; f < detectors.size(); ++f) {
-    fmt::print(" {} {}{}", kFamilies[f], wrong[f], f + 1 < detectors.size() ? "," : "");
+  for (std::size_t f = 1; f < detectors.size(); ++f) {
+    fmt::print("false tags of {}: {}\n", kFamilies[f], wrong[f]);
   }
-  fmt::print(
-      " (0); AprilTag 36h11 {}. Whole frame {:.1f} ms, worst {:.1f} ms (12); AprilTag {:.0f} ms, "
-      "ratio {:.2f}\n",
-      april, ms / images, worst_ms, april_ms / images, ms / april_ms);
+  bench::Report({.what = fmt::format("false 36h11 tags in {} images like photographs", images),
+                 .ours = static_cast<double>(wrong[0]),
+                 .goal = bench::AtMost(0),
+                 .peer = "AprilTag, no decimation",
+                 .peers = static_cast<double>(april),
+                 .timed = false});
+  bench::Report({.what = "search of such an image, mean",
+                 .ours = ms / images,
+                 .unit = "ms",
+                 .peer = "AprilTag, no decimation",
+                 .peers = april_ms / images});
+  bench::Report({.what = "search of such an image, longest",
+                 .ours = worst_ms,
+                 .unit = "ms",
+                 .goal = bench::AtMost(12)});
 }
 
 lens::Vec2 Middle(const tracking::Corners& corners) {
@@ -270,11 +243,18 @@ void TipOfBody(int scenes) {
     ++seen_count;
   }
   fmt::print(
-      "\nTip 300 mm from a body of six tags, 1.5 m, f 5000, {} of {} scenes: {:.4f} mm RMS (0.1), "
-      "{:.4f} deg RMS (0.02), z spread {:.2f} (1 +- {:.2f})\n",
-      seen_count, scenes, 1e3 * std::sqrt(squares / seen_count),
-      std::sqrt(turns / seen_count) * 180 / std::numbers::pi, std::sqrt(whitened / seen_count),
-      SigmaOfSpread(seen_count));
+      "\nTip of a body of six tags: seen in {} of {} scenes, z spread {:.2f} (1 +- {:.2f})\n",
+      seen_count, scenes, std::sqrt(whitened / seen_count), SigmaOfSpread(seen_count));
+  bench::Report({.what = "tip 300 mm from a body of six tags, 1.5 m, f 5000, RMS",
+                 .ours = 1e3 * std::sqrt(squares / seen_count),
+                 .unit = "mm",
+                 .goal = bench::AtMost(0.1),
+                 .timed = false});
+  bench::Report({.what = "rotation of this body, RMS",
+                 .ours = std::sqrt(turns / seen_count) * 180 / std::numbers::pi,
+                 .unit = "deg",
+                 .goal = bench::AtMost(0.02),
+                 .timed = false});
 }
 
 /// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where the covariance bound is
@@ -310,11 +290,15 @@ void SingleTags(int scenes) {
       }
     }
   }
-  fmt::print(
-      "Single tags of 80 mm, {}: position error {:.3f} mm RMS, {:.2f} of the bound from their "
-      "corners (1.2), z spread {:.2f} (1 +- {:.2f}), {} flips, {} reported as ambiguous\n",
-      count, 1e3 * std::sqrt(squares / count), std::sqrt(squares / bound),
-      std::sqrt(whitened / count), SigmaOfSpread(count), flips, ambiguous);
+  fmt::print("Single tags of 80 mm, {}: z spread {:.2f} (1 +- {:.2f}), {} flips, {} ambiguous\n",
+             count, std::sqrt(whitened / count), SigmaOfSpread(count), flips, ambiguous);
+  bench::Report({.what = "position of a single tag of 80 mm, RMS",
+                 .ours = 1e3 * std::sqrt(squares / count),
+                 .unit = "mm",
+                 .goal = bench::RatioAtMost(1.2),
+                 .peer = "limit: covariance of its corners",
+                 .peers = 1e3 * std::sqrt(bound / count),
+                 .timed = false});
 }
 
 /// Worst time over adversarial frames: noise, checkers of every size, bars, random blocks.
@@ -345,15 +329,18 @@ void SlowFrames(int frames) {
     worst = std::max(worst, bench::CpuTime_ms() - start);
     limited += seen.limited ? 1 : 0;
   }
-  fmt::print("Adversarial frames, {}: worst {:.0f} ms (200), {} with regions skipped\n", frames,
-             worst, limited);
+  fmt::print("Adversarial frames: {} of {} with regions skipped\n", limited, frames);
+  bench::Report({.what = fmt::format("tags of an adversarial frame, longest of {}", frames),
+                 .ours = worst,
+                 .unit = "ms",
+                 .goal = bench::AtMost(200)});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
-  const int scenes = quick ? 2 : 10, times = quick ? 3 : 5;
+  const bench::Effort effort = bench::EffortFrom(argc, argv);
+  const int scenes = bench::Choose(effort, 1, 2, 10), times = bench::Choose(effort, 1, 3, 5);
   fmt::print("Six 36h11 tags, 1920 x 1080, one core; ratio to the time of AprilTag\n\n");
   fmt::print(
       "| scene | detector | ms | ratio | found | corner RMSE px |\n|---|---|---|---|---|---|\n");
@@ -364,9 +351,9 @@ int main(int argc, char** argv) {
   dim.background = 108;
   SixTagScenes("contrast 0.08, noise", dim, 90, scenes, times);
   SixTagScenes("small, 30 px", {}, 30, scenes, times);
-  SmallTags(quick ? 4 : 20, times);
-  NaturalImages(quick ? 6 : 200);
-  TipOfBody(quick ? 40 : 200);
-  SingleTags(quick ? 10 : 100);
-  SlowFrames(quick ? 40 : 1000);
+  SmallTags(bench::Choose(effort, 1, 4, 20), times);
+  NaturalImages(bench::Choose(effort, 1, 6, 200));
+  TipOfBody(bench::Choose(effort, 3, 40, 200));
+  SingleTags(bench::Choose(effort, 2, 10, 100));
+  SlowFrames(bench::Choose(effort, 4, 40, 1000));
 }

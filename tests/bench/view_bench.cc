@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "app/view_process/view_loop.h"
+#include "tests/bench/rows.h"
 #include "tests/bench/view_station.h"
 #include "tests/drivers/display/fake_card.h"
 
@@ -81,10 +82,6 @@ int RunViewer(const std::string& config_file) {
   return 0;
 }
 
-const char* Met(bool met) {
-  return met ? "yes" : "NO";
-}
-
 /// Quantile of the start lateness between two readings of the counters [ms].
 double QuantileBetween(const LatenessHistogram& from, const LatenessHistogram& to,
                        double fraction) {
@@ -114,12 +111,12 @@ double StartP99_ms(const ViewStation& station, double seconds) {
 /// Latency from a frame to its flip, and its contributions.
 void MeasureFlips(const std::string& folder, const char* program, int cameras, double run_s) {
   const ViewStation station(folder, program, cameras);
-  const pid_t viewer = station.StartViewer(0);
+  os::ChildProcess viewer = station.StartViewer(0);
   SleepSeconds(run_s);
   const std::vector<ShownFrame> shown = station.EndViewer(viewer);
   if (shown.size() < 20) {
-    fmt::print("SKIPPED: only {} frames were shown; see {}/view.log and log\n", shown.size(),
-               folder);
+    ReportSkipped(fmt::format("frame to flip, cameras: {}", cameras),
+                  fmt::format("only {} frames were shown", shown.size()));
     return;
   }
   const auto quantile = [&](double share, auto&& of) {
@@ -135,70 +132,78 @@ void MeasureFlips(const std::string& folder, const char* program, int cameras, d
   const auto flipped = [](const ShownFrame& one) { return one.flipped; };
   for (const double share : {0.5, 0.95}) {
     const double ms = quantile(share, flipped), drawn_ms = quantile(share, drawn);
-    fmt::print(
-        "| frame to flip, {} camera{}, {:.0f} % of {} ({:.1f} a second) | {:.1f} ms | tags {:.1f}, "
-        "waiting {:.1f}, drawing {:.1f}, refresh {:.1f} | <= {:.1f} + {:.1f} ms (a frame + "
-        "drawing) | {} |\n",
-        cameras, cameras > 1 ? "s" : "", 100 * share, shown.size(),
-        static_cast<double>(shown.size()) / run_s, ms, quantile(share, tracked),
-        quantile(share, waited), drawn_ms, quantile(share, screen), limit_ms, drawn_ms,
-        Met(ms <= limit_ms + drawn_ms));
+    fmt::print("of {} frames, {:.1f} a second: tags {:.1f}, waiting {:.1f}, refresh {:.1f} ms\n",
+               shown.size(), static_cast<double>(shown.size()) / run_s, quantile(share, tracked),
+               quantile(share, waited), quantile(share, screen));
+    Report({.what = fmt::format("frame to flip, cameras: {}, {:.0f} %", cameras, 100 * share),
+            .ours = ms,
+            .unit = "ms",
+            .goal = RatioAtMost(1),
+            .peer = "limit: a frame and its drawing",
+            .peers = limit_ms + drawn_ms});
   }
 }
 
 /// Peak memory of daemon and viewer together.
 void MeasureMemory(const ViewStation& station, double run_s) {
-  const pid_t viewer = station.StartViewer(0);
+  os::ChildProcess viewer = station.StartViewer(0);
   double peak_mb = 0;
   const auto sample_for = [&](double seconds, auto&& done) {
     for (const double until_s = MonotonicSeconds() + seconds; MonotonicSeconds() < until_s;) {
-      peak_mb = std::max(peak_mb, PssOfAllMb(station.daemon()) + PssOfAllMb(viewer));
+      peak_mb = std::max(peak_mb, PssOfAllMb(station.daemon()) + PssOfAllMb(viewer.pid()));
       if (done()) return;
       SleepSeconds(0.02);
     }
   };
-  sample_for(60, [&] { return station.ViewerSays(" triangles"); });
-  sample_for(8, [] { return false; });
+  // Meshes are read by children of the viewer.
+  bool reading = false;
+  sample_for(60, [&] {
+    const bool now = HasChildren(viewer.pid());
+    return std::exchange(reading, reading || now) && !now;
+  });
+  sample_for(run_s / 2, [] { return false; });
   double daemon_mb = 0, viewer_mb = 0;
   for (const double until_s = MonotonicSeconds() + run_s; MonotonicSeconds() < until_s;) {
-    const double daemon_now_mb = PssOfAllMb(station.daemon()), viewer_now_mb = PssOfAllMb(viewer);
+    const double daemon_now_mb = PssOfAllMb(station.daemon()),
+                 viewer_now_mb = PssOfAllMb(viewer.pid());
     if (daemon_now_mb + viewer_now_mb > daemon_mb + viewer_mb) {
       daemon_mb = daemon_now_mb;
       viewer_mb = viewer_now_mb;
     }
     SleepSeconds(0.2);
   }
-  station.EndViewer(viewer);
+  ViewStation::Stop(viewer);
   const double sum_mb = daemon_mb + viewer_mb;
-  fmt::print(
-      "| memory, two cameras (PSS of daemon, viewer and their children, peak in {:.0f} s) | "
-      "{:.0f} MB | {:.0f} + {:.0f} | <= 220 MB | {} |\n",
-      run_s, sum_mb, daemon_mb, viewer_mb, Met(sum_mb <= 220));
-  fmt::print("| same, while meshes are read and shaders compiled | {:.0f} MB | | | |\n", peak_mb);
+  fmt::print("daemon {:.0f} MB, viewer {:.0f} MB; while meshes are read {:.0f} MB\n", daemon_mb,
+             viewer_mb, peak_mb);
+  Report({.what = "memory of daemon and viewer, two cameras and two meshes (PSS)",
+          .ours = sum_mb,
+          .unit = "MB",
+          .goal = AtMost(220),
+          .timed = false});
 }
 
 /// Lateness of the control cycle alternately without and with the viewer, and once more without, to
 /// show the noise of the machine.
-void MeasureCycle(const ViewStation& station, double run_s) {
+void MeasureCycle(const ViewStation& station, double run_s, int runs) {
   std::vector<double> without_ms, with_ms, again_ms;
-  for (int run = 0; run < 5; ++run) {
+  for (int run = 0; run < runs; ++run) {
     without_ms.push_back(StartP99_ms(station, run_s));
-    const pid_t viewer = station.StartViewer(kUnitsNice);
-    SleepSeconds(3);
+    os::ChildProcess viewer = station.StartViewer(kUnitsNice);
+    SleepSeconds(run_s / 3);
     with_ms.push_back(StartP99_ms(station, run_s));
-    station.EndViewer(viewer);
+    ViewStation::Stop(viewer);
     again_ms.push_back(StartP99_ms(station, run_s));
   }
   const double a = Quantile(without_ms, 0.5), b = Quantile(with_ms, 0.5),
                c = Quantile(again_ms, 0.5);
   fmt::print(
-      "| start lateness of the cycle, 99 %: with and without the viewer (medians of five) | {:.3f} "
-      "ms | {:.3f} ms | <= 0.2 ms more: {:+.3f} | {} |\n",
-      b, a, b - a, Met(b - a <= 0.2));
-  fmt::print(
-      "| same, without the viewer twice: noise of the machine | {:.3f} ms | {:.3f} ms | "
-      "{:+.3f} | |\n",
-      c, a, c - a);
+      "99 % of the start lateness: with the viewer {:.3f} ms, without {:.3f} and {:.3f} ms\n", b, a,
+      c);
+  Report({.what = "start lateness of the cycle, 99 %, added by the viewer",
+          .ours = b - a,
+          .unit = "ms",
+          .goal = AtMost(0.2)});
 }
 
 /// Restricts this process and its children to the first two CPU cores that it may use.
@@ -217,33 +222,32 @@ void TakeTwoCores() {
 int main(int argc, char** argv) {
   if (argc == 3 && std::strcmp(argv[1], "--viewer") == 0) return RunViewer(argv[2]);
   if (argc < 2) {
-    fmt::print(stderr, "usage: view_bench PLUMBLINED [--quick | --hold SECONDS]\n");
+    fmt::print(stderr, "usage: view_bench PLUMBLINED [--smoke | --quick | --hold SECONDS]\n");
     return 2;
   }
-  const bool quick = argc > 2 && std::strcmp(argv[2], "--quick") == 0;
-  const double run_s = quick ? 6 : 20;
+  const Effort effort = EffortFrom(argc, argv);
+  const double run_s = Choose(effort, 1.0, 6.0, 20.0);
   const bool hold = argc > 3 && std::strcmp(argv[2], "--hold") == 0;
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   TakeTwoCores();
-  char pattern[] = "/tmp/plumbline-view-bench-XXXXXX";
-  const std::string folder = mkdtemp(pattern);
+  const WorkFolder own;
+  const std::string& folder = own.path();
   if (hold) {
     const ViewStation held(folder, argv[1], 2);
     SleepSeconds(2);
-    const pid_t viewer = held.StartViewer(0);
-    fmt::print("daemon {} viewer {}\n", held.daemon(), viewer);
+    os::ChildProcess viewer = held.StartViewer(0);
+    fmt::print("daemon {} viewer {}\n", held.daemon(), viewer.pid());
     SleepSeconds(std::strtod(argv[3], nullptr));
-    held.EndViewer(viewer);
+    ViewStation::Stop(viewer);
     return 0;
   }
   fmt::print("1920x1080 at {:g} Hz, {:g} Hz screen, two meshes of 50,000 triangles, two cores\n\n",
              kFrames_Hz, kRefresh_Hz);
-  fmt::print("| what | ours | | target | met |\n|---|---|---|---|---|\n");
   MeasureFlips(folder + "/one", argv[1], 1, run_s);
   MeasureFlips(folder + "/two", argv[1], 2, run_s);
   const ViewStation station(folder + "/all", argv[1], 2);
   SleepSeconds(3);
   MeasureMemory(station, run_s);
-  MeasureCycle(station, run_s / 2);
+  MeasureCycle(station, run_s / 2, Choose(effort, 1, 5, 5));
   return 0;
 }

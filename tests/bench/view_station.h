@@ -2,8 +2,6 @@
 // gripper, two meshes of 50,000 triangles, and the viewer in a separate process.
 #pragma once
 
-#include <sys/resource.h>
-
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -40,15 +38,25 @@ inline double PssMb(pid_t pid) {
   return 0;
 }
 
-/// Proportional set size of the process and its children [MB].
-inline double PssOfAllMb(pid_t pid) {
-  double sum_mb = PssMb(pid);
+/// Children of all threads of the process.
+inline std::vector<pid_t> ChildrenOf(pid_t pid) {
+  std::vector<pid_t> children;
   std::error_code error;
   const std::string tasks = fmt::format("/proc/{}/task", pid);
   for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
     std::ifstream file(task.path() / "children");
-    for (pid_t child = 0; file >> child;) sum_mb += PssMb(child);
+    for (pid_t child = 0; file >> child;) children.push_back(child);
   }
+  return children;
+}
+inline bool HasChildren(pid_t pid) {
+  return !ChildrenOf(pid).empty();
+}
+
+/// Proportional set size of the process and its children [MB].
+inline double PssOfAllMb(pid_t pid) {
+  double sum_mb = PssMb(pid);
+  for (const pid_t child : ChildrenOf(pid)) sum_mb += PssMb(child);
   return sum_mb;
 }
 
@@ -77,45 +85,28 @@ class ViewStation {
         "\"{0}/bodies.toml\"\ncell_xyz_mm = [2000.0, 100.0, 800.0]\ncell_rpy_deg = [5.7, 11.4, "
         "17.1]\n[overlay]\nobjects = \"{0}/objects.toml\"\ndisplay = \"kms\"\ndevice = \"{4}\"\n",
         folder, std::filesystem::current_path().string(), robot_.port(), tables, kCard);
-    daemon_ = StartDaemon(program, folder, port_);
+    daemon_ = StartDaemon(program, folder);
   }
-  ~ViewStation() {
-    kill(daemon_, SIGTERM);
-    waitpid(daemon_, nullptr, 0);
-  }
+  ~ViewStation() { daemon_.process.End(20, SIGTERM); }
   ViewStation(const ViewStation&) = delete;
   ViewStation& operator=(const ViewStation&) = delete;
 
   /// Starts this program as the viewer. @param nice  of the process; the systemd unit uses 10
-  pid_t StartViewer(int nice) const {
-    const std::string out = folder_ + "/shown", log = folder_ + "/view.log",
-                      config = folder_ + "/plumbline.toml";
-    const pid_t pid = fork();
-    if (pid == 0) {
-      setpriority(PRIO_PROCESS, 0, nice);
-      dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
-      dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
-      execl("/proc/self/exe", "view_bench", "--viewer", config.c_str(), nullptr);
-      _exit(127);
-    }
-    return pid;
+  os::ChildProcess StartViewer(int nice) const {
+    std::filesystem::remove(folder_ + "/shown");
+    return StartProgram({"/proc/self/exe", "--viewer", folder_ + "/plumbline.toml"},
+                        folder_ + "/view.log", {.output = folder_ + "/shown", .nice = nice});
   }
+  static void Stop(os::ChildProcess& viewer) { viewer.End(20, SIGTERM); }
   /// Stops the viewer. @return the frames that it showed
-  std::vector<ShownFrame> EndViewer(pid_t viewer) const {
-    kill(viewer, SIGTERM);
-    waitpid(viewer, nullptr, 0);
+  std::vector<ShownFrame> EndViewer(os::ChildProcess& viewer) const {
+    Stop(viewer);
     std::ifstream file(folder_ + "/shown");
     std::vector<ShownFrame> shown;
     for (ShownFrame one; file >> one.received >> one.begun >> one.committed >> one.flipped;) {
       shown.push_back(one);
     }
     return shown;
-  }
-
-  bool ViewerSays(const std::string& words) const {
-    std::ifstream log(folder_ + "/view.log");
-    const std::string text{std::istreambuf_iterator<char>(log), {}};
-    return text.find(words) != std::string::npos;
   }
 
   /// Start lateness of the control cycle so far, as counted by the daemon. Connects only briefly.
@@ -125,10 +116,11 @@ class ViewStation {
     for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {
       if (client.Read(0.1, view)) return view.state.cycle.starts;
     }
-    fmt::print(stderr, "the daemon reports no state; see {}/log\n", folder_);
+    fmt::print(stderr, "the daemon reports no state; its log:\n{}",
+               test::FileText(folder_ + "/log"));
     std::exit(1);
   }
-  pid_t daemon() const { return daemon_; }
+  pid_t daemon() const { return daemon_.process.pid(); }
   const std::string& folder() const { return folder_; }
 
  private:
@@ -161,8 +153,7 @@ class ViewStation {
 
   const std::string folder_;
   BenchRobot robot_;
-  int port_ = 0;
-  pid_t daemon_ = -1;
+  StartedDaemon daemon_;
 };
 
 }  // namespace plumbline::bench

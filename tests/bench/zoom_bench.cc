@@ -3,12 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cstring>
 #include <random>
 
 #include "app/camera/camera_supervisor.h"
 #include "tests/app/camera/camera_scene.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/started_program.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 namespace {
@@ -62,10 +62,10 @@ bool Await(camera::CameraLink& link, bool stale, double timeout_s) {
 }
 
 void Measure(const char* name, std::unique_ptr<zoom::ZoomSensor> sensor, double period_s,
-             std::atomic<int>& zoom, int changes, double limit_ms) {
+             std::atomic<int>& zoom, int changes, double answer_s, double limit_ms) {
   std::vector<double> waits_ms;
   {
-    const test::TemporaryFolder state;
+    const bench::WorkFolder state;
     MakeState(state.path());
     config::VisionConfig vision;
     config::CameraConfig& config = vision.cameras.emplace_back();
@@ -94,23 +94,24 @@ void Measure(const char* name, std::unique_ptr<zoom::ZoomSensor> sensor, double 
   }
   std::sort(waits_ms.begin(), waits_ms.end());
   if (static_cast<int>(waits_ms.size()) < changes) {
-    fmt::print("{:<48} only {} of {} changes\n", name, waits_ms.size(), changes);
+    fmt::print(stderr, "{}: only {} of {} changes were noticed\n", name, waits_ms.size(), changes);
     std::exit(1);
   }
-  fmt::print("{:<48} {:>8.1f} {:>8.1f} {:>8.0f} {:>8}\n", name, waits_ms[waits_ms.size() / 2],
-             waits_ms.back(), limit_ms, waits_ms.back() <= limit_ms ? "yes" : "NO");
+  bench::Report({.what = fmt::format("zoom change to \"stale\", {}, longest of {}", name, changes),
+                 .ours = waits_ms.back(),
+                 .unit = "ms",
+                 .goal = bench::AtMost(limit_ms),
+                 .peer = "limit: a sensor period and its answer",
+                 .peers = 1e3 * (period_s + answer_s)});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int changes = argc > 1 && std::strcmp(argv[1], "--quick") == 0 ? 50 : 200;
-  fmt::print("zoom change to \"stale\", {} changes at random times, 1080p tracked at 20 Hz\n",
-             changes);
-  fmt::print("{:<48} {:>8} {:>8} {:>8} {:>8}\n", "", "median", "max ms", "limit", "met");
+  const int changes = bench::Choose(bench::EffortFrom(argc, argv), 2, 50, 200);
   std::atomic<int> zoom{kHere};
-  Measure("in-process substitute for HID, V4L2: 20 Hz, 4 ms", std::make_unique<FastSensor>(zoom),
-          0.05, zoom, changes, 150);
+  Measure("in-process substitute for HID at 20 Hz", std::make_unique<FastSensor>(zoom), 0.05, zoom,
+          changes, kAnswer_s, 150);
   test::FakeViscaCamera camera(test::CameraAnswers([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(22));  // 5 + 16 bytes at 9600 baud
     return test::BlockOf(zoom, 0, false, false);
@@ -119,6 +120,6 @@ int main(int argc, char** argv) {
   options.device = camera.device();
   auto visca = zoom::ViscaZoom::Create(options, MonotonicSeconds);
   if (!visca) std::abort();
-  Measure("VISCA at 10 Hz, pty, 22 ms per answer", std::move(visca).value(), zoom::kZoomPeriod_s,
-          zoom, changes, 250);
+  Measure("VISCA at 10 Hz over a pty", std::move(visca).value(), zoom::kZoomPeriod_s, zoom, changes,
+          0.022, 250);
 }

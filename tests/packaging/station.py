@@ -2,7 +2,6 @@
 real daemon. The robot is a replayed one that stands still."""
 
 import os
-import re
 import socket
 import struct
 import subprocess
@@ -71,14 +70,15 @@ class Station:
             assert old in text, old
             text = text.replace(old, new)
         open(self.folder + "/plumbline.toml", "w").write(text)
-        log = open(self.folder + "/log", "w")
-        self.daemon = subprocess.Popen([self.programs + "/plumblined", "--config", self.folder + "/plumbline.toml"], stderr=log)
-        told, give_up = None, time.monotonic() + 20
-        while not told:
+        log, ports = open(self.folder + "/log", "w"), self.folder + "/ports"
+        if os.path.exists(ports):
+            os.remove(ports)
+        self.daemon = subprocess.Popen([self.programs + "/plumblined", "--config", self.folder + "/plumbline.toml", "--port-file", ports], stderr=log)
+        give_up = time.monotonic() + 20
+        while not os.path.exists(ports):
             assert self.daemon.poll() is None and time.monotonic() < give_up, open(self.folder + "/log").read()
-            told = re.search(r"PLC server on 127\.0\.0\.1:(\d+)", open(self.folder + "/log").read())
             time.sleep(0.02)
-        self.port = int(told.group(1))
+        self.port = int(open(ports).read().split()[1])
 
     def end(self, how):
         self.daemon.send_signal(how)

@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <fstream>
 #include <sstream>
 
 #include "tests/virtual_cell/virtual_cell.h"
@@ -66,6 +68,16 @@ bool ConsoleReady() {
   return ::select(STDIN_FILENO + 1, &readable, nullptr, nullptr, &now) == 1;
 }
 
+/// Writes "robot PORT" and "tracker PORT"; replaces the file at once.
+void WritePorts(const VirtualCell& cell, const std::string& file) {
+  const std::string unfinished = file + ".tmp";
+  std::ofstream(unfinished) << fmt::format("robot {}\ntracker {}\n", cell.robot_port(),
+                                           cell.tracker_port());
+  if (std::rename(unfinished.c_str(), file.c_str()) != 0) {
+    throw std::runtime_error(file + ": the ports cannot be written there");
+  }
+}
+
 void Run(VirtualCell& cell, std::vector<TimedLine> later, double period_s) {
   fmt::print("listening on 127.0.0.1:{}\ntracker on 127.0.0.1:{}\n", cell.robot_port(),
              cell.tracker_port());
@@ -94,7 +106,7 @@ int main(int argc, char** argv) {
       "SIGTERM.\n\nEffects, --effect NAME:key=value,..\n" +
       EffectCatalogue());
   VirtualCellOptions options;
-  std::string cell_file, program = "builtin", profile = "ur", temperature, rows_file;
+  std::string cell_file, program = "builtin", profile = "ur", temperature, rows_file, port_file;
   std::vector<std::string> effect_texts, fault_texts, reflectors;
   app.add_option("--cell", cell_file, "cell file of the world")->required();
   app.add_option("--program", program, "program file, or builtin");
@@ -111,6 +123,8 @@ int main(int argc, char** argv) {
   app.add_option("--tracker-port", options.tracker_port,
                  "Modbus port of the tracker; 0: chosen by the kernel")
       ->check(CLI::Range(0, 65535));
+  app.add_option("--port-file", port_file,
+                 "write \"robot PORT\" and \"tracker PORT\" into this file once they are served");
   app.add_option("--tracker-noise-mm", options.tracker_noise_mm)->check(CLI::NonNegativeNumber);
   app.add_option("--reflector", reflectors, "x,y,z of a reflector in the tip frame [mm]");
   app.add_option("--effect", effect_texts, "an effect of the world, see below");
@@ -148,6 +162,7 @@ int main(int argc, char** argv) {
     std::signal(SIGPIPE, SIG_IGN);
     VirtualCell virtual_cell(World(std::move(cell), Effects(EffectsFromTexts(effect_texts))),
                              std::move(motion), options);
+    if (!port_file.empty()) WritePorts(virtual_cell, port_file);
     Run(virtual_cell, std::move(later), 1e-3 * period_ms);
   } catch (const std::exception& error) {
     fmt::print(stderr, "plumbline-virtual-cell: {}\n", error.what());

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/app/temporary_folder.h"
+#include "tests/port_file.h"
 #include "tests/virtual_cell/register_client.h"
 
 namespace virtual_cell::program_process_test {
@@ -80,18 +82,18 @@ class Child {
   int in_ = -1, out_ = -1;
 };
 
-std::string AfterLast(const std::string& text, char mark) {
-  return text.substr(text.rfind(mark) + 1);
-}
-
-TEST_CASE("the virtual cell prints its ports, executes console lines and quits") {
+TEST_CASE("the virtual cell reports its ports, executes console lines and quits") {
+  const plumbline::test::TemporaryFolder folder;
+  const std::string ports = folder.path() + "/ports";
   Child cell({VIRTUAL_CELL, "--cell", kCell, "--idle", "--effect", "joint_compliance:q2=1e-7",
               "--temperature", "0:20,100:30", "--fault", "@0 joint 1 2.5", "--tracker-noise-mm",
-              "0.01", "--reflector", "0,424,0"});
+              "0.01", "--reflector", "0,424,0", "--port-file", ports});
   const std::string listening = cell.Line();
   REQUIRE_THAT(listening, Catch::StartsWith("listening on 127.0.0.1:"));
   REQUIRE_THAT(cell.Line(), Catch::StartsWith("tracker on 127.0.0.1:"));
-  RegisterClient robot("robot", "127.0.0.1:" + AfterLast(listening, ':'), 1, 5);
+  const int port = plumbline::test::PortIn(ports, "robot");
+  CHECK(listening == "listening on 127.0.0.1:" + std::to_string(port));
+  RegisterClient robot("robot", "127.0.0.1:" + std::to_string(port), 1, 5);
   CHECK(robot.Read(258, 1).Word(0) == 7);
   cell.Say("payload 12");
   CHECK(cell.Line() == "ok");

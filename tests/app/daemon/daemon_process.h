@@ -17,6 +17,7 @@
 
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
+#include "tests/port_file.h"
 
 namespace plumbline::test {
 
@@ -35,7 +36,9 @@ class DaemonProcess {
       dup2(log, STDOUT_FILENO);
       const std::string file = ConfigFile();
       if (in_child) in_child();
-      execl(PLUMBLINED, PLUMBLINED, "--config", file.c_str(), nullptr);
+      const std::string ports = PortFile();
+      execl(PLUMBLINED, PLUMBLINED, "--config", file.c_str(), "--port-file", ports.c_str(),
+            nullptr);
       _exit(127);
     }
   }
@@ -81,12 +84,10 @@ class DaemonProcess {
   }
   /// "127.0.0.1:PORT" of the PLC side.
   std::string Plc() const {
-    const std::string marker = "PLC server on ";
+    const int port = AwaitPort(PortFile(), "plc", [this] { return Running(); });
     INFO(Log());
-    REQUIRE(Awaits(marker));
-    const std::string log = Log();
-    const auto at = log.find(marker) + marker.size();
-    return log.substr(at, log.find('\n', at) - at);
+    REQUIRE(port > 0);
+    return "127.0.0.1:" + std::to_string(port);
   }
   std::string folder() const { return folder_.path(); }
   std::string ConfigFile() const { return folder_.path() + "/plumbline.toml"; }
@@ -94,6 +95,13 @@ class DaemonProcess {
  private:
   static constexpr int kWaits = 6000;  // of 10 ms: instrumented code on a busy machine
 
+  /// Whether the process has not ended; does not reap it.
+  bool Running() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == 0;
+  }
+  std::string PortFile() const { return folder_.path() + "/ports"; }
   std::string LogFile() const { return folder_.path() + "/log"; }
 
   TemporaryFolder folder_;

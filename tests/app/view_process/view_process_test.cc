@@ -202,7 +202,8 @@ class ViewProcess {
       const int out = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
       dup2(out, STDERR_FILENO);
       dup2(out, STDOUT_FILENO);
-      execl(PLUMBLINE_VIEW, PLUMBLINE_VIEW, config.c_str(), nullptr);
+      const std::string ports = PortFile();
+      execl(PLUMBLINE_VIEW, PLUMBLINE_VIEW, config.c_str(), "--port-file", ports.c_str(), nullptr);
       _exit(127);
     }
   }
@@ -222,6 +223,7 @@ class ViewProcess {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
   std::string Log() const { return FileText(log_); }
+  std::string PortFile() const { return log_ + ".ports"; }
 
  private:
   const std::string log_;
@@ -442,13 +444,10 @@ TEST_CASE("the viewer's page serves the picture and the state, through reload an
   }
   const std::string config = station.daemon->ConfigFile();
   ViewProcess view(config, station.folder.path() + "/view.log");
-  const std::string served = "the page is served on http://127.0.0.1:";
-  REQUIRE(view.Says(served));
-  const auto served_port = [&] {
-    const std::string log = view.Log();
-    return std::stoi(log.substr(log.rfind(served) + served.size()));
-  };
+  const auto served_port = [&] { return PortIn(view.PortFile(), "page"); };
+  REQUIRE(Eventually([&] { return served_port() > 0; }));
   const int port = served_port();
+  REQUIRE(port > 0);
   REQUIRE(station.LensIsValid());
   const auto metrics = [&] { return Exposition(Request(port, "/metrics").body); };
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_up") == 1; }));
