@@ -55,7 +55,7 @@ with tempfile.TemporaryDirectory() as folder:
 
     def run(text):
         program(text)
-        done = subprocess.run(["tests/bench/run", "--smoke", "--programs", folder + "/programs"], env=environment(),
+        done = subprocess.run(["tests/bench/run", "--quick", "--programs", folder + "/programs"], env=environment(),
                               capture_output=True, text=True, timeout=60)
         return done.returncode, done.stdout + done.stderr
 

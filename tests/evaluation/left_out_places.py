@@ -94,6 +94,7 @@ def main():
     made.add_argument("--measured", default=os.environ.get(
         "PLUMBLINE_MEASURED", os.path.join(runs.ROOT, "../shared/measured")))
     options = made.parse_args()
+    runs.limit(options)
     sets = [name for name in PUBLISHED if os.path.isdir(os.path.join(options.measured, name))]
     if not sets:
         print(f"skipped: no sets on artefacts in {options.measured}")

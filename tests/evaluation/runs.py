@@ -8,6 +8,7 @@ import os
 import sys
 import time
 
+MOST_CASES = None  # of --smoke
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
@@ -19,6 +20,8 @@ def parser(description, seeds, jobs, quick):
     made.add_argument("--first-seed", type=int, default=int(time.time()) % 1000000,
                       help="fresh by default")
     made.add_argument("--quick", action="store_true", help=quick)
+    made.add_argument("--smoke", type=int, metavar="N",
+                      help="N runs among those of --quick, only to see that the evaluation works")
     made.add_argument("--family", action="append", help="only these families")
     made.add_argument("--jobs", type=int, default=jobs, help="runs at once")
     made.add_argument("--json", help="write every run here")
@@ -26,9 +29,17 @@ def parser(description, seeds, jobs, quick):
     return made
 
 
+def limit(options):
+    """Has run_all and run_each take so few cases, if asked for."""
+    global MOST_CASES
+    if options.smoke:
+        options.quick, MOST_CASES = True, options.smoke
+
+
 def parse(made):
     """The options; ends the program where what they name is not there."""
     options = made.parse_args()
+    limit(options)
     for program in (options.product, options.simulate):
         if not os.access(program, os.X_OK):
             sys.exit(f"{made.prog}: no program {program}; build it with ./dev build, or name it")
@@ -39,7 +50,7 @@ def parse(made):
 
 def run_each(jobs, run_case, cases, *more):
     """run_case(case, *more) of each case, given as they end; the caller may stop asking for more."""
-    cases, pending = iter(cases), set()
+    cases, pending = itertools.islice(cases, MOST_CASES), set()
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         while True:
             for case in itertools.islice(cases, jobs - len(pending)):
@@ -79,6 +90,8 @@ class Results:
 
 def run_all(jobs, run_case, cases, *more):
     """run_case(case, *more) of every case, in order; on a terminal it tells how far it is."""
+    if MOST_CASES:  # spread over all, so that each group has some
+        cases = cases[::max(1, len(cases) // MOST_CASES)][:MOST_CASES]
     rows = []
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         for number, run in enumerate([pool.submit(run_case, c, *more) for c in cases], 1):
