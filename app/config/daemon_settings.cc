@@ -67,7 +67,7 @@ void ListKeys(Settings& keys, RobotLinkConfig& robot) {
            {.description = "Modbus unit id; 248..254 are reserved, 255 only over TCP",
             .default_text = "from the profile"});
   keys.Add("timeout_ms", connection.timeout_s, {5, 10000, kSecondPerMs},
-           {"timeout of one Modbus request"});
+           {"timeout of one Modbus request; on a serial line plus the time of the longest frame"});
   ListSerialKeys(keys, connection.serial, robot.transport == "rtu", 921600,
                  {"for \"rtu\", like the next three: serial device", "\"/dev/ttyUSB0\""});
   keys.Document("replay_file", "text",
@@ -80,7 +80,7 @@ void ListKeys(Settings& keys, RobotLinkConfig& robot) {
 
 void ListKeys(Settings& keys, PlausibilityLimits& limits) {
   keys.Add("stale_after_ms", limits.stale_after_s, {10, 60000, kSecondPerMs},
-           {"older robot data are stale: every corrected point is withdrawn"});
+           {"robot data whose first request is longer ago are stale: every corrected point is withdrawn"});
 }
 
 void ListKeys(Settings& keys, PayloadPolicy& payload) {
