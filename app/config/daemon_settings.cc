@@ -80,7 +80,8 @@ void ListKeys(Settings& keys, RobotLinkConfig& robot) {
 
 void ListKeys(Settings& keys, PlausibilityLimits& limits) {
   keys.Add("stale_after_ms", limits.stale_after_s, {10, 60000, kSecondPerMs},
-           {"robot data whose first request is longer ago are stale: every corrected point is withdrawn"});
+           {"robot data whose first request is longer ago are stale: every corrected point is "
+            "withdrawn"});
 }
 
 void ListKeys(Settings& keys, PayloadPolicy& payload) {

@@ -3,7 +3,9 @@
 // Polls ModbusRobot over TCP and on a serial line, and compares what each valid reading holds with
 // what it claims: the unit asked, one refresh of both blocks, and nothing sampled before its time
 // stamp. A reading is valid until it is older than 4 timeouts, also in the polls that fail.
-//   hostile_evaluation [--polls N] [--kind TEXT]; the exit status is 1 if a reading is wrong
+//   hostile_evaluation [--polls N] [--kind TEXT]
+//   hostile_evaluation --daemon PLUMBLINED [--seconds S]: some kinds through the daemon to a PLC
+// The exit status is 1 if a reading is wrong.
 #include <fmt/format.h>
 
 #include <atomic>
@@ -14,6 +16,7 @@
 #include <string_view>
 
 #include "drivers/robot/registry.h"
+#include "tests/evaluation/hostile/hostile_daemon.h"
 #include "tests/evaluation/hostile/hostile_robot.h"
 
 namespace {
@@ -209,10 +212,16 @@ int Evaluate(long polls, std::string_view wanted) {
 
 int main(int argc, char** argv) {
   long polls = 10000;
+  double seconds = 60;
   std::string_view kind;
+  std::string daemon;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--polls") == 0) polls = std::atol(argv[i + 1]);
     if (std::strcmp(argv[i], "--kind") == 0) kind = argv[i + 1];
+    if (std::strcmp(argv[i], "--daemon") == 0) daemon = argv[i + 1];
+    if (std::strcmp(argv[i], "--seconds") == 0) seconds = std::atof(argv[i + 1]);
   }
+  if (!daemon.empty())
+    return hostile::EvaluateDaemon(daemon, seconds) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
   return Evaluate(polls, kind);
 }

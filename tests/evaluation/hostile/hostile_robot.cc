@@ -17,6 +17,8 @@
 namespace hostile {
 namespace {
 
+constexpr std::uint32_t kOtherUnitAhead = 10'000'000;
+
 double Now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -62,8 +64,8 @@ Bytes Frame(bool serial, const Bytes& request, std::uint8_t unit, const Bytes& p
   return frame;
 }
 
-HostileRobot::HostileRobot(const Kind& kind, bool serial, Ticks ticks, unsigned seed)
-    : kind_(kind), serial_(serial), ticks_(std::move(ticks)), random_(seed) {
+HostileRobot::HostileRobot(const Kind& kind, bool serial, Ticks ticks, unsigned seed, double slower)
+    : kind_(kind), serial_(serial), ticks_(std::move(ticks)), slower_(slower), random_(seed) {
   sampled_ = ticks_();
   if (serial_) {
     OpenTerminal();
@@ -118,7 +120,7 @@ void HostileRobot::Run() {
   while (!stop_) {
     pollfd waiting{listener_, POLLIN, 0};
     if (poll(&waiting, 1, 5) <= 0) continue;
-    const int fd = accept(listener_, nullptr, nullptr);
+    const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (fd < 0) continue;
     const int at_once = 1;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof(at_once));
@@ -182,7 +184,8 @@ std::uint16_t HostileRobot::Word(int address, int unit, std::uint32_t time) cons
 Bytes HostileRobot::AnswerPdu(const Bytes& request_pdu, int unit) {
   const int first = WordAt(request_pdu, 1), count = WordAt(request_pdu, 3);
   Bytes pdu = {request_pdu[0], static_cast<std::uint8_t>(2 * count)};
-  for (int i = 0; i < count; ++i) Put(pdu, Word(first + i, unit, sampled_));
+  const std::uint32_t time = sampled_ + (unit == 1 ? 0 : kOtherUnitAhead);
+  for (int i = 0; i < count; ++i) Put(pdu, Word(first + i, unit, time));
   return pdu;
 }
 
@@ -212,7 +215,7 @@ void HostileRobot::Handle(const Bytes& request) {
     twins_.emplace_back(pdu, exchange.answer);
   }
   for (Emission& emission : kind_.behave(exchange)) {
-    double at_s = Now_s() + emission.delay_s;
+    double at_s = Now_s() + slower_ * emission.delay_s;
     if (!emission.overtakes) last_s_ = at_s = std::max(at_s, last_s_);
     due_.push_back({at_s, std::move(emission.bytes)});
   }
@@ -229,9 +232,10 @@ void HostileRobot::SendDue(int fd) {
                    [](const Due& a, const Due& b) { return a.at_s < b.at_s; });
   while (!due_.empty() && due_.front().at_s <= Now_s()) {
     const Bytes& bytes = due_.front().bytes;
+    // Lost if the client has closed the connection; what is due later goes to the next one.
     const auto sent = serial_ ? write(fd, bytes.data(), bytes.size())
                               : send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent < 0 && !serial_) return;  // for the next connection
+    static_cast<void>(sent);
     due_.erase(due_.begin());
   }
 }

@@ -2,8 +2,8 @@
 // a TCP socket or a pseudo-terminal. Its Modbus codec shares no code with the program under test.
 //
 // Each block of registers says when, by which unit and for which block it was sampled:
-//   0, 1: time in 0.1 ms since the start   2: unit   3: block (1: registers 0.., 2: 100..)
-//   4: number of the refresh               5: check word over the others
+//   0, 1: time in 0.1 ms since the start, of another unit 1000 s more   2: unit   3: block (1:
+//   registers 0.., 2: 100..) 4: number of the refresh               5: check word over the others
 #pragma once
 
 #include <atomic>
@@ -72,8 +72,9 @@ using Ticks = std::function<std::uint32_t()>;
 
 class HostileRobot {
  public:
-  /// @param seed  of everything random
-  HostileRobot(const Kind& kind, bool serial, Ticks ticks, unsigned seed);
+  /// @param seed    of everything random
+  /// @param slower  factor on all delays, for a client whose timeout is that of kTimeout_s
+  HostileRobot(const Kind& kind, bool serial, Ticks ticks, unsigned seed, double slower = 1);
   ~HostileRobot();
   HostileRobot(const HostileRobot&) = delete;
   HostileRobot& operator=(const HostileRobot&) = delete;
@@ -99,6 +100,7 @@ class HostileRobot {
   Kind kind_;
   bool serial_;
   Ticks ticks_;
+  double slower_;
   std::mt19937 random_;
   int listener_ = -1, terminal_ = -1, kept_open_ = -1;
   int port_ = 0;
