@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
+#include <sstream>
+
 #include "app/cli/rounded.h"
 #include "app/text/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
@@ -37,6 +40,11 @@ std::string WrappedLines(const std::vector<std::string>& words) {
     empty = false;
   }
   return text + line + "\n";
+}
+
+std::vector<std::string> WordsOf(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 std::string PostureLines(const MachineConfig& config, const config::PointSolution& solution) {
@@ -83,10 +91,7 @@ std::string PointTable(const MachineConfig& config,
     }
     if (correction.q.size() > 0) text += PostureLines(config, solution);
     if (!solution.out_of_range.empty()) {
-      text += fmt::format(
-          "{}outside the range that the model was fitted to, so that the radius is not "
-          "measured:\n{}  {}\n",
-          kIndent, kIndent, solution.out_of_range);
+      text += WrappedLines(WordsOf("outside the measured range: " + solution.out_of_range));
     }
     if (!solution.beyond_linear.empty()) {
       text += fmt::format("{}WARNING: {}\n", kIndent, solution.beyond_linear);

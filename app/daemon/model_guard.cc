@@ -26,9 +26,9 @@ Result<void> Withdraw(const std::string& directory, int refused, int in_force) {
 /// What stays in force and for how long, and how a person decides otherwise.
 std::string Consequence(const RunningDaemon& running, int refused) {
   const int in_force = running.models.applied;
-  if (refused == 0 || in_force == 0) {
-    return "The previous model stays in force until a restart. Undo the edit of the cell file; to "
-           "accept it, restart the daemon";
+  if (refused == 0 || in_force == 0 || !running.owns_directory) {  // nothing to withdraw here
+    return "The previous model stays in force until a restart. Undo the change; to accept it, "
+           "restart the daemon";
   }
   const Result<void> withdrawn = Withdraw(running.state_directory, refused, in_force);
   const std::string how_long =
