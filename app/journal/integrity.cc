@@ -54,13 +54,26 @@ void AddMissing(IntegrityReport& report, std::int64_t first, std::int64_t last) 
   Add(report.missing, first, last);
 }
 
+/// What a statement that failed means: damage, or an obstacle to the check.
+void AddFailure(sqlite::Database& database, const std::string& what, IntegrityReport& report) {
+  const int code = sqlite3_errcode(database.get()) & 0xFF;
+  const bool damage = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR ||
+                      code == SQLITE_DONE;
+  const std::string text = what + ": " + database.Problem();
+  if (damage) {
+    report.other.push_back(text);
+  } else {
+    report.obstacle = text;
+  }
+}
+
 void CheckPages(sqlite::Database& database, IntegrityReport& report) {
   sqlite::Statement check(database.get(), "PRAGMA integrity_check(20)");
   int code = SQLITE_ROW;
   while ((code = check.Step()) == SQLITE_ROW) {
     if (const std::string line = check.Text(0); line != "ok") report.other.push_back(line);
   }
-  if (code != SQLITE_DONE) report.other.push_back("its structure: " + database.Problem());
+  if (code != SQLITE_DONE) AddFailure(database, "its structure cannot be read", report);
 }
 
 /// Tables whose rows nothing ever deletes, so that their numbers have no gaps.
@@ -78,8 +91,7 @@ void CheckRows(sqlite::Database& database, const SealedTable& table, IntegrityRe
     expected = rows.Integer(0) + 1;
   }
   if (code != SQLITE_DONE) {
-    report.other.push_back(
-        fmt::format("the table {} cannot be read: {}", table.name, database.Problem()));
+    AddFailure(database, fmt::format("the table {} cannot be read", table.name), report);
   }
 }
 
@@ -100,6 +112,8 @@ void CheckOneByOne(sqlite::Database& database, std::int64_t first, std::int64_t 
     const int code = row.Step();
     if (code == SQLITE_DONE) {
       AddMissing(report, id, id);
+    } else if (code != SQLITE_ROW && code != SQLITE_CORRUPT) {
+      return AddFailure(database, fmt::format("row {} cannot be read", id), report);
     } else if (code != SQLITE_ROW || row.Integer(0) == 0) {
       Add(report.damaged, id, id);
     } else {
@@ -110,14 +124,28 @@ void CheckOneByOne(sqlite::Database& database, std::int64_t first, std::int64_t 
   }
 }
 
-void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
-  const Result<std::int64_t> last =
-      database.IntegerOf("SELECT coalesce(max(seq), 0) FROM sqlite_sequence");
-  const Result<std::int64_t> unchecked = database.IntegerOf("SELECT unchecked_through FROM epoch");
-  if (!last || !unchecked) {
-    report.other.emplace_back("the number of its rows cannot be read");
-    return;
+/// SQLite's counter; without it, the largest number found. More rows than the file has room for do
+/// not exist, whatever the counter says.
+std::int64_t LastNumber(sqlite::Database& database, IntegrityReport& report) {
+  constexpr std::int64_t kSmallestRow_bytes = 20;
+  const auto number = [&database](const char* sql) {
+    const Result<std::int64_t> value = database.IntegerOf(sql);
+    return value ? *value : 0;
+  };
+  const std::int64_t largest = number("SELECT coalesce(max(id), 0) FROM measurement");
+  const std::int64_t counted = number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence");
+  std::int64_t room = number("PRAGMA page_count") * number("PRAGMA page_size") / kSmallestRow_bytes;
+  for (const RowRange& range : report.lost) room += range.last - range.first + 1;
+  if (counted < largest || counted > room) {
+    report.other.push_back(fmt::format("the counter of its rows is {}", counted));
   }
+  return std::min(std::max(largest, counted), room);
+}
+
+void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
+  report.last = LastNumber(database, report);
+  const Result<std::int64_t> unchecked = database.IntegerOf("SELECT unchecked_through FROM epoch");
+  if (!unchecked) return AddFailure(database, "its epoch cannot be read", report);
   sqlite::Statement rows(database.get(),
                          fmt::format("SELECT id, {}, checksum IS NULL FROM measurement ORDER BY id",
                                      IntactSql(kMeasurementTable)));
@@ -125,7 +153,7 @@ void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
     const std::int64_t id = rows.Integer(0);
-    if (id <= done || id > *last) {
+    if (id <= done || id > report.last) {
       report.other.push_back(fmt::format("a row has the impossible number {}", id));
       continue;
     }
@@ -140,9 +168,9 @@ void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
     }
   }
   if (code == SQLITE_DONE) {
-    AddMissing(report, std::max(done, *unchecked) + 1, *last);
+    AddMissing(report, std::max(done, *unchecked) + 1, report.last);
   } else {
-    CheckOneByOne(database, done + 1, *last, report);
+    CheckOneByOne(database, done + 1, report.last, report);
   }
 }
 
@@ -183,6 +211,7 @@ std::string DamageText(const IntegrityReport& report) {
   add(report.damaged, " changed since written, or unreadable");
   add(report.missing, " missing");
   parts.insert(parts.end(), report.other.begin(), report.other.end());
+  if (!report.obstacle.empty()) parts.push_back(report.obstacle);
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 

@@ -18,13 +18,17 @@ struct RowRange {
 
 struct IntegrityReport {
   std::int64_t rows = 0;           ///< intact rows of measurements, with or without a checksum
+  std::int64_t last = 0;           ///< largest row number that was ever used
   std::int64_t unchecked = 0;      ///< of these: written before there were checksums
   std::vector<RowRange> damaged;   ///< changed since they were written, or unreadable
   std::vector<RowRange> missing;   ///< written, but no longer in the file
   std::vector<RowRange> lost;      ///< lost earlier, as a salvage recorded
   std::vector<std::string> other;  ///< damage outside the measurements, one sentence each
+  std::string obstacle;            ///< why the check is incomplete: locked, disk error; else empty
 
-  bool intact() const { return damaged.empty() && missing.empty() && other.empty(); }
+  bool intact() const {
+    return damaged.empty() && missing.empty() && other.empty() && obstacle.empty();
+  }
 };
 
 /// Checks the structure of the file, the checksum of every row, and that no row number is missing.

@@ -14,6 +14,9 @@ namespace {
 
 /// The rows of a damaged journal, and how to go on.
 Error Damaged(const std::string& path, const IntegrityReport& report) {
+  if (!report.obstacle.empty()) {
+    return Error{fmt::format("{}: cannot be checked: {}", path, report.obstacle)};
+  }
   return Error{fmt::format(
       "{}: is damaged, so nothing is added to it: {}. Run `plumbline journal salvage`, which saves "
       "the intact rows in a new journal and keeps the damaged file, or restore the backup",

@@ -95,17 +95,6 @@ class Copier {
   Salvage& salvage_;
 };
 
-/// The largest row number that is known; beyond it, no row was ever written.
-std::int64_t LastNumber(const IntegrityReport& found, sqlite::Database& fresh) {
-  std::int64_t last = 0;
-  for (const char* sql : {"SELECT coalesce(max(seq), 0) FROM damaged.sqlite_sequence",
-                          "SELECT coalesce(max(id), 0) FROM damaged.measurement"}) {
-    if (const Result<std::int64_t> one = fresh.IntegerOf(sql)) last = std::max(last, *one);
-  }
-  for (const RowRange& range : found.missing) last = std::max(last, range.last);
-  return last;
-}
-
 Error Failed(const std::string& what) {
   return Error{fmt::format("{}: {}", what, std::strerror(errno))};
 }
@@ -128,6 +117,9 @@ Result<IntegrityReport> Examined(const std::string& path) {
   if (const Result<void> added = AddChecksumFunction(database); !added) return added.failure();
   if (const Result<void> ready = MigrateSchema(database); !ready) return ready.failure();
   IntegrityReport found = CheckIntegrity(database, {});
+  if (!found.obstacle.empty()) {
+    return Error{fmt::format("{}: cannot be checked: {}", path, found.obstacle)};
+  }
   if (found.intact()) {
     return Error{fmt::format("{}: is intact; there is nothing to salvage", path)};
   }
@@ -151,7 +143,7 @@ Result<void> CopyIntact(const std::string& path, const std::string& fresh_path,
   if (!attach.Run()) return sqlite::Failure(fresh, "the damaged file cannot be read");
   sqlite::Transaction transaction(fresh);
   Copier copier(fresh, salvage);
-  const std::int64_t last = LastNumber(salvage.found, fresh);
+  const std::int64_t last = salvage.found.last;
   bool done = transaction.begun() && copier.Measurements(last) && copier.Epoch();
   for (const SealedTable& table : SealedTables().subspan(2)) done = done && copier.Others(table);
   done = done && copier.RecordLost(unix_ms) && copier.NumbersFrom(last) && transaction.Commit();
