@@ -68,7 +68,7 @@ void Progress::ShowCount(std::size_t done, std::size_t of, const std::string& th
 
 void Progress::Clear() {
   const std::lock_guard lock(mutex_);
-  if (!shown_.empty()) err_ << "\r\033[K" << std::flush;
+  if (!shown_.empty()) err_ << terminal::ReplacedLine() << std::flush;
   shown_.clear();
   ended_ = true;
   end_.notify_all();
@@ -88,7 +88,7 @@ void Progress::ShowOnTerminal() {
   // A line as wide as the terminal would leave its end behind when it is erased.
   const std::string line = Line().substr(0, static_cast<std::size_t>(display_.columns - 1));
   if (line == shown_) return;
-  err_ << "\r\033[K" << line << std::flush;
+  err_ << terminal::ReplacedLine() << line << std::flush;
   shown_ = line;
 }
 

@@ -24,40 +24,56 @@ bool TerminalShowsColours() {
   return (off == nullptr || *off == '\0') && term != nullptr && std::string_view(term) != "dumb";
 }
 
-/// Holds each line until its line feed, then passes it on, wrapped if the stream is read by a
-/// person.
-class WrappingBuffer : public std::streambuf {
+/// Holds each line until its line feed, then passes it on: harmless, and wrapped if a person reads
+/// the stream on a terminal.
+class FilteringBuffer : public std::streambuf {
  public:
-  WrappingBuffer(std::ostream& stream, std::streambuf& target, int columns)
+  /// @param columns  of the terminal; 0 if it is none
+  FilteringBuffer(std::ostream& stream, std::streambuf& target, int columns)
       : stream_(stream), target_(target), columns_(static_cast<std::size_t>(columns)) {}
-  ~WrappingBuffer() override { Pass(line_); }
-  WrappingBuffer(const WrappingBuffer&) = delete;
-  WrappingBuffer& operator=(const WrappingBuffer&) = delete;
+  ~FilteringBuffer() override { PassLine(""); }
+  FilteringBuffer(const FilteringBuffer&) = delete;
+  FilteringBuffer& operator=(const FilteringBuffer&) = delete;
+
+  bool PassExactly(std::string_view text) {
+    return PassLine("") && (columns_ > 0 ? Pass(terminal::Shown(text)) : Pass(text));
+  }
 
  protected:
   int_type overflow(int_type next) override {
     if (traits_type::eq_int_type(next, traits_type::eof())) return traits_type::not_eof(next);
-    if (next != '\n') {
-      line_ += traits_type::to_char_type(next);
-      return next;
+    const char one = traits_type::to_char_type(next);
+    return xsputn(&one, 1) == 1 ? next : traits_type::eof();
+  }
+
+  std::streamsize xsputn(const char* text, std::streamsize size) override {
+    std::string_view left(text, static_cast<std::size_t>(size));
+    for (std::size_t end = 0; (end = left.find('\n')) != std::string_view::npos;) {
+      line_ += left.substr(0, end);
+      left.remove_prefix(end + 1);
+      const bool wraps = columns_ > 0 && ForReader() && !Replaces();
+      if (wraps) line_ = terminal::WrappedLine(line_, columns_);
+      if (!PassLine("\n")) return 0;
     }
-    const bool wraps = stream_.iword(ReadingFlag()) != 0 && !line_.starts_with('\r');
-    const bool passed = Pass((wraps ? terminal::WrappedLine(line_, columns_) : line_) + "\n");
-    line_.clear();
-    return passed ? next : traits_type::eof();
+    line_ += left;
+    return size;
   }
 
   /// Standard error is flushed after every insertion, so the start of a line waits for its end.
   int sync() override {
-    if (stream_.iword(ReadingFlag()) == 0 || line_.starts_with('\r')) {
-      Pass(line_);
-      line_.clear();
-    }
-    return target_.pubsync();
+    const bool waits = columns_ > 0 && ForReader() && !Replaces();
+    return waits || PassLine("") ? target_.pubsync() : -1;
   }
 
  private:
-  bool Pass(const std::string& text) {
+  bool ForReader() const { return stream_.iword(ReadingFlag()) != 0; }
+  bool Replaces() const { return line_.starts_with(terminal::ReplacedLine()); }
+  bool PassLine(std::string_view end) {
+    const bool passed = Pass(terminal::Shown(line_)) && Pass(end);
+    line_.clear();
+    return passed;
+  }
+  bool Pass(std::string_view text) {
     const auto size = static_cast<std::streamsize>(text.size());
     return target_.sputn(text.data(), size) == size;
   }
@@ -77,14 +93,12 @@ TerminalOutput::TerminalOutput(std::ostream& stream, int descriptor)
 TerminalOutput::TerminalOutput(std::ostream& stream, int columns, bool colours)
     : stream_(stream), target_(stream.rdbuf()) {
   stream_.iword(ColourFlag()) = colours ? 1 : 0;
-  if (columns == 0) return;
-  wrapping_ = std::make_unique<WrappingBuffer>(stream, *target_, columns);
-  stream_.rdbuf(wrapping_.get());
+  filter_ = std::make_unique<FilteringBuffer>(stream, *target_, columns);
+  stream_.rdbuf(filter_.get());
 }
 
 TerminalOutput::~TerminalOutput() {
-  if (!wrapping_) return;
-  wrapping_.reset();
+  filter_.reset();
   stream_.rdbuf(target_);
   stream_.flush();
 }
@@ -92,6 +106,15 @@ TerminalOutput::~TerminalOutput() {
 std::ostream& ForReading(std::ostream& stream) {
   stream.iword(ReadingFlag()) = 1;
   return stream;
+}
+
+void PrintExactly(std::ostream& stream, std::string_view text) {
+  auto* const filter = dynamic_cast<FilteringBuffer*>(stream.rdbuf());
+  if (filter == nullptr) {
+    stream << text;
+  } else if (!filter->PassExactly(text)) {
+    stream.setstate(std::ios_base::badbit);
+  }
 }
 
 bool ShowsColours(std::ostream& stream) {

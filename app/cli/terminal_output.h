@@ -1,16 +1,18 @@
-// Standard output and standard error on a terminal: wrapped lines and colours.
+// Everything that the commands print: made harmless, and on a terminal wrapped and coloured.
 #pragma once
 
 #include <memory>
 #include <ostream>
 #include <streambuf>
+#include <string_view>
 
 namespace plumbline::cli {
 
-/// Prepares a stream for the terminal behind its descriptor; has no effect on files and pipes.
-/// While an object of this class exists, the lines that follow ForReading are wrapped at the width
-/// of the terminal (WrappedLine), and ShowsColours() returns whether the terminal shows colours. A
-/// line that starts with a carriage return (progress) is passed on unchanged.
+/// While an object of this class exists, everything printed to the stream passes terminal::Shown(),
+/// so that no file's content can control the terminal; only Exact text for a file or pipe does not.
+/// On a terminal, the lines that follow ForReading are wrapped at its width (WrappedLine), and
+/// ShowsColours() returns whether it shows colours. A line that starts with ReplacedLine()
+/// (progress) is not wrapped.
 class TerminalOutput {
  public:
   /// @param descriptor  STDOUT_FILENO or STDERR_FILENO
@@ -24,12 +26,15 @@ class TerminalOutput {
  private:
   std::ostream& stream_;
   std::streambuf* target_;
-  std::unique_ptr<std::streambuf> wrapping_;
+  std::unique_ptr<std::streambuf> filter_;
 };
 
 /// Manipulator: the output that follows is text to be read. Do not use it before JSON, CSV or TOML,
 /// which the user may copy from the terminal.
 std::ostream& ForReading(std::ostream& stream);
+
+/// Prints CSV or TOML for another program: byte by byte, unless the stream is a terminal.
+void PrintExactly(std::ostream& stream, std::string_view text);
 
 /// True if text printed to the stream may contain colours. NO_COLOR (not empty) and TERM=dumb
 /// disable colours.

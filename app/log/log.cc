@@ -12,6 +12,7 @@
 
 #include "app/log/log_writer.h"
 #include "app/log/repeat_filter.h"
+#include "app/text/visible.h"
 #include "drivers/clock.h"
 
 namespace plumbline::log {
@@ -59,8 +60,11 @@ std::string PlainLine(LogLevel level, const std::string& text) {
                      now.tv_nsec / 1000000, text);
 }
 
-/// The caller holds the state's mutex, so that lines stay in order.
-void Put(LogState& state, const LogEntry& entry) {
+/// Every line passes here. Texts and values come from files and devices, and must not control the
+/// reader's terminal. The caller holds the state's mutex, so that lines stay in order.
+void Put(LogState& state, LogEntry entry) {
+  entry.text = text::Visible(entry.text);
+  for (LogField& field : entry.fields) field.value = text::Visible(field.value);
   const timespec now = UtcNow();
   const LogLevel level = EntryOf(entry.event).level;
   state.lines.push_back({++state.number,

@@ -1,10 +1,15 @@
 #include "app/terminal/terminal.h"
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
+#include <sys/random.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
+
+#include "app/text/visible.h"
 
 namespace plumbline::terminal {
 namespace {
@@ -15,9 +20,20 @@ constexpr std::size_t kMaxLabelGaps = 2;  // a line with more is a row of a tabl
 /// Largest column, in per cent of the width, at which a last column of text leaves enough room.
 constexpr std::size_t kMaxTextColumn = 60;
 
-/// Length of the escape sequence "\033[...m" at the start of the text; 0 if there is none.
+/// Start of the program's own escape sequences, "\033[" and a random number.
+const std::string& OwnSequence() {
+  static const std::string sequence = [] {
+    std::uint64_t number = 0;
+    while (getrandom(&number, sizeof number, 0) != sizeof number) {
+    }
+    return fmt::format("\033[{:020};", number);
+  }();
+  return sequence;
+}
+
+/// Length of the escape sequence of a colour at the start of the text; 0 if there is none.
 std::size_t EscapeLength(std::string_view text) {
-  if (!text.starts_with("\033[")) return 0;
+  if (!text.starts_with(OwnSequence())) return 0;
   const auto end = text.find('m');
   return end == std::string_view::npos ? 0 : end + 1;
 }
@@ -79,10 +95,26 @@ int TerminalColumns(int descriptor) {
 
 std::string Painted(std::string_view text, Tone tone, bool colours) {
   if (!colours) return std::string(text);
-  const char* const start = tone == Tone::kGood      ? "\033[32m"
-                            : tone == Tone::kWarning ? "\033[33m"
-                                                     : "\033[31m";
-  return start + std::string(text) + "\033[0m";
+  const char* const colour = tone == Tone::kGood ? "32" : tone == Tone::kWarning ? "33" : "31";
+  return fmt::format("{0}{1}m{2}{0}0m", OwnSequence(), colour, text);
+}
+
+std::string ReplacedLine() {
+  return OwnSequence() + "K";
+}
+
+std::string Shown(std::string_view text) {
+  std::string shown;
+  for (;;) {
+    const std::size_t own = text.find(OwnSequence());
+    shown += text::Visible(text.substr(0, own));
+    if (own == std::string_view::npos) return shown;
+    text.remove_prefix(own + OwnSequence().size());
+    shown += text.starts_with('K') ? "\r\033[" : "\033[";
+    const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size() - 1);
+    shown += text.substr(0, end + 1);
+    text.remove_prefix(end + 1);
+  }
 }
 
 std::size_t ColumnsOf(std::string_view text) {

@@ -12,8 +12,16 @@ int TerminalColumns(int descriptor);
 
 enum class Tone { kGood, kWarning, kFault };
 
-/// The text in green, yellow or red if `colours`, else unchanged.
+/// The text in green, yellow or red if `colours`, else unchanged. Print it through Shown().
 std::string Painted(std::string_view text, Tone tone, bool colours);
+
+/// Start of a line that replaces the terminal's present one. Print it through Shown().
+std::string ReplacedLine();
+
+/// What may be written to a terminal: the colours of Painted() and ReplacedLine(), and the rest as
+/// text::Visible(). Sequences of these two contain a random number, so that no file can imitate
+/// them.
+std::string Shown(std::string_view text);
 
 /// Number of columns that UTF-8 text occupies; escape sequences of colours occupy none.
 std::size_t ColumnsOf(std::string_view text);

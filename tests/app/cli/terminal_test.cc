@@ -12,11 +12,14 @@
 namespace plumbline::terminal_test {
 
 using plumbline::cli::ForReading;
+using plumbline::cli::PrintExactly;
 using plumbline::cli::Progress;
 using plumbline::cli::ShowsColours;
 using plumbline::cli::TerminalOutput;
 using plumbline::terminal::ColumnsOf;
 using plumbline::terminal::Painted;
+using plumbline::terminal::ReplacedLine;
+using plumbline::terminal::Shown;
 using plumbline::terminal::Tone;
 using plumbline::terminal::WrappedLine;
 using plumbline::terminal::WrappedParagraph;
@@ -64,7 +67,8 @@ TEST_CASE("a terminal gets wrapped text; machine formats, files and pipes are un
     terminal << ForReading << "one two " << std::flush << "three four five\n";
     CHECK_FALSE(ShowsColours(pipe));
     CHECK(ShowsColours(terminal));
-    terminal << "\r\033[K 50 %  a step with a long name" << std::flush << "\r\033[K" << std::flush;
+    terminal << ReplacedLine() << " 50 %  a step with a long name" << std::flush << ReplacedLine()
+             << std::flush;
     terminal << "no line feed at the end";
   }
   CHECK(pipe.str() == line);
@@ -72,6 +76,25 @@ TEST_CASE("a terminal gets wrapped text; machine formats, files and pipes are un
   CHECK(terminal.str() ==
         "one two\n  three four\n  five\n\r\033[K 50 %  a step with a long name\r\033[K"
         "no line feed at the end");
+}
+
+TEST_CASE("only our own colours reach a terminal: those of a file are visible text") {
+  const std::string hostile =
+      "\033[31mred\033]0;title\a\r\x9b"
+      "2J\xC2\x9b"
+      "2J";
+  const std::string shown = "\\u001b[31mred\\u001b]0;title\\u0007\\u000d\\x9b2J\\u009b2J";
+  std::ostringstream terminal, pipe;
+  {
+    const TerminalOutput to_terminal(terminal, 80, true), to_pipe(pipe, 0, false);
+    terminal << Painted("bad", Tone::kFault, true) << ' ' << hostile << '\n';
+    PrintExactly(terminal, hostile);
+    pipe << hostile << '\n';
+    PrintExactly(pipe, hostile);
+  }
+  CHECK(terminal.str() == "\033[31mbad\033[0m " + shown + "\n" + shown);
+  CHECK(pipe.str() == shown + "\n" + hostile);
+  CHECK(Shown("\033[12345678901234567890;31mguess") == "\\u001b[12345678901234567890;31mguess");
 }
 
 TEST_CASE(
@@ -104,7 +127,7 @@ TEST_CASE("progress on a terminal: one line with the time left, erased at the en
     progress.Clear();
     progress.Show(0.6, "too late");
   }
-  CHECK(err.str() == "\r\033[K 50 %  fitting all rows, pass\r\033[K");
+  CHECK(Shown(err.str()) == "\r\033[K 50 %  fitting all rows, pass\r\033[K");
 }
 
 TEST_CASE("progress on a terminal updates the time left between two steps") {

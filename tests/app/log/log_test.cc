@@ -1,3 +1,5 @@
+#include "app/log/log.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -36,6 +38,16 @@ TEST_CASE("unknown context and field names that journald would refuse are left o
   const LogEntry entry{Event::kEnding, "stopping", {{"small", "1"}, {"", "2"}, {"A=B", "3"}}};
   const auto fields = JournalFields(entry, {}, "plumblined");
   CHECK(fields.size() == 6);
+}
+
+TEST_CASE("a line shows the control characters of what it quotes, and does not execute them") {
+  Log({Event::kEnding,
+       "cell \033[2J\a",
+       {{"NAME",
+         "\xC2\x9B"
+         "31m"}}});
+  REQUIRE_FALSE(RecentLog().empty());
+  CHECK(RecentLog().back().text == "cell \\u001b[2J\\u0007");
 }
 
 }  // namespace plumbline::log_test
