@@ -13,8 +13,9 @@ class BackOff {
 
   /// True if the next attempt is due.
   bool Due(double now_s) const { return now_s >= next_s_; }
-  void Failed(double now_s) {
-    next_s_ = now_s + wait_s_;
+  /// @param least_s  shortest wait, if the device should not be tried again so soon
+  void Failed(double now_s, double least_s = 0) {
+    next_s_ = now_s + std::max(wait_s_, least_s);
     wait_s_ = std::min(2 * wait_s_, kLongest_s);
   }
   void Well() { wait_s_ = kFirst_s; }

@@ -15,6 +15,7 @@
 #include <mutex>
 #include <thread>
 
+#include "app/fleet/memory_limit.h"
 #include "app/service/utc_clock.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
@@ -63,6 +64,9 @@ class Connection {
     });
     mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* text) {
       if (level == MOSQ_LOG_ERR) static_cast<Connection*>(self)->last_error_ = text;
+      // The only sign of a message of QoS 2 that the broker never completes.
+      if (level == MOSQ_LOG_DEBUG && std::strstr(text, " received PUBLISH ") != nullptr)
+        static_cast<Connection*>(self)->intruded_ = true;
     });
     mosquitto_max_inflight_messages_set(client, kMaxInFlight);
     int code = MOSQ_ERR_SUCCESS;
@@ -108,11 +112,18 @@ class Connection {
     stuck_ = writable && !up() && mosquitto_want_write(client);
     if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_misc(client);
     if (connack_ > 0) return mosquitto_connack_string(connack_);
+    intruded_ = intruded_ || code == MOSQ_ERR_NOMEM;
+    if (intruded_) {
+      return code == MOSQ_ERR_NOMEM ? "announced a packet larger than a publisher can receive"
+                                    : "sent a message, although nothing was subscribed to";
+    }
     return code == MOSQ_ERR_SUCCESS ? "" : ErrorText(code);
   }
 
   bool up() const { return connack_ == 0; }
   bool has_published() const { return published_; }
+  /// Whether the broker sent what a client without subscriptions never receives.
+  bool intruded() const { return intruded_; }
 
   std::string Publish(const Outgoing& message) {
     int number = 0;
@@ -149,6 +160,7 @@ class Connection {
   /// The library waits for a reply before it can write: polling for a writable socket would spin.
   bool stuck_ = false;
   bool published_ = false;  ///< has published
+  bool intruded_ = false;
   std::string last_error_;
   std::map<int, std::int64_t> ids_;
   std::vector<std::int64_t> acknowledged_;
@@ -168,7 +180,12 @@ struct BrokerLink::Shared {
     [[maybe_unused]] const ssize_t written = write(wake.get(), &one, sizeof one);
   }
   void Run();
-  std::string Serve(BackOff& back_off);
+  /// One connection.
+  struct Ended {
+    std::string problem;
+    bool intruded = false;
+  };
+  Ended Serve(BackOff& back_off);
   bool Exchange(Connection& connection, std::int64_t number, std::vector<Outgoing>& messages);
 
   const config::MqttConfig config;
@@ -192,6 +209,7 @@ bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
   status.acknowledged.insert(status.acknowledged.end(), acknowledged.begin(), acknowledged.end());
   if (connection.up() && status.connection != number) {
     status.connection = number;
+    status.intruded = false;
     status.problem.clear();
   }
   messages.swap(outgoing);
@@ -199,7 +217,7 @@ bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
 }
 
 /// Runs one connection to its end. @return  why it ended
-std::string BrokerLink::Shared::Serve(BackOff& back_off) {
+BrokerLink::Shared::Ended BrokerLink::Shared::Serve(BackOff& back_off) {
   const auto number = static_cast<std::int64_t>(std::llround(1e3 * service::SystemUtcSeconds()));
   Connection connection(config);
   std::string problem =
@@ -212,7 +230,7 @@ std::string BrokerLink::Shared::Serve(BackOff& back_off) {
     if (!Exchange(connection, number, messages)) {
       const std::lock_guard lock(mutex);
       if (will_suppressed == number || !connection.has_published()) connection.End();
-      return "stopped";
+      return {"stopped"};
     }
     if (connection.up()) back_off.Well();
     if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
@@ -220,17 +238,18 @@ std::string BrokerLink::Shared::Serve(BackOff& back_off) {
       if (problem.empty()) problem = connection.Publish(message);
     }
   }
-  return problem;
+  return {problem, connection.intruded()};
 }
 
 void BrokerLink::Shared::Run() {
   BackOff back_off;
   for (;;) {
-    const std::string problem = Serve(back_off);
-    back_off.Failed(MonotonicSeconds());
+    const Ended end = Serve(back_off);
+    back_off.Failed(MonotonicSeconds(), end.intruded ? kIntrusionPause_s : 0);
     std::unique_lock lock(mutex);
     status.connection = 0;
-    status.problem = problem;
+    status.problem = end.problem;
+    status.intruded = end.intruded;
     outgoing.clear();
     while (!stop && !back_off.Due(MonotonicSeconds())) {
       pulse.Beat();
@@ -286,6 +305,7 @@ std::uint64_t BrokerLink::beats() const {
 
 Result<void> TryBroker(const config::MqttConfig& config, double timeout_s) {
   OpenLibrary();
+  const MemoryGrowthLimit limit(kMaxGrowth_bytes);
   config::MqttConfig other = config;
   other.client_id += "-doctor";  // the publisher's id would disconnect the publisher
   Connection connection(other);

@@ -22,12 +22,15 @@ struct Outgoing {
 
 /// Connects and reconnects automatically, with growing pauses and a clean session each time: the
 /// caller must publish unacknowledged messages again on the next connection. Publishes with QoS 1
-/// in the given order. Subscribes to nothing, so that acknowledgements are all a broker can send.
+/// in the given order. Subscribes to nothing, so that acknowledgements are all a broker may send:
+/// at its first message, or at a packet for which there is no memory, the connection is closed, and
+/// not tried again for kIntrusionPause_s.
 class BrokerLink {
  public:
   static constexpr int kKeepAlive_s = 30;
   /// Time limit for the broker to accept the connection.
   static constexpr double kConnectTimeout_s = 10;
+  static constexpr double kIntrusionPause_s = 60;
 
   struct LastWill {
     std::string topic;  ///< empty: no will
@@ -47,6 +50,7 @@ class BrokerLink {
     std::int64_t connection = 0;
     std::vector<std::int64_t> acknowledged;  ///< since the last call
     std::string problem;                     ///< why there is no connection; empty while connected
+    bool intruded = false;  ///< it was closed because the broker sent what it must not
   };
   Status TakeStatus();
   /// Discards the messages if `connection` is not the current one.

@@ -185,11 +185,31 @@ void FleetLoop::HandleConnectionChange(std::int64_t connection) {
   }
   backlog_ = queue_.size();
   connected_s_ = MonotonicSeconds();
-  log::Log({log::Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued",
-                                               config_.host, config_.port, backlog_)});
+  if (!intruded_) LogConnected();
   link_.Publish(connection, {{kBirthId, TopicOf(cell_, "NBIRTH"),
                               BirthText(cell_, queue_, connection, NowUtc_ms()), true}});
   ++in_flight_;
+}
+
+void FleetLoop::LogConnected() const {
+  log::Log({log::Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued",
+                                               config_.host, config_.port, backlog_)});
+}
+
+/// A broker that misbehaves is logged once, until it has behaved for as long as it was left alone.
+void FleetLoop::FollowIntrusion(const BrokerLink::Status& status) {
+  if (status.intruded && !intruded_) {
+    log::Log(
+        {log::Event::kBrokerIntruded,
+         fmt::format("broker {}:{} {}: disconnected, and tried again every {:.0f} s; messages "
+                     "are queued meanwhile. Check that it is the plant's broker",
+                     config_.host, config_.port, status.problem, BrokerLink::kIntrusionPause_s)});
+    intruded_ = true;
+  } else if (intruded_ && connection_ != 0 &&
+             MonotonicSeconds() - connected_s_ > BrokerLink::kIntrusionPause_s) {
+    intruded_ = false;
+    LogConnected();
+  }
 }
 
 void FleetLoop::Forward() {
@@ -206,7 +226,9 @@ void FleetLoop::Forward() {
   } else {
     in_flight_ -= std::min(in_flight_, status.acknowledged.size());
   }
+  FollowIntrusion(status);
   if (connection_ == 0) {
+    if (status.intruded) link_problem_ = status.problem;
     if (!status.problem.empty() && status.problem != link_problem_ &&
         status.problem != "not connected yet") {
       link_problem_ = status.problem;

@@ -48,6 +48,8 @@ class FleetLoop {
   void LogQueueFault(const std::string& problem);
   void Forward();
   void HandleConnectionChange(std::int64_t connection);
+  void LogConnected() const;
+  void FollowIntrusion(const BrokerLink::Status& status);
   void LogBacklog();
   std::string Memory() const;
 
@@ -74,6 +76,7 @@ class FleetLoop {
   double connected_s_ = 0;
   FleetQueue::Dropped dropped_reported_{};  ///< counts already reported to the plant
   bool dropping_ = false;
+  bool intruded_ = false;  ///< the broker sent what it must not, and that was logged
 };
 
 }  // namespace plumbline::fleet

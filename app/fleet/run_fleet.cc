@@ -11,6 +11,7 @@
 
 #include "app/config/daemon_config_reader.h"
 #include "app/fleet/fleet_loop.h"
+#include "app/fleet/memory_limit.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/service/service_manager.h"
@@ -101,6 +102,7 @@ int RunFleet(const std::string& config_file) {
   mallopt(M_ARENA_MAX, 2);
   const service::ServiceManager manager;
   const int signals = service::OpenSignalDescriptor();
+  const MemoryGrowthLimit limit(kMaxGrowth_bytes);
   auto config = ReadFleetConfig(config_file);
   if (!config) return 1;
   for (;;) {
