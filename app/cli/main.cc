@@ -34,6 +34,7 @@
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
 #include "app/cli/terminal_output.h"
+#include "app/cli/token_command.h"
 #include "app/cli/track_command.h"
 #include "app/terminal/help_formatter.h"
 #include "app/version.h"
@@ -166,6 +167,7 @@ int main(int argc, char** argv) {
   AddSettingsCommand(app, exit_code);
   AddSnapshotCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
+  AddTokenCommand(app, exit_code);
   AddTrackCommand(app, exit_code);
   AddBoardWorkerCommand(app, exit_code);
   AddCompletionCommand(app, exit_code);

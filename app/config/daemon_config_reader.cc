@@ -17,6 +17,7 @@
 #include "app/config/posture_check.h"
 #include "app/config/required_file.h"
 #include "app/config/robot_profile_reader.h"
+#include "app/config/secret_file.h"
 #include "drivers/files/package_paths.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/deflection/loaded_arm.h"
@@ -197,7 +198,11 @@ void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
   if (const auto table = root.Table("overlay")) {
     config.overlay = OverlayFromToml(*table, named, config.vision);
   }
-  if (const auto table = root.Table("page")) config.page = PageFromToml(*table);
+  if (const auto table = root.Table("page")) {
+    config.page = PageFromToml(*table);
+    const auto why = config.page.token.empty() ? std::nullopt : WhyExposed(config.file);
+    if (why) table->AddWarning("", config.file + " holds the page's token and " + *why);
+  }
   if (const auto table = root.Table("mqtt")) {
     config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
   }

@@ -189,7 +189,7 @@ void ListKeys(Settings& keys, PageConfig& page) {
            {"IP address of this computer; one that other computers reach requires a token"});
   keys.Add(
       "token", page.token,
-      {"password for the page, at least 128 random bits", "\"what-openssl-rand-hex-16-prints\""});
+      {"password for the page: what `plumbline token` prints", "\"what-plumbline-token-prints\""});
   keys.Add(
       "hosts", page.hosts,
       {"further host names that browsers may use for this computer", "[\"cell7.plant.example\"]"});

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/config/daemon_settings.h"
+#include "app/config/secret_file.h"
 
 namespace plumbline::config {
 namespace {
@@ -32,6 +33,9 @@ void CheckPassword(const TomlTable& table, const MqttConfig& mqtt) {
   }
   if (!mqtt.password_file.empty() && !table.Has("username")) {
     table.AddFault("password_file", "needs a username");
+  }
+  if (const auto why = WhyExposed(mqtt.password_file)) {
+    table.AddWarning("password_file", *why);
   }
   if (!mqtt.password_file.empty() && mqtt.tls_ca.empty()) {
     table.AddWarning("password_file",

@@ -18,10 +18,6 @@ struct PageConfig {
   bool operator==(const PageConfig&) const = default;
 };
 
-/// Why a token can be guessed (fewer than 128 random bits, a pattern, an example from the manual)
-/// and how to make a better one; nullopt for a strong token. The text never contains the token.
-std::optional<std::string> WhyTokenWeak(const std::string& token);
-
 /// True for a loopback address, which only this computer can reach.
 bool IsLoopback(const std::string& address);
 /// True for the wildcard address (0.0.0.0 or ::), which means all addresses of this computer.

@@ -2,42 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cstdlib>
-#include <set>
-#include <string_view>
 
 #include "app/config/daemon_settings.h"
+#include "app/config/page_token.h"
 
 namespace plumbline::config {
 namespace {
 
 constexpr std::size_t kMinTokenLength = 16, kMaxTokenLength = 200;
-
-/// Lengths with 128 random bits: 32 hexadecimal digits, or 22 characters of a larger alphabet.
-constexpr std::size_t kHexDigits = 32, kOtherCharacters = 22;
-constexpr std::size_t kMinDistinctCharacters = 8;
-/// Examples from the manual, old and current, and from config/plumbline.toml.
-constexpr std::array<std::string_view, 2> kExamples = {"a-long-word-of-your-own",
-                                                       "what-openssl-rand-hex-16-prints"};
-
-/// True if the token consists of one sequence repeated at least twice.
-bool IsPeriodic(std::string_view token) {
-  for (std::size_t period = 1; 2 * period <= token.size(); ++period) {
-    if (token.substr(period) == token.substr(0, token.size() - period)) return true;
-  }
-  return false;
-}
-
-/// True if most characters are neighbours in the alphabet, as in abcdef or 987654.
-bool IsSequential(std::string_view token) {
-  std::size_t neighbours = 0;
-  for (std::size_t k = 1; k < token.size(); ++k) {
-    neighbours += std::abs(token[k] - token[k - 1]) <= 1 ? 1 : 0;
-  }
-  return 3 * neighbours >= 2 * token.size();
-}
 
 bool IsHostName(const std::string& name) {
   return name.size() <= 253 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -72,26 +45,6 @@ void WarnAboutWeakToken(const TomlTable& table, const PageConfig& page) {
 }
 
 }  // namespace
-
-std::optional<std::string> WhyTokenWeak(const std::string& token) {
-  constexpr const char* kRemedy = "; create one with `openssl rand -hex 16`";
-  if (std::find(kExamples.begin(), kExamples.end(), token) != kExamples.end()) {
-    return fmt::format("its token is the example from the manual, which is public{}", kRemedy);
-  }
-  const bool hex = std::all_of(token.begin(), token.end(),
-                               [](unsigned char c) { return std::isxdigit(c) != 0; });
-  if (token.size() < (hex ? kHexDigits : kOtherCharacters)) {
-    return fmt::format(
-        "its token has fewer than 128 bits ({} hexadecimal digits, or {} letters and "
-        "digits){}",
-        kHexDigits, kOtherCharacters, kRemedy);
-  }
-  const std::set<char> distinct(token.begin(), token.end());
-  if (distinct.size() < kMinDistinctCharacters || IsPeriodic(token) || IsSequential(token)) {
-    return fmt::format("its token is a pattern, not random{}", kRemedy);
-  }
-  return std::nullopt;
-}
 
 bool IsLoopback(const std::string& address) {
   in_addr v4{};

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/stat.h>
 
 #include "app/fleet/broker_link.h"
 #include "app/view_link/view_client.h"
@@ -17,7 +16,6 @@ namespace plumbline::doctor {
 namespace {
 
 constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
-constexpr mode_t kOthersMayRead = 0004;
 
 CheckResult CheckDevice(const std::string& subject, const std::string& path, const Account& account,
                         const char* remedy) {
@@ -193,12 +191,6 @@ CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account) 
         "check that the broker is on, the cable plugged in, and host and port are correct. "
         "If it does not authorise: username and password_file. If TLS fails: tls_ca, and "
         "host as in the certificate");
-  }
-  struct stat about {};
-  if (!mqtt.password_file.empty() && stat(mqtt.password_file.c_str(), &about) == 0 &&
-      (about.st_mode & kOthersMayRead) != 0) {
-    return {Health::kWarning, "broker", mqtt.password_file + " is readable by every user",
-            fmt::format("chown root:{0} {1} && chmod 640 {1}", account.name, mqtt.password_file)};
   }
   return {Health::kGood, "broker", place + " accepts this computer", {}};
 }

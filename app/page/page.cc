@@ -9,6 +9,7 @@
 #include <random>
 #include <system_error>
 
+#include "app/config/page_token.h"
 #include "app/page/camera_list.h"
 #include "app/page/page_files.h"
 #include "app/page/report_files.h"

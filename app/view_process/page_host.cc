@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include "drivers/clock.h"
 #include "drivers/os/port_file.h"
@@ -15,22 +14,11 @@ bool PageHost::Same(const Settings& a, const Settings& b) {
          a.joints.size() == b.joints.size();
 }
 
-void PageHost::WarnIfTokenReadable() const {
-  struct stat file {};
-  if (settings_->page.token.empty() || stat(file_.c_str(), &file) != 0) return;
-  if ((file.st_mode & S_IROTH) == 0) return;
-  sink_({log::Event::kPageFault,
-         fmt::format("{0} holds the page's token and is readable by every user of this computer; "
-                     "restrict it: chown root:plumbline {0} && chmod 640 {0}",
-                     file_)});
-}
-
 void PageHost::Open(const config::DaemonConfig& config) {
   Settings settings{config.page, config.state_directory, config.machine.cell.robot.joints};
   if (page_ && Same(*settings_, settings)) return;
   page_.reset();
   settings_ = std::move(settings);
-  file_ = config.file;
   problem_.clear();
   if (held_ || settings_->page.port) TryServe();
 }
@@ -62,7 +50,6 @@ void PageHost::TryServe() {
   }
   problem_.clear();
   page_ = std::move(page).value();
-  WarnIfTokenReadable();
   sink_({log::Event::kPageServed,
          fmt::format("the page is served on http://{}/", page_->at().Text())});
   if (!port_file_.empty()) {

@@ -46,14 +46,12 @@ class PageHost {
   };
   static bool Same(const Settings& a, const Settings& b);
   void TryServe();
-  void WarnIfTokenReadable() const;
 
   view::DisplayMailbox& shown_;
   const os::Descriptor held_;
   const log::LogSink sink_;
   const std::string port_file_;
   std::optional<Settings> settings_;  ///< of the last Open()
-  std::string file_;                  ///< configuration file
   std::string problem_;               ///< last logged problem; empty if served or not configured
   double tried_s_ = -1e300;
   std::unique_ptr<page::Page> page_;

@@ -1,7 +1,10 @@
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
 
 #include "app/config/mqtt_config.h"
 #include "app/config/named_files.h"
+#include "tests/app/temporary_folder.h"
 
 namespace plumbline::mqtt_reader_test {
 
@@ -58,6 +61,23 @@ TEST_CASE("[mqtt] with only a host: node and client id come from the cell, TLS f
   CHECK(read.mqtt.node == "KR 210-left -2");
   CHECK(read.mqtt.client_id == "plumbline-plumbline-KR 210-left -2");
   CHECK(ReadMqtt("host = \"10.0.0.5\"\ntls_ca = \"ca.pem\"\n").mqtt.port == 8883);
+}
+
+TEST_CASE("[mqtt]: a password file that every user may read is warned about") {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() + "/password";
+  std::ofstream(file) << "topsecret\n";
+  const std::string lines =
+      "host = \"b\"\nusername = \"u\"\ntls_ca = \"ca.pem\"\npassword_file = \"" + file + "\"\n";
+  using std::filesystem::perms;
+  std::filesystem::permissions(file, perms::owner_read | perms::others_read);
+  const ReadMqtt open(lines);
+  CHECK_FALSE(open.faults.HasFaults());
+  CHECK_THAT(open.Told(), Catch::Contains("mqtt.password_file: warning: ") &&
+                              Catch::Contains("is readable by every user of this computer") &&
+                              Catch::Contains("chmod 640") && !Catch::Contains("topsecret"));
+  std::filesystem::permissions(file, perms::owner_read | perms::group_read);
+  CHECK(ReadMqtt(lines).faults.All().empty());
 }
 
 TEST_CASE("[mqtt]: faults have place and remedy, and none contains a password") {

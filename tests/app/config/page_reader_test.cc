@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/config/page_config.h"
+#include "app/config/page_token.h"
 #include "app/config/toml_reader.h"
 
 namespace plumbline::page_reader_test {
@@ -69,20 +70,37 @@ TEST_CASE("a weak token is a warning that keeps the page from other computers") 
        {"0123456789abcdef", "9f86d081884c7d659a2feaa0c55ad0", "a-long-word-of-your-own",
         "Mm7YkqZ0p2RtVxW9bN4cD", "what-openssl-rand-hex-16-prints",
         "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", "0123456789abcdef0123456789abcdef",
-        "secretsecretsecretsecret", "abcdefghijklmnopqrstuvwxyz0123456789"}) {
+        "secretsecretsecretsecret", "abcdefghijklmnopqrstuvwxyz0123456789",
+        "correct-horse-battery-staple-42", "plumblineplumblinecell7hall3", "Mm7YkqZ0p2RtVxW9bN4cDg",
+        "deadbeefcafebabedeadc0defeedface", "00112233445566778899aabbccddeeff",
+        "a1b2c3d4e5f6a7b8c9d0e1f2a3b4c5d6", "20240131202402282024033120240430",
+        "9f86d081884c7d659f86d081884c7d65"}) {
     CAPTURE(token);
     const ReadPage read = with(token);
     CHECK_FALSE(read.faults.HasFaults());  // the daemon reads this file too
     CHECK(read.Says("warning: the page is not served: its token"));
-    CHECK(read.Says("openssl rand -hex 16"));
+    CHECK(read.Says("plumbline token"));
     CHECK_FALSE(read.Says(token));
   }
-  for (const char* const token : {"9f86d081884c7d659a2feaa0c55ad015", "Mm7YkqZ0p2RtVxW9bN4cDg"}) {
+  for (const char* const token :
+       {"9f86d081884c7d659a2feaa0c55ad015", "9F86D081884C7D659A2FEAA0C55AD015"}) {
     CAPTURE(token);
     CHECK(with(token).faults.All().empty());
   }
   CHECK(with("0123456789abcdef", "127.0.0.1").faults.All().empty());
   CHECK(with("a-long-word-of-your-own", "127.0.0.1").faults.All().empty());
+}
+
+TEST_CASE("a generated token is accepted, and is another one each time") {
+  const std::string first = GeneratedToken();
+  int refused = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const std::string token = GeneratedToken();
+    CHECK(token.size() == 32);
+    CHECK(token != first);
+    refused += WhyTokenWeak(token) ? 1 : 0;
+  }
+  CHECK(refused <= 1);
 }
 
 TEST_CASE("all faults of [page] are reported at once") {
