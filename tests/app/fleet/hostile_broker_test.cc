@@ -50,24 +50,22 @@ int Count(const std::string& text, const std::string& what) {
 TEST_CASE("a broker that announces 256 MB or floods costs little memory, and is left alone") {
   struct Attack {
     const char* name;
-    std::string once, flood, logged;
+    std::string once, flood;
   };
-  const std::string announced = "announced a packet larger than a publisher can receive";
-  const std::string message = "sent a message, although nothing was subscribed to";
-  const Attack attack =
-      GENERATE_COPY(Attack{"256 MB announced and sent", Publish(0, 268'000'000, false),
-                           std::string(65536, 'x'), announced},
-                    Attack{"messages of 20 MB", "", Publish(0, 20 * kMB, true), message},
-                    Attack{"flood of small messages", "", Publish(0, 10, true), message},
-                    Attack{"messages of QoS 1", "", Publish(1, 1000, true), message},
-                    Attack{"messages of QoS 2 that never end", "", Publish(2, kMB, true), message});
+  const std::string logged = "disconnected, and tried again every 60 s";
+  const Attack attack = GENERATE_COPY(
+      Attack{"256 MB announced and sent", Publish(0, 268'000'000, false), std::string(65536, 'x')},
+      Attack{"messages of 20 MB", "", Publish(0, 20 * kMB, true)},
+      Attack{"flood of small messages", "", Publish(0, 10, true)},
+      Attack{"messages of QoS 1", "", Publish(1, 1000, true)},
+      Attack{"messages of QoS 2 that never end", "", Publish(2, kMB, true)});
   CAPTURE(attack.name);
   const HostileBroker broker(attack.once, attack.flood);
   FleetStation station(fmt::format("port = {}\n", broker.port()));
   station.Start();
   REQUIRE(Soon([&] { return broker.hung_up() > 0; }));
   INFO(station.Log());
-  CHECK(station.Says(attack.logged));
+  CHECK(station.Says(logged));
   const std::size_t peak = PeakMemory(station.pid);
   WARN(attack.name << ": " << broker.sent() / kMB << " MB sent, peak memory " << peak / kMB
                    << " MB");
@@ -77,7 +75,7 @@ TEST_CASE("a broker that announces 256 MB or floods costs little memory, and is 
 #endif
   std::this_thread::sleep_for(std::chrono::seconds(3));  // an ordinary pause is at most one second
   CHECK(broker.clients() == 1);
-  CHECK(Count(station.Log(), attack.logged) == 1);
+  CHECK(Count(station.Log(), logged) == 1);
   station.Signal(SIGTERM);
   CHECK(station.Wait() == 0);
 }
