@@ -384,7 +384,15 @@ TEST_CASE("a journal of schema 1, which counted from the boot, is converted to w
     auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(raw.ok());
     REQUIRE(
-        raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
+        raw.value().Run("DROP TABLE lost_rows;"
+                        "ALTER TABLE measurement DROP COLUMN checksum;"
+                        "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
+                        "ALTER TABLE import DROP COLUMN checksum;"
+                        "ALTER TABLE monitor_restart DROP COLUMN checksum;"
+                        "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"
+                        "ALTER TABLE epoch DROP COLUMN checksum;"
+                        "ALTER TABLE epoch DROP COLUMN unchecked_through;"
+                        "DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
                         "ALTER TABLE measurement DROP COLUMN quarantine;"
                         "ALTER TABLE measurement DROP COLUMN sigma_mm;"
                         "ALTER TABLE measurement DROP COLUMN gauge_mm;"
@@ -512,7 +520,15 @@ TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
   {
     auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(
-        raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
+        raw.value().Run("DROP TABLE lost_rows;"
+                        "ALTER TABLE measurement DROP COLUMN checksum;"
+                        "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
+                        "ALTER TABLE import DROP COLUMN checksum;"
+                        "ALTER TABLE monitor_restart DROP COLUMN checksum;"
+                        "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"
+                        "ALTER TABLE epoch DROP COLUMN checksum;"
+                        "ALTER TABLE epoch DROP COLUMN unchecked_through;"
+                        "DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
                         "ALTER TABLE measurement DROP COLUMN quarantine;"
                         "ALTER TABLE measurement DROP COLUMN sigma_mm;"
                         "ALTER TABLE measurement DROP COLUMN gauge_mm;"
