@@ -390,7 +390,7 @@ def main():
     parser.add_argument("--cases", type=int, help="run at most so many cases now")
     options = runs.parse(parser)
     if options.quick:
-        options.seeds, options.draws = 1, 3
+        options.seeds, options.draws = 1, 1 if options.smoke else 3
     resumed = options.results and os.path.exists(options.results)
     results = runs.Results(options.results, {"draws": options.draws,
                                              "first_seed": None if resumed else options.first_seed})

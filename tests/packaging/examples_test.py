@@ -1,0 +1,224 @@
+"""Every example command of README.md, MANUAL.md and each --help runs once, beside a virtual cell, or is listed
+below with the reason why it cannot run here.
+
+    examples_test.py BUILD_BIN
+
+It runs in a mount, network and process namespace of its own, where /etc/plumbline, /var/lib/plumbline and
+/usr/share/plumbline are its own. Skipped where namespaces cannot be created."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.getcwd()
+BIN = os.path.abspath(sys.argv[1])
+DOCUMENTS = ("README.md", "MANUAL.md")
+INSIDE = "PLUMBLINE_EXAMPLES_INSIDE"
+# Commands that cannot run here. Each pattern must match a line of the documents, or it is removed.
+NOT_HERE = [
+    (r"^\./dev ", "builds, installs packages, or runs this test"),
+    (r"^(sudo )?apt ", "installs a package"),
+    (r"^(sudo )?systemctl ", "needs systemd; the units run in ./dev rig"),
+    (r"^(sudo )?(editor|\$EDITOR) ", "a person edits a file"),
+    (r"^journalctl ", "needs systemd's journal"),
+    (r"^tar -C / ", "replaces the state of the computer; backup_test runs it"),
+    (r"^chown -R plumbline:", "needs the package's user"),
+    (r"^(\S*/)?plumbline cameras", "needs a camera"),
+    (r"--camera A1B2C3", "needs a camera"),
+    (r"^(\S*/)?plumbline log ", "needs systemd's journal"),
+    (r"^mv /var/lib/plumbline ", "moves the state away; backup_test replaces it"),
+    (r"import-urdf|export-urdf", "needs the URDF of a robot; import_test and export_test have one"),
+    (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and lens_command_test draw them"),
+    (r"plumbline lens (list|export|solve)\b", "needs a stored lens and its views; lens_command_test has them"),
+    (r"plumbline mesh check ", "needs a mesh; mesh_command_test has some"),
+    (r"^(\S*/)?plumbline distance |--distances", "needs an object table and a renderer; view_process_test has both"),
+    (r"plumbline snapshot |--snapshot", "needs a renderer; view_process_test draws"),
+    (r"plumbline import (tracker|table)\.csv|plumbline import gauge\.txt", "needs the files of an instrument; import_command_test has some"),
+    (r"--artefacts left_0", "needs a cell with artefacts; plan_command_test has one"),
+    (r"plan cell.toml --tool 2", "needs a cell with numbered tools; numbered_tools_test has one"),
+    (r"plumbline journal quarantine (accept|reject)", "needs rows in quarantine; loop_test has some"),
+    (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
+    (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
+    (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
+    (r"\| jq ", "needs jq"),
+    (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),
+]
+# Programs that run until they are stopped: they must still run after a moment, and end on SIGTERM.
+RUNS_ON = r"^(\S*/)?(plumblined|plumbline-view|plumbline-virtual-cell)\b(?!.*--version)|journal tail"
+# Commands whose exit code states a finding about this computer or cell.
+MAY_FIND = {r"plumbline doctor": (0, 1), r"plumbline status": (0, 1)}
+
+
+def programs():
+    return sorted(name for name in os.listdir(BIN) if re.fullmatch(r"plumbline\w*|plumbline-(view|mesh|dv|fleet)", name))
+
+
+def help_of(*words):
+    done = subprocess.run([os.path.join(BIN, words[0]), *words[1:], "--help"], capture_output=True, text=True, timeout=60)
+    return done.stdout + done.stderr
+
+
+def is_command(line):
+    """Whether an indented line is a command, and no output, table or file content."""
+    words = line.removeprefix("sudo ").split()
+    return bool(words) and (words[0].startswith(("./dev", "../build/", "build/bin/", "$EDITOR")) or (
+        re.fullmatch(r"[a-z][\w-]*", words[0]) and (words + ["="])[1][:1] not in ("=", ":", "|") and
+        (words[0].startswith("plumbline") or shutil.which(words[0]) or words[0] in ("cd", "editor", "systemctl"))
+        and (words[0].startswith("plumbline") or len(words) > 1) and not line.endswith((".", ","))))
+
+
+def commands_in(text, indent):
+    """Lists of the commands of each block of indented or fenced lines: continued lines joined, comments removed."""
+    blocks, block, fenced = [], [], False
+    for line in re.sub(r" *\\\n\s*", " ", text).split("\n") + [""]:
+        if line.startswith("```"):
+            fenced = not fenced
+        elif fenced or line.startswith(indent):
+            command = re.sub(r"\s+# .*$", "", line.strip()).removeprefix("$ ")
+            if is_command(command):
+                block.append(command)
+        elif block and line.strip():
+            blocks.append(block)
+            block = []
+    return blocks + [block] if block else blocks
+
+
+def examples():
+    """{source: blocks of commands}"""
+    found = {name: commands_in(open(name).read(), "    ") for name in DOCUMENTS}
+    for program in programs():
+        text = help_of(program)
+        found[program + " --help"] = commands_in(text.partition("Example")[2], "  ")
+        names = re.findall(r"^  ([a-z][a-z-]+)  ", text.split("ommands:", 1)[-1], re.M) if program == "plumbline" else []
+        for name in names:
+            whole = help_of(program, name)
+            parts = re.findall(r"^  ([a-z][a-z-]+)  ", whole.split("ubcommands:", 1)[1], re.M) if "ubcommands:" in whole else []
+            for words in [(name,)] + [(name, part) for part in parts]:
+                found["plumbline %s --help" % " ".join(words)] = commands_in(help_of(program, *words).partition("Example")[2], "  ")
+    return found
+
+
+def own_view(folder, scratch):
+    """Replaces `folder` by one of our own that shows the same entries and may be written."""
+    lower, upper = (scratch + "/" + kind + folder.replace("/", "-") for kind in ("lower", "upper"))
+    os.makedirs(lower)
+    os.makedirs(upper)
+    subprocess.run(["mount", "--bind", folder, lower], check=True)
+    for name in os.listdir(lower):
+        if name != "plumbline":
+            os.symlink(lower + "/" + name, upper + "/" + name)
+    os.makedirs(upper + "/plumbline")
+    subprocess.run(["mount", "--bind", upper, folder], check=True)
+
+
+def run(command, folder, environment, timeout_s=240):
+    """Exit code and output."""
+    try:
+        done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", timeout=timeout_s)
+    except subprocess.TimeoutExpired:
+        return 124, "did not end within %d s" % timeout_s
+    return done.returncode, done.stdout
+
+
+def prepare(folder):
+    """The files that the examples name, a configuration at its place, and the programs beside it."""
+    os.symlink(ROOT + "/build", folder + "/build")
+    shutil.copytree(ROOT + "/config", folder + "/config")
+    os.makedirs(folder + "/tests")
+    os.symlink(ROOT + "/tests/virtual_cell", folder + "/tests/virtual_cell")
+    for number in range(1, 5):
+        out = folder if number == 1 else "%s/arm-%d" % (folder, number)
+        subprocess.run([BIN + "/plumbline-simulate", "--family", "joint_compliance@q2,q3", "--robot", "ur10", "--rows", "60",
+                        "--seed", str(number), "--out", out + "/data"], check=True, stdout=subprocess.DEVNULL)
+        for name in ("cell.toml", "measured.csv"):
+            shutil.copy(out + "/data/" + name, out)
+    for name in ("cells", "profiles"):
+        shutil.copytree(ROOT + "/config/" + name, "/usr/share/plumbline/" + name)
+    text = open("tests/virtual_cell/demo/plumbline.toml").read()
+    for old, new in (('"cockpit-cell.toml"', '"%s/tests/virtual_cell/demo/cockpit-cell.toml"' % ROOT), ("../../..", ROOT),
+                     ('"/tmp/plumbline-demo"', '"/var/lib/plumbline"'), ("port = 15020", "port = 502")):
+        assert old in text, old
+        text = text.replace(old, new)
+    for place in ("/etc/plumbline/plumbline.toml", folder + "/plumbline.toml"):
+        open(place, "w").write(text if place.startswith("/etc") else text.replace("port = 502", "port = 1502").replace(
+            '"/var/lib/plumbline"', '"%s/state"' % folder))
+    started = [subprocess.Popen([BIN + "/plumbline-virtual-cell", "--cell", "tests/virtual_cell/demo/cockpit-cell.toml", "--idle",
+                                 "--profile", "generic", "--port", "15502", "--port-file", folder + "/cell.ports"],
+                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)]
+    for place in ("/etc/plumbline/plumbline.toml", folder + "/plumbline.toml"):
+        started.append(subprocess.Popen([BIN + "/plumblined", place, "--port-file", place + ".ports"], stderr=open(place + ".log", "w")))
+        give_up = time.monotonic() + 30
+        while not os.path.exists(place + ".ports"):
+            assert started[-1].poll() is None and time.monotonic() < give_up, open(place + ".log").read()
+            time.sleep(0.05)
+    return started
+
+
+def main():
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    faults, ran, listed, used = [], 0, 0, set()
+    found = examples()
+    with tempfile.TemporaryDirectory() as scratch:
+        for folder in ("/etc", "/var/lib", "/usr/share"):
+            own_view(folder, scratch)
+        work, stubs = scratch + "/work", scratch + "/bin"
+        os.makedirs(work)
+        os.makedirs(stubs)
+        open(stubs + "/sudo", "w").write('#!/bin/sh\nexec "$@"\n')
+        os.chmod(stubs + "/sudo", 0o755)
+        environment = dict(os.environ, PATH="%s:%s:%s" % (stubs, BIN, os.environ["PATH"]), HOME=scratch)
+        started = prepare(work)
+        done = set()
+        for source, blocks in found.items():
+            for block in blocks:
+                folder = work
+                for command in block:
+                    reasons = [pattern for pattern, _ in NOT_HERE if re.search(pattern, command)]
+                    used.update(reasons)
+                    if reasons or (command, folder) in done:
+                        listed += bool(reasons)
+                        continue
+                    done.add((command, folder))
+                    ran += 1
+                    allowed, line = (0,), command
+                    if re.search(RUNS_ON, command):  # beside no other daemon, whose port and state it would share
+                        line, allowed = "timeout 5 " + command, (124,)
+                        if not re.search("journal tail|plumbline-view", command):
+                            line = ("unshare --net --mount sh -c 'ip link set lo up; mount -t tmpfs tmpfs /var/lib/plumbline; "
+                                    "exec %s'" % line)
+                    for pattern, codes in MAY_FIND.items():
+                        allowed = codes if re.search(pattern, command) else allowed
+                    own = tempfile.mkdtemp(dir=scratch) if " > " in command else folder  # overwrites nothing
+                    code, output = run(line, own, environment)
+                    if code not in allowed:
+                        faults.append("%s: exit code %d of: %s\n    %s" % (source, code, command, "\n    ".join(output.strip().split("\n")[-6:])))
+                    moved = re.search(r"(?:^|&& )cd (\S+)$", command)
+                    folder = os.path.join(folder, moved.group(1)) if moved and code == 0 else folder
+        for process in started:
+            process.kill()
+            process.wait()
+        for folder in ("/usr/share", "/var/lib", "/etc"):
+            subprocess.run(["umount", "-l", folder], check=True)
+            subprocess.run(["umount", "-l", scratch + "/lower" + folder.replace("/", "-")], check=True)
+    faults += ["no example matches %s any more: remove it from NOT_HERE" % pattern for pattern, _ in NOT_HERE if pattern not in used]
+    if ran < 40 or not all(found[name] for name in DOCUMENTS):
+        faults.append("hardly any example was found: %d" % ran)
+    print("\n".join(faults) or "%d example commands ran, %d cannot run here" % (ran, listed))
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    if os.environ.get(INSIDE):
+        main()
+    inside = ["unshare", "--mount", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    inside += [] if os.getuid() == 0 else ["--user", "--map-root-user"]
+    if subprocess.run(inside + ["true"], capture_output=True).returncode != 0:
+        print("SKIPPED: this computer does not let a test create namespaces")
+        sys.exit(77)
+    sys.exit(subprocess.run(inside + [sys.executable, "-B"] + sys.argv, env=dict(os.environ, **{INSIDE: "yes"})).returncode)
