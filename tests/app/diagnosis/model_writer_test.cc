@@ -57,6 +57,7 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   session.tip_F = Vec3(1.0 / 7, 0, 1e-9);
   diagnosis.sessions = {session};
   diagnosis.domain.q[1] = {-1.0 / 3, 2.0 / 3};
+  diagnosis.domain.largest_residual_m = 1e-3 / 3;
   diagnosis.domain.joint_loads = {{1, {0, 1e3 / 3}}, {4, {-1.0 / 7, 0}}};
   const std::string original = CellText();
   const std::string text = Corrected(original, diagnosis);
@@ -92,6 +93,7 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
     CHECK(Same(cell.domain->q[i].low, diagnosis.domain.q[i].low));
     CHECK(Same(cell.domain->q[i].high, diagnosis.domain.q[i].high));
   }
+  CHECK(Same(cell.domain->largest_residual_m.value(), 1e-3 / 3));
   REQUIRE(cell.domain->joint_loads.size() == 2);
   for (std::size_t k = 0; k < 2; ++k) {
     const model::JointLoad& read = cell.domain->joint_loads[k];
