@@ -8,7 +8,6 @@ It runs in a mount, network and process namespace of its own, where /etc/plumbli
 
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -33,13 +32,13 @@ NOT_HERE = [
     (r"^(\S*/)?plumbline log ", "needs systemd's journal"),
     (r"^mv /var/lib/plumbline ", "moves the state away; backup_test replaces it"),
     (r"import-urdf|export-urdf", "needs the URDF of a robot; import_test and export_test have one"),
-    (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and lens_command_test draw them"),
+    (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and calibrate_lens_command_test have some"),
     (r"plumbline lens (list|export|solve)\b", "needs a stored lens and its views; lens_command_test has them"),
     (r"plumbline mesh check ", "needs a mesh; mesh_command_test has some"),
     (r"^(\S*/)?plumbline distance |--distances", "needs an object table and a renderer; view_process_test has both"),
     (r"plumbline snapshot |--snapshot", "needs a renderer; view_process_test draws"),
     (r"plumbline import (tracker|table)\.csv|plumbline import gauge\.txt", "needs the files of an instrument; import_command_test has some"),
-    (r"--artefacts left_0", "needs a cell with artefacts; plan_command_test has one"),
+    (r"--artefacts left_0", "needs a cell with artefacts; measurement_plan_test has one"),
     (r"plan cell.toml --tool 2", "needs a cell with numbered tools; numbered_tools_test has one"),
     (r"plumbline journal quarantine (accept|reject)", "needs rows in quarantine; loop_test has some"),
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
