@@ -147,16 +147,17 @@ effects::Conditions Machine::ConditionsOf(const loads::Payload& payload) const {
 }
 
 void Machine::RefreshPoints() {
-  points_.Refresh({.points = config_.points,
-                   .cell = config_.cell,
-                   .payload = payload_,
-                   .q = snapshot_.robot.q,
-                   .temp_C = snapshot_.robot.temp_C,
-                   .utc_s = utc_s_,
-                   .now_s = snapshot_.now_s,
-                   .robot_trusted = snapshot_.input_fault == InputFault::kOk,
-                   .lens_missing = snapshot_.lenses_missing != 0},
-                  corrector_, snapshot_.points);
+  snapshot_.point_changes +=
+      points_.Refresh({.points = config_.points,
+                       .cell = config_.cell,
+                       .payload = payload_,
+                       .q = snapshot_.robot.q,
+                       .temp_C = snapshot_.robot.temp_C,
+                       .utc_s = utc_s_,
+                       .now_s = snapshot_.now_s,
+                       .robot_trusted = snapshot_.input_fault == InputFault::kOk,
+                       .lens_missing = snapshot_.lenses_missing != 0},
+                      corrector_, snapshot_.points);
   const auto failed = std::find_if(snapshot_.points.begin(), snapshot_.points.end(),
                                    [](const PointResult& point) { return !point.valid; });
   if (failed != snapshot_.points.end()) snapshot_.first_error = failed->code;

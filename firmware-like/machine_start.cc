@@ -73,6 +73,7 @@ void Machine::ResumeFrom(const Machine& previous, RobotLinkContinuity link) {
     }
   }
   snapshot_.cycle = previous.snapshot_.cycle;
+  snapshot_.point_changes = previous.snapshot_.point_changes + 1;
   snapshot_.reading = previous.snapshot_.reading;
   snapshot_.result = previous.snapshot_.result;
   snapshot_.probe = previous.snapshot_.probe;

@@ -69,8 +69,15 @@ bool PointCorrections::Holds(const Radius& radius, const CorrectionInputs& now,
          (radius.q - correction.q).cwiseAbs().maxCoeff() <= kSamePosture;
 }
 
-void PointCorrections::Refresh(const PointInputs& inputs, correction::CellCorrector& corrector,
-                               std::vector<PointResult>& results) {
+PointCorrections::Shown PointCorrections::ShownOf(const PointResult& result) {
+  const correction::Correction& correction = result.correction;
+  return {result.valid,     result.ever_valid,        correction.extrapolated, result.code,
+          result.solutions, correction.uncertainty_m, correction.basis};
+}
+
+std::size_t PointCorrections::Refresh(const PointInputs& inputs,
+                                      correction::CellCorrector& corrector,
+                                      std::vector<PointResult>& results) {
   searches_left_ = kSearchesPerCycle;
   const std::size_t count = results.size(), first = next_search_;
   for (std::size_t k = 0; k < count; ++k) {
@@ -78,6 +85,15 @@ void PointCorrections::Refresh(const PointInputs& inputs, correction::CellCorrec
     RefreshPoint(index, inputs, corrector, results[index]);
   }
   RefreshRadii(inputs, corrector, results);
+  std::size_t changed = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Shown shown = ShownOf(results[k]);
+    if (shown == shown_[k]) continue;
+    shown_[k] = shown;
+    ++results[k].changes;
+    ++changed;
+  }
+  return changed;
 }
 
 correction::CorrectionCode PointCorrections::Obstacle(

@@ -29,7 +29,8 @@ struct PointInputs {
 /// computed per cycle, round-robin. Not thread-safe; Refresh() does not allocate.
 class PointCorrections {
  public:
-  explicit PointCorrections(std::size_t points) : branches_(points), radii_(points) {}
+  explicit PointCorrections(std::size_t points)
+      : branches_(points), radii_(points), shown_(points) {}
 
   /// Until SetTaughtBranch() is called for this point, it is pending and its branch is not
   /// searched.
@@ -44,9 +45,11 @@ class PointCorrections {
 
   /// Solves each point whose inputs have changed, and states its radius. A point without a branch
   /// is searched for again after a pause that grows with each failure.
-  /// @param results  one per point; a point that has no correction keeps its last values
-  void Refresh(const PointInputs& inputs, correction::CellCorrector& corrector,
-               std::vector<PointResult>& results);
+  /// @param results  one per point; a point that has no correction keeps its last values. `changes`
+  ///                 counts those that differ from the previous call
+  /// @return         how many points changed
+  std::size_t Refresh(const PointInputs& inputs, correction::CellCorrector& corrector,
+                      std::vector<PointResult>& results);
 
   /// The latest solution of a point: commanded joints [rad] or [m].
   const std::optional<model::JointVector>& solution(std::size_t index) const {
@@ -88,6 +91,17 @@ class PointCorrections {
     model::JointVector q;  ///< commanded joints [rad] or [m]
   };
 
+  /// What identifies the values of a result: the others change only together with these.
+  struct Shown {
+    bool valid = false, ever_valid = false, extrapolated = false;
+    correction::CorrectionCode code = correction::CorrectionCode::kPending;
+    std::uint32_t solutions = 0;
+    double radius_m = 0;
+    model::RadiusBasis basis = model::RadiusBasis::kUnknown;
+    bool operator==(const Shown&) const = default;
+  };
+  static Shown ShownOf(const PointResult& result);
+
   static CorrectionInputs InputsOf(const correction::CellCorrector& corrector,
                                    const loads::Payload& payload,
                                    const effects::Conditions& conditions);
@@ -110,6 +124,7 @@ class PointCorrections {
 
   std::vector<Branch> branches_;  ///< one per point
   std::vector<Radius> radii_;     ///< one per point
+  std::vector<Shown> shown_;      ///< of each point's latest result
   int searches_left_ = 0;         ///< in this cycle
   std::size_t next_search_ = 0;   ///< the point that may search first in the next cycle
   std::size_t next_radius_ = 0;

@@ -36,8 +36,9 @@ view_link::ViewCamera SeenBy(const camera::Camera& camera, const tracking::Track
   return view;
 }
 
+/// Copies everything but the points.
 void CopySnapshot(const Snapshot& snapshot, const model::CellModel& cell,
-                  const std::vector<int>& point_ids, view_link::ViewState& state) {
+                  view_link::ViewState& state) {
   state.status = snapshot.status;
   state.alarms = snapshot.alarms;
   state.warnings = snapshot.warnings;
@@ -49,6 +50,9 @@ void CopySnapshot(const Snapshot& snapshot, const model::CellModel& cell,
       snapshot.motion.state,  snapshot.motion.age_s,          dynamic.sag,
       dynamic.acceleration_F, dynamic.angular_acceleration_F, dynamic.tip_acceleration_W.norm(),
       dynamic.tip_W,          snapshot.motion.radius_m};
+  state.payload_kg.reset();
+  state.payload_cog_F.setZero();
+  state.tool = 0;
   if (snapshot.payload_valid) {
     state.payload_kg = snapshot.payload.mass_kg;
     state.payload_cog_F = snapshot.payload.cog_F;
@@ -58,14 +62,6 @@ void CopySnapshot(const Snapshot& snapshot, const model::CellModel& cell,
   state.payload_problem = advice.problem;
   state.payload_remedy = advice.remedy;
   state.temp_C = snapshot.robot.temp_C;
-  const std::size_t points = std::min(snapshot.points.size(), point_ids.size());
-  for (std::size_t i = 0; i < points; ++i) {
-    const PointResult& point = snapshot.points[i];
-    state.points.push_back({point_ids[i], point.valid, point.correction.extrapolated, point.code,
-                            point.correction.X_BP_command, point.correction.translation_B,
-                            point.correction.uncertainty_m, point.correction.basis,
-                            point.correction.q, point.posture.taught, point.posture.differs});
-  }
 }
 
 }  // namespace
@@ -78,6 +74,7 @@ void DisplayFeed::Configure(const config::DaemonConfig& config) {
   const std::lock_guard lock(mutex_);
   cell_ = config.machine.cell;
   point_ids_.clear();
+  point_changes_.reset();
   for (const correction::AssemblyPoint& point : config.machine.points)
     point_ids_.push_back(point.id);
 }
@@ -130,13 +127,31 @@ void DisplayFeed::PublishIfDue() {
   Send();
 }
 
+void DisplayFeed::CopyPoints(const Snapshot& snapshot) {
+  point_changes_ = snapshot.point_changes;
+  ++state_.points_number;
+  state_.points.clear();
+  const std::size_t points = std::min(snapshot.points.size(), point_ids_.size());
+  for (std::size_t i = 0; i < points; ++i) {
+    const PointResult& point = snapshot.points[i];
+    state_.points.push_back({point_ids_[i], point.valid, point.correction.extrapolated, point.code,
+                             point.correction.X_BP_command, point.correction.translation_B,
+                             point.correction.uncertainty_m, point.correction.basis,
+                             point.correction.q, point.posture.taught, point.posture.differs});
+  }
+}
+
 void DisplayFeed::Send() {
-  view_link::ViewState state;
+  view_link::ViewState& state = state_;
   state.now_s = sent_s_ = MonotonicSeconds();
   state.utc_s = service::SystemUtcSeconds();
   state.version = PLUMBLINE_VERSION;
   state.cell = cell_.robot.name;
-  CopySnapshot(*cycle_->ReadSnapshot(), cell_, point_ids_, state);
+  {
+    const auto snapshot = cycle_->ReadSnapshot();
+    CopySnapshot(*snapshot, cell_, state);
+    if (point_changes_ != snapshot->point_changes) CopyPoints(*snapshot);
+  }
   const CycleCounters counters = cycle_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
                  counters.overruns, counters.starts};
@@ -146,6 +161,7 @@ void DisplayFeed::Send() {
     cameras_[k].status = *mailboxes_.cameras[k].status.Read();
   }
   state.cameras = cameras_;
+  state.lines.clear();
   for (const log::LogLine& line : log::RecentLog()) {
     state.lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "app/camera/camera_supervisor.h"
@@ -38,6 +39,7 @@ class DisplayFeed {
 
  private:
   void Send();
+  void CopyPoints(const Snapshot& snapshot);
   bool HasViewers();
 
   std::mutex mutex_;
@@ -47,6 +49,8 @@ class DisplayFeed {
   model::CellModel cell_;
   std::vector<int> point_ids_;
   std::vector<view_link::ViewCamera> cameras_;
+  view_link::ViewState state_;  ///< sent last; its points are kept until they change
+  std::optional<std::uint64_t> point_changes_;  ///< Snapshot::point_changes of these points
   double sent_s_ = -1e300;
   double start_s_ = 0;
   double scene_s_ = -1e300;  ///< time of the last scene status that a viewer reported

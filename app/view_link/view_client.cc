@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -23,33 +24,55 @@
 namespace plumbline::view_link {
 namespace {
 
-constexpr std::size_t kMaxMessageBytes = 1 << 21;
+/// Upper bound for a plausible text: that of 65,536 points.
+constexpr off_t kMaxTextBytes = off_t{64} << 20;
 /// Upper bound for a plausible slot; the largest supported image is smaller.
 constexpr std::uint64_t kMaxSlotBytes = std::uint64_t{1} << 30;
 
-/// One message, with the descriptor sent along with it, if any.
+/// The text in a memory of the publisher; nullopt if it cannot be read or is implausibly large.
+std::optional<std::string> TextIn(const os::Descriptor& memory) {
+  struct stat about {};
+  if (fstat(memory.get(), &about) != 0 || about.st_size > kMaxTextBytes) return std::nullopt;
+  std::string text(static_cast<std::size_t>(about.st_size), '\0');
+  // The offset of the descriptor is shared with the other viewers.
+  const ssize_t got = pread(memory.get(), text.data(), text.size(), 0);
+  if (got != about.st_size) return std::nullopt;
+  return text;
+}
+
+/// One message with the descriptors sent along with it.
 struct Received {
   ssize_t bytes = 0;
-  os::Descriptor descriptor;
+  ViewMessage message;
+  std::vector<os::Descriptor> descriptors;
+
+  /// Whether it is complete, with as many descriptors as it says.
+  bool Known() const {
+    return bytes == sizeof message &&
+           std::memcmp(message.magic, ViewMessage().magic, sizeof message.magic) == 0 &&
+           descriptors.size() == 1U + (message.points != 0) + (message.images != 0);
+  }
 };
 
-Received ReceiveFrom(int socket, std::vector<char>& message) {
-  message.resize(kMaxMessageBytes);
-  iovec part{message.data(), message.size()};
-  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+Received ReceiveFrom(int socket) {
+  Received received;
+  iovec part{&received.message, sizeof received.message};
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int) * ViewMessage::kMaxDescriptors)] = {};
   msghdr header{};
   header.msg_iov = &part;
   header.msg_iovlen = 1;
   header.msg_control = control;
   header.msg_controllen = sizeof control;
-  Received received;
-  received.bytes = recvmsg(socket, &header, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  received.bytes = recvmsg(socket, &header, MSG_DONTWAIT | MSG_CMSG_CLOEXEC | MSG_TRUNC);
   if (received.bytes < 0) return received;
   for (cmsghdr* at = CMSG_FIRSTHDR(&header); at != nullptr; at = CMSG_NXTHDR(&header, at)) {
     if (at->cmsg_level != SOL_SOCKET || at->cmsg_type != SCM_RIGHTS) continue;
-    int descriptor = -1;
-    std::memcpy(&descriptor, CMSG_DATA(at), sizeof descriptor);
-    received.descriptor.Reset(descriptor);
+    const std::size_t count = (at->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+    for (std::size_t k = 0; k < count; ++k) {
+      int descriptor = -1;
+      std::memcpy(&descriptor, CMSG_DATA(at) + k * sizeof descriptor, sizeof descriptor);
+      received.descriptors.emplace_back(descriptor);
+    }
   }
   return received;
 }
@@ -155,6 +178,54 @@ void ViewClient::SendScene(const status::SceneStatus& scene) {
       send(socket_.get(), message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
+bool ViewClient::Receive(Arrived& arrived) {
+  Received got = ReceiveFrom(socket_.get());
+  if (got.bytes < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+  if (got.bytes <= 0) {
+    Disconnect("plumblined closed the connection");
+    return false;
+  }
+  if (!got.Known() ||
+      (got.message.images != 0 && !MapMemory(got.descriptors.back(), got.message.slot_bytes))) {
+    Disconnect(
+        "plumblined sends data in an unknown format; restart it and this program, so that both "
+        "are of the same version");
+    arrived = {};
+    return false;
+  }
+  arrived.state = std::move(got.descriptors[0]);
+  if (got.message.points != 0) arrived.points = std::move(got.descriptors[1]);
+  return true;
+}
+
+bool ViewClient::Take(const Arrived& arrived) {
+  const auto text_of = [](const os::Descriptor& memory) {
+    return TextIn(memory).value_or("");  // refused below, with the reason for an empty text
+  };
+  if (arrived.points) {
+    static std::atomic<std::uint64_t> lists{1};  // a View may be used with several clients
+    auto points = PointsOfJson(text_of(arrived.points));
+    if (!points) {
+      Disconnect(points.error());
+      return false;
+    }
+    points_ = std::move(points).value();
+    points_number_ = ++lists;
+  }
+  if (!arrived.state) return false;
+  auto state = ViewOfJson(text_of(arrived.state));
+  if (!state) {
+    problem_ = state.error();
+    return false;
+  }
+  std::vector<ViewPoint> points = std::move(fresh_.state.points);
+  if (fresh_.state.points_number != points_number_) points = points_;
+  fresh_.state = std::move(state).value();
+  fresh_.state.points = std::move(points);
+  fresh_.state.points_number = points_number_;
+  return true;
+}
+
 bool ViewClient::Read(double timeout_s, View& view) {
   const double deadline_s = MonotonicSeconds() + timeout_s;
   if (!Connect()) {
@@ -162,40 +233,14 @@ bool ViewClient::Read(double timeout_s, View& view) {
         std::chrono::duration<double>(std::min(std::max(timeout_s, 0.0), BackOff::kFirst_s)));
     return false;
   }
-  std::string newest;
+  Arrived arrived;
   for (;;) {
-    const double left_s = newest.empty() ? deadline_s - MonotonicSeconds() : 0;
+    const double left_s = arrived.state ? 0 : deadline_s - MonotonicSeconds();
     pollfd waiting{socket_.get(), POLLIN, 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::ceil(1e3 * std::max(0.0, left_s))));
-    if (ready <= 0) break;
-    const Received got = ReceiveFrom(socket_.get(), message_);
-    if (got.bytes < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-    if (got.bytes <= 0) {
-      Disconnect("plumblined closed the connection");
-      break;
-    }
-    if (!got.descriptor) {
-      newest.assign(message_.data(), static_cast<std::size_t>(got.bytes));
-      continue;
-    }
-    ViewMemory memory;
-    const bool known = static_cast<std::size_t>(got.bytes) == sizeof memory &&
-                       std::memcmp(message_.data(), memory.magic, sizeof memory.magic) == 0;
-    if (known) std::memcpy(&memory, message_.data(), sizeof memory);
-    if (!known || !MapMemory(got.descriptor, memory.slot_bytes)) {
-      Disconnect(
-          "plumblined sends images in an unknown format; restart it and this program, so that both "
-          "are of the same version");
-      return false;
-    }
+    if (ready <= 0 || !Receive(arrived)) break;
   }
-  if (newest.empty()) return false;
-  auto state = ViewOfJson(newest);
-  if (!state) {
-    problem_ = state.error();
-    return false;
-  }
-  fresh_.state = std::move(state).value();
+  if (!Take(arrived)) return false;
   if (!images_) {
     fresh_.pixels.clear();
   } else if (!CopyImages(fresh_)) {
@@ -203,7 +248,7 @@ bool ViewClient::Read(double timeout_s, View& view) {
   }
   std::swap(view, fresh_);
   back_off_.Well();
-  problem_.clear();
+  if (socket_) problem_.clear();
   return true;
 }
 

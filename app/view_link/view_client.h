@@ -27,7 +27,7 @@ struct View {
 };
 
 /// Connects and reconnects automatically, with growing pauses. Always returns the newest state;
-/// older ones in the socket are discarded. Used by one thread.
+/// older ones in the socket are discarded, without being read. Used by one thread.
 class ViewClient {
  public:
   /// @param images  if false, only states are read: nothing is copied and View::pixels stays empty
@@ -51,6 +51,14 @@ class ViewClient {
  private:
   bool Connect();
   void Disconnect(std::string problem);
+  /// What arrived since the last call; descriptors are invalid where nothing did.
+  struct Arrived {
+    os::Descriptor state, points;
+  };
+  /// Receives one message. @return  false if there is none, or the connection has ended
+  bool Receive(Arrived& arrived);
+  /// Parses what arrived into fresh_, or sets problem_.
+  bool Take(const Arrived& arrived);
   bool MapMemory(const os::Descriptor& memory, std::size_t slot_bytes);
   bool CopyImages(View& view) const;
   bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
@@ -62,7 +70,8 @@ class ViewClient {
   std::size_t bytes_ = 0, slot_bytes_ = 0;
   int memory_ = 0;  ///< number of the shared memory, counted by this client
   BackOff back_off_;
-  std::vector<char> message_;
+  std::vector<ViewPoint> points_;    ///< received last
+  std::uint64_t points_number_ = 1;  ///< of that list
   View fresh_;  ///< assembled here, so that the caller's state and pixels always match
   std::string problem_ = "not connected yet";
 };

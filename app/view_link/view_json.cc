@@ -32,22 +32,18 @@ Json CamerasJson(const std::vector<ViewCamera>& cameras) {
   return list;
 }
 
-Json PointsJson(const std::vector<ViewPoint>& points) {
-  Json list = Json::array();
-  for (const ViewPoint& point : points) {
-    list.push_back({{"id", point.id},
-                    {"valid", point.valid},
-                    {"extrapolated", point.extrapolated},
-                    {"code", static_cast<int>(point.code)},
-                    {"X_BP_command", PoseJson(point.X_BP_command)},
-                    {"translation_B_m", VectorJson(point.translation_B)},
-                    {"uncertainty_m", NumberJson(point.uncertainty_m)},
-                    {"basis", static_cast<int>(point.basis)},
-                    {"q", VectorJson(point.q)},
-                    {"taught", point.taught},
-                    {"differs", point.differs}});
-  }
-  return list;
+Json PointJson(const ViewPoint& point) {
+  return {{"id", point.id},
+          {"valid", point.valid},
+          {"extrapolated", point.extrapolated},
+          {"code", static_cast<int>(point.code)},
+          {"X_BP_command", PoseJson(point.X_BP_command)},
+          {"translation_B_m", VectorJson(point.translation_B)},
+          {"uncertainty_m", NumberJson(point.uncertainty_m)},
+          {"basis", static_cast<int>(point.basis)},
+          {"q", VectorJson(point.q)},
+          {"taught", point.taught},
+          {"differs", point.differs}};
 }
 
 ViewPoint PointOf(const Json& json) {
@@ -180,7 +176,6 @@ ViewState StateOf(const Json& json) {
     state.payload_remedy = json.at("payload_remedy").get<std::string>();
   }
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
-  for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
   if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
@@ -190,6 +185,32 @@ ViewState StateOf(const Json& json) {
          text::IntegerFromJson<int>(line.at("level")), line.at("text").get<std::string>()});
   }
   return state;
+}
+
+std::vector<ViewPoint> PointsOf(const Json& json) {
+  if (!json.is_array()) throw std::out_of_range("the points are not a list");
+  std::vector<ViewPoint> points;
+  points.reserve(json.size());
+  for (const Json& point : json) points.push_back(PointOf(point));
+  return points;
+}
+
+/// The value that `read` takes from the text; never throws.
+template <typename Read>
+auto Parsed(std::string_view text, Read read) -> Result<decltype(read(Json()))> {
+  const auto unreadable = [](std::string_view why) {
+    return Error{fmt::format(
+        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
+        "both are of the same version",
+        why)};
+  };
+  try {
+    const Result<Json> json = text::JsonFromText<Json>(text);
+    if (json) return read(*json);
+    return unreadable(json.error());
+  } catch (const std::exception& why) {
+    return unreadable(why.what());
+  }
 }
 
 }  // namespace
@@ -215,27 +236,24 @@ std::string JsonOfView(const ViewState& state) {
                      {"payload_remedy", state.payload_remedy},
                      {"tool", state.tool},
                      {"temp_C", OptionalJson(state.temp_C)},
-                     {"points", PointsJson(state.points)},
                      {"monitoring", MonitoringJson(state.monitoring)},
                      {"cameras", CamerasJson(state.cameras)},
                      {"lines", LinesJson(state.lines)}};
   return text::JsonText(json);
 }
 
+std::string JsonOfPoints(const std::vector<ViewPoint>& points) {
+  Json list = Json::array();
+  for (const ViewPoint& point : points) list.push_back(PointJson(point));
+  return text::JsonText(list);
+}
+
 Result<ViewState> ViewOfJson(std::string_view text) {
-  try {
-    const Result<Json> json = text::JsonFromText<Json>(text);
-    if (json) return StateOf(*json);
-    return Error{fmt::format(
-        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
-        "both are of the same version",
-        json.error())};
-  } catch (const std::exception& why) {
-    return Error{fmt::format(
-        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
-        "both are of the same version",
-        why.what())};
-  }
+  return Parsed(text, StateOf);
+}
+
+Result<std::vector<ViewPoint>> PointsOfJson(std::string_view text) {
+  return Parsed(text, PointsOf);
 }
 
 }  // namespace plumbline::view_link

@@ -10,13 +10,16 @@
 namespace plumbline::view_link {
 
 /// Incremented with every change that an older reader would misinterpret.
-inline constexpr int kViewSchema = 7;
+inline constexpr int kViewSchema = 8;
 
-/// @return  one JSON object; non-finite numbers become null
+/// @return  one JSON object without the points; non-finite numbers become null
 std::string JsonOfView(const ViewState& state);
+/// @return  the points as one JSON list
+std::string JsonOfPoints(const std::vector<ViewPoint>& points);
 
 /// Parses untrusted text; never throws.
-/// @return  the state, or what is wrong: another schema, a missing or implausible value
+/// @return  the value, or what is wrong: another schema, a missing or implausible value
 Result<ViewState> ViewOfJson(std::string_view text);
+Result<std::vector<ViewPoint>> PointsOfJson(std::string_view text);
 
 }  // namespace plumbline::view_link

@@ -16,12 +16,14 @@
 
 #include "app/view_link/view_json.h"
 #include "drivers/clock.h"
+#include "drivers/os/file_writing.h"
 
 namespace plumbline::view_link {
 namespace {
 
-/// Limits the size of a message; a state with many points and log lines fits.
-constexpr int kSendBuffer = 1 << 20;
+/// The kernel raises it to its minimum, which holds a few messages: a viewer that does not read
+/// keeps no more states in memory.
+constexpr int kSendBuffer = 1;
 constexpr int kMaxMessagesPerPoll = 16;  ///< from one viewer
 
 std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
@@ -39,6 +41,17 @@ bool OpenToGroup(const std::string& path) {
       is_socket && chmod(fmt::format("/proc/self/fd/{}", at.get()).c_str(), 0660) == 0;
   if (!is_socket) errno = ELOOP;
   return changed;
+}
+
+/// Sealed memory that contains the text; invalid if the system refuses it.
+os::Descriptor MemoryWith(std::string_view text) {
+  os::Descriptor memory(memfd_create("plumbline-state", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  constexpr int kSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
+  if (!memory || !os::WriteAll(memory.get(), text) ||
+      fcntl(memory.get(), F_ADD_SEALS, kSeals) != 0) {
+    return {};
+  }
+  return memory;
 }
 
 }  // namespace
@@ -106,7 +119,7 @@ void ViewPublisher::Accept() {
     socklen_t size = sizeof peer;
     const bool same = getsockopt(viewer.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
                       peer.uid == geteuid();
-    viewers_.push_back({std::move(viewer), -1, same});
+    viewers_.push_back({std::move(viewer), 0, 0, same});
   }
 }
 
@@ -161,38 +174,46 @@ std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const image::L
   return image;
 }
 
-bool ViewPublisher::SendMemory(Viewer& viewer) {
-  ViewMemory memory;
-  memory.slot_bytes = slot_bytes_;
-  iovec part{&memory, sizeof memory};
-  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
-  msghdr message{};
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control;
-  message.msg_controllen = sizeof control;
-  cmsghdr* const head = CMSG_FIRSTHDR(&message);
+bool ViewPublisher::SendTo(Viewer& viewer, const os::Descriptor& state) {
+  ViewMessage message;
+  message.slot_bytes = slot_bytes_;
+  message.points = viewer.points_sent != points_number_ ? 1 : 0;
+  message.images = viewer.memory_sent != memory_number_ ? 1 : 0;
+  std::array<int, ViewMessage::kMaxDescriptors> handed{state.get()};
+  std::size_t count = 1;
+  if (message.points != 0) handed[count++] = points_.get();
+  if (message.images != 0) handed[count++] = memory_.get();
+  iovec part{&message, sizeof message};
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof handed)] = {};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  header.msg_control = control;
+  header.msg_controllen = CMSG_SPACE(count * sizeof(int));
+  cmsghdr* const head = CMSG_FIRSTHDR(&header);
   head->cmsg_level = SOL_SOCKET;
   head->cmsg_type = SCM_RIGHTS;
-  head->cmsg_len = CMSG_LEN(sizeof(int));
-  const int handed = memory_.get();
-  std::memcpy(CMSG_DATA(head), &handed, sizeof handed);
-  if (sendmsg(viewer.socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return false;
+  head->cmsg_len = CMSG_LEN(count * sizeof(int));
+  std::memcpy(CMSG_DATA(head), handed.data(), count * sizeof(int));
+  if (sendmsg(viewer.socket.get(), &header, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
+    // Its socket is full, or too many descriptors wait in the sockets of viewers that do not read.
+    return errno == EAGAIN || errno == EINTR || errno == ENOBUFS || errno == ETOOMANYREFS;
+  }
+  viewer.points_sent = points_number_;
   viewer.memory_sent = memory_number_;
   return true;
 }
 
 void ViewPublisher::Send(const ViewState& state) {
-  const std::string text = JsonOfView(state);
+  if (viewers_.empty()) return;
+  if (state.points_number != points_number_) {
+    points_ = MemoryWith(JsonOfPoints(state.points));
+    points_number_ = points_ ? state.points_number : 0;
+  }
+  const os::Descriptor text = MemoryWith(JsonOfView(state));
+  if (!text || !points_) return;
   for (std::size_t k = viewers_.size(); k-- > 0;) {
-    Viewer& viewer = viewers_[k];
-    if (memory_ && viewer.memory_sent != memory_number_ && !SendMemory(viewer)) {
-      if (errno != EAGAIN) Drop(k);
-      continue;
-    }
-    const ssize_t sent =
-        send(viewer.socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (sent < 0 && errno != EAGAIN && errno != EINTR) Drop(k);
+    if (!SendTo(viewers_[k], text)) Drop(k);
   }
 }
 

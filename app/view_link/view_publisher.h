@@ -18,10 +18,12 @@
 namespace plumbline::view_link {
 
 /// Listens on a Unix socket; the file's mode decides who may connect. Viewers can send one message
-/// only (scene_message.h), and only processes of the daemon's own user. A new viewer receives the
-/// shared memory with the images, read-only, and then one message (view_json.h) per state. The
-/// publisher never waits: a viewer whose socket is full misses that state and gets the next.
-/// Without viewers nothing is copied.
+/// only (scene_message.h), and only processes of the daemon's own user. A viewer receives one
+/// message (ViewMessage) per state, which carries descriptors of read-only memory: the state's text
+/// (view_json.h), and the points and the images where it does not have them yet. So a message
+/// is small however large the state, and each text is encoded once for all viewers. The publisher
+/// never waits: a viewer whose socket is full misses that state and gets the next; what waits in
+/// its socket keeps a few states in memory. Without viewers nothing is copied.
 ///
 /// The images of a camera cycle through its kSlotsPerCamera slots. A viewer copies an image and
 /// then checks that the slot's stamp is still the one given in the state; it differs if the viewer
@@ -52,6 +54,7 @@ class ViewPublisher {
   /// Number of the shared memory. When it changes, images shared earlier are gone.
   int memory_number() const { return memory_number_; }
 
+  /// Sends the state to each viewer, and the points to those that do not have that list yet.
   void Send(const ViewState& state);
 
   /// The newest scene message from a viewer of the daemon's own user, stamped with its time of
@@ -61,19 +64,23 @@ class ViewPublisher {
  private:
   struct Viewer {
     os::Descriptor socket;
-    int memory_sent = -1;         ///< number of the shared memory that it was sent
-    bool may_send_scene = false;  ///< it runs as the daemon's own user
+    int memory_sent = 0;            ///< number of the shared memory that it was sent; 0: none
+    std::uint64_t points_sent = 0;  ///< number of the points that it was sent; 0: none
+    bool may_send_scene = false;    ///< it runs as the daemon's own user
   };
   ViewPublisher(std::string path, os::Descriptor socket);
   bool Reserve(std::size_t bytes);
   void Accept();
-  bool SendMemory(Viewer& viewer);
+  /// @return  false if the viewer has disconnected
+  bool SendTo(Viewer& viewer, const os::Descriptor& state);
   void Drop(std::size_t index);
 
   const std::string path_;
   const os::Descriptor socket_;
   std::vector<Viewer> viewers_;
-  os::Descriptor memory_;
+  os::Descriptor points_;  ///< text of the points
+  std::uint64_t points_number_ = 0;
+  os::Descriptor memory_;  ///< of the images
   int memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
@@ -97,11 +104,14 @@ inline void OrderStampAndPixels() {
 #endif
 }
 
-/// First message after connecting, and again when the shared memory was replaced. Carries its
-/// descriptor.
-struct ViewMemory {
-  char magic[8] = {'p', 'l', 'u', 'm', 'b', 'v', 'w', '1'};
-  std::uint64_t slot_bytes = 0;
+/// Message of the publisher. It carries the descriptor of a state's text, and then those of the
+/// points' text and the images' memory if `points` and `images` say so. A points list and images
+/// stay in use until others arrive.
+struct ViewMessage {
+  static constexpr std::size_t kMaxDescriptors = 3;
+  char magic[8] = {'p', 'l', 'u', 'm', 'b', 'v', 'w', '2'};
+  std::uint64_t slot_bytes = 0;  ///< of the images' memory
+  std::uint32_t points = 0, images = 0;
 };
 
 }  // namespace plumbline::view_link

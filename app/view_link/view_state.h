@@ -119,6 +119,9 @@ struct ViewState {
   std::string payload_problem{}, payload_remedy{};
   int tool = 0;                   ///< index of the mounted tool, see CellModel::ToolAt
   std::vector<ViewPoint> points;  ///< in configured order
+  /// Number of this list, above 0: lists with equal numbers are equal, so that a list is encoded
+  /// and sent once, however often the rest changes. Daemon and viewer count independently.
+  std::uint64_t points_number = 1;
   status::MonitoringStatus monitoring;
   std::vector<ViewCamera> cameras;  ///< in configured order; empty: no camera configured
   std::vector<ViewLine> lines;      ///< the newest, oldest first

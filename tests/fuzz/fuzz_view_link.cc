@@ -1,5 +1,5 @@
-// Fuzzer: arbitrary bytes between daemon and viewer: scene messages of the viewer (24 bytes) and
-// state messages of the daemon (text). Rejected, or within the limits and unchanged by a round
+// Fuzzer: arbitrary bytes between daemon and viewer: scene messages of the viewer (32 bytes),
+// states and points of the daemon (text). Rejected, or within the limits and unchanged by a round
 // trip.
 #include <algorithm>
 #include <cmath>
@@ -47,10 +47,16 @@ void TakeState(std::string_view text) {
   Require(view_link::ViewOfJson(view_link::JsonOfView(*state)).ok());
 }
 
+void TakePoints(std::string_view text) {
+  const auto points = view_link::PointsOfJson(text);
+  if (points) Require(view_link::PointsOfJson(view_link::JsonOfPoints(*points)).ok());
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   TakeScene({data, size});
   TakeState({reinterpret_cast<const char*>(data), size});
+  TakePoints({reinterpret_cast<const char*>(data), size});
   return 0;
 }

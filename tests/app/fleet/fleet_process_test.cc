@@ -37,6 +37,18 @@ std::vector<Heard> Stream(const Historian& historian) {
 
 }  // namespace
 
+TEST_CASE("a daemon with 5000 points is not reported as silent") {
+  if (!HasBroker()) return;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker), 5000);
+  station.Start();
+  INFO(station.Log());
+  REQUIRE(historian.Awaits("NDATA", 3));
+  CHECK(historian.Of("NDATA")[0].json.at("points") == 5000);
+  CHECK(historian.Of("NALARM").empty());
+}
+
 TEST_CASE("birth, states, alarms, points, models, lenses and probes are published") {
   if (!HasBroker()) return;
   const BrokerProcess broker;

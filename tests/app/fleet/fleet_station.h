@@ -50,6 +50,7 @@ class FeedProcess {
   void Set(Change change) {
     const std::lock_guard lock(mutex_);
     change(state_);
+    ++state_.points_number;
   }
 
  private:
