@@ -15,7 +15,7 @@ Result<std::unique_ptr<zoom::ZoomSensor>> ZoomFrom(const config::ZoomConfig& con
   }
   zoom::ZoomConnection connection = config.connection;
   if (config.kind == "replay") {
-    const Result<std::string> text = files::ReadTextFile(config.replay_file);
+    const Result<std::string> text = files::ReadFileUpTo(files::kTableSize, config.replay_file);
     if (!text) return Error{fmt::format("{}: {}", config.replay_file, text.error())};
     auto rows = zoom::ZoomRowsFromCsv(*text);
     if (!rows) return Error{fmt::format("{}: {}", config.replay_file, rows.error())};

@@ -87,7 +87,7 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     faults = {};
   }
   std::optional<std::map<std::string, hand_eye::RobotPose>> poses;
-  if (const auto text = config::ReadRequiredFile(options.poses, faults)) {
+  if (const auto text = config::ReadRequiredFile(options.poses, faults, files::kTableSize)) {
     poses = hand_eye::RobotPosesFromCsv(
         *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
         faults);

@@ -46,7 +46,8 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
     Result<siblings::Arm> arm = siblings::ReadArm(folder, faults);
     err << config::FaultsText(faults);
     if (!arm) return Error{arm.error()};
-    const Result<std::string> rows = files::ReadTextFile(siblings::RowsFileOf(folder));
+    const Result<std::string> rows =
+        files::ReadFileUpTo(files::kTableSize, siblings::RowsFileOf(folder));
     const auto [owner, is_new] = owner_of_rows.emplace(text::Sha256Hex(rows ? *rows : ""), folder);
     if (!is_new) {
       return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
@@ -69,7 +70,7 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
 
 Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std::ostream& err) {
   const Result<std::string> cell_text = files::ReadTextFile(arguments.cell);
-  const Result<std::string> table_text = files::ReadTextFile(arguments.measured);
+  const Result<std::string> table_text = files::ReadFileUpTo(files::kTableSize, arguments.measured);
   if (!cell_text)
     return Error{arguments.cell + ": " + files::ReadErrorText(arguments.cell, cell_text.error())};
   if (!table_text)

@@ -52,7 +52,7 @@ class MappedFile {
 
   /// @return nullopt after a fault
   std::optional<imports::UnderstoodFile> Read(config::FaultList& faults) {
-    const auto bytes = config::ReadRequiredFile(path_, faults);
+    const auto bytes = config::ReadRequiredFile(path_, faults, files::kTableSize);
     if (!bytes) return std::nullopt;
     imports::Mapping mapping;
     const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
@@ -167,7 +167,7 @@ void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFil
 
 int PreviewYaml(const ImportCommandOptions& options) {
   config::FaultList faults;
-  const auto text = config::ReadRequiredFile(options.file, faults);
+  const auto text = config::ReadRequiredFile(options.file, faults, files::kTableSize);
   std::cerr << config::FaultsText(faults);
   if (!text) return kExitFault;
   const auto shown = imports::RobotCalibrationText(*text);

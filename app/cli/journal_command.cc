@@ -51,7 +51,8 @@ struct JournalOptions {
 int Import(const JournalOptions& options) {
   config::FaultList faults;
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
-  const std::optional<std::string> text = config::ReadRequiredFile(options.file, faults);
+  const std::optional<std::string> text =
+      config::ReadRequiredFile(options.file, faults, files::kTableSize);
   std::optional<table::MeasuredTable> table;
   if (text && cell) table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
   std::cerr << config::FaultsText(faults);

@@ -169,7 +169,7 @@ int Propose(const ModelOptions& options) {
   if (!cell) return kExitFault;
   model_store::ModelFacts facts;
   if (!options.diagnosis.empty()) {
-    const Result<std::string> diagnosis = files::ReadTextFile(options.diagnosis);
+    const Result<std::string> diagnosis = files::ReadFileUpTo(files::kTableSize, options.diagnosis);
     const Result<model_store::ModelFacts> read =
         diagnosis ? model_store::ModelFactsFromDiagnosis(*diagnosis)
                   : Error{files::ReadErrorText(options.diagnosis, diagnosis.error())};
@@ -177,7 +177,8 @@ int Propose(const ModelOptions& options) {
     facts = *read;
   }
   config::FaultList unreadable;
-  if (!options.report.empty() && !config::ReadRequiredFile(options.report, unreadable)) {
+  if (!options.report.empty() &&
+      !config::ReadRequiredFile(options.report, unreadable, files::kTableSize)) {
     std::cerr << config::FaultsText(unreadable);
     return kExitFault;
   }

@@ -5,11 +5,14 @@
 #include <string>
 
 #include "app/config/fault.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::config {
 
 /// @param faults  receives a fault with reason and remedy if the file cannot be read
 /// @return        the content; nullopt with a fault
-std::optional<std::string> ReadRequiredFile(const std::string& path, FaultList& faults);
+std::optional<std::string> ReadRequiredFile(
+    const std::string& path, FaultList& faults,
+    const files::SizeLimit& limit = files::kConfigurationSize);
 
 }  // namespace plumbline::config

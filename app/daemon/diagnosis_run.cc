@@ -156,7 +156,8 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const config::DaemonConf
 Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& config,
                                                     const std::function<void()>& step) const {
   const std::string folder = Folder(config);
-  const Result<std::string> json = files::ReadTextFile(folder + "/diagnosis.json");
+  const Result<std::string> json =
+      files::ReadFileUpTo(files::kTableSize, folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
   Result<model_store::ModelFacts> read = model_store::ModelFactsFromDiagnosis(*json);
   if (!read) return read.failure();

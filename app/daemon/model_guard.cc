@@ -47,8 +47,7 @@ std::string Consequence(const RunningDaemon& running, int refused) {
 }  // namespace
 
 bool RefusesModel(const ConfigInForce& fresh, const RunningDaemon& running,
-                  const model::CellModel& in_force, const std::optional<loads::Payload>& carried,
-                  const std::function<void()>& step) {
+                  const model::CellModel& in_force, const std::optional<loads::Payload>& carried) {
   const MachineConfig& machine = fresh.config.machine;
   const int refused = fresh.models.applied;
   if (fresh.models.confirmed || model_store::CellDifferences(in_force, machine.cell).empty()) {
@@ -57,8 +56,8 @@ bool RefusesModel(const ConfigInForce& fresh, const RunningDaemon& running,
   std::vector<model_store::ReportedLoad> loads;
   if (carried) loads.push_back({carried->mass_kg, carried->cog_F});
   const std::vector<std::string> objections =
-      model_store::Objections(model_store::ComputePointMoves(
-          machine, in_force, machine.cell, service::SystemUtcSeconds(), loads, step));
+      model_store::Objections(model_store::ComputePointMoves(machine, in_force, machine.cell,
+                                                             service::SystemUtcSeconds(), loads));
   if (objections.empty()) return false;
   log::Log({log::Event::kModelRefused,
             fmt::format(

@@ -18,12 +18,12 @@
 namespace plumbline::daemon {
 namespace {
 
-/// Points whose postures are checked. The main thread cannot feed the service manager's watchdog
-/// while it reads the configuration, so the number is limited, whatever the configuration.
+/// Points whose postures are checked. A start or a reload takes longer for each, so their number is
+/// limited, whatever the configuration.
 constexpr std::size_t kPosturesChecked = 20;
 
-/// How long to wait for another process that writes the store. The service manager's watchdog
-/// (WatchdogSec, 4 s) is not fed meanwhile.
+/// How long to wait for another process that writes the store. At the start, the service manager
+/// waits meanwhile.
 constexpr double kLockTimeout_s = 1.5;
 
 /// State of the store after the cell file was recorded in it.

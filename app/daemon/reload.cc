@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+
 #include "app/daemon/camera_supervisors.h"
 #include "app/daemon/cycle_setup.h"
 #include "app/daemon/model_guard.h"
@@ -56,29 +58,47 @@ void LogModel(const ConfigInForce& in_force) {
 
 void Reloader::Request() {
   running_.manager.Reloading();
-  const double now_s = MonotonicSeconds();
-  if (!pending_) pending_since_s_ = now_s;
-  reread_ = pending_ && now_s - pending_since_s_ > kMaxPostponed_s;
-  if (!reread_) ReadPending();
+  if (!pending()) pending_since_s_ = MonotonicSeconds();
+  reread_ = reading_.valid() || WaitedForTooLong();
+  if (!reread_) StartReading();
+}
+
+bool Reloader::WaitedForTooLong() const {
+  return pending_ && MonotonicSeconds() - pending_since_s_ > kMaxPostponed_s;
 }
 
 void Reloader::Poll() {
+  if (reading_.valid()) FinishReading();
   if (!pending_ || !pending_->parts->branches.finished()) return;
   PutInForce(std::move(*pending_));
   pending_.reset();
-  if (!reread_) return running_.manager.Ready("configuration reloaded");
+  Finish();
+}
+
+void Reloader::StartReading() {
   reread_ = false;
-  pending_since_s_ = MonotonicSeconds();
-  ReadPending();
-}
-
-void Reloader::ReadPending() {
   pending_.reset();
-  pending_ = Read();
-  if (!pending_) running_.manager.Ready("configuration reloaded");
+  std::optional<loads::Payload> carried;
+  if (const auto now = running_.cycle.ReadSnapshot(); now->payload_valid) carried = now->payload;
+  reading_ = std::async(std::launch::async, [this, carried] { return Read(carried); });
 }
 
-std::optional<Reloader::PendingReload> Reloader::Read() const {
+void Reloader::FinishReading() {
+  if (reading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  pending_ = reading_.get();
+  if (!pending_) return Finish();
+  if (reread_ && !WaitedForTooLong()) StartReading();
+}
+
+/// Answers the service manager, unless the files are to be read again.
+void Reloader::Finish() {
+  if (!reread_) return running_.manager.Ready("configuration reloaded");
+  pending_since_s_ = MonotonicSeconds();
+  StartReading();
+}
+
+std::optional<Reloader::PendingReload> Reloader::Read(
+    const std::optional<loads::Payload>& carried) const {
   const std::string& file = running_.file;
   config::FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running_.state);
@@ -93,10 +113,14 @@ std::optional<Reloader::PendingReload> Reloader::Read() const {
     in_force.reset();
   }
   log::LogFaults(faults);
-  if (in_force && RefusesModel(*in_force)) {
+  const auto refused = [&] {
+    return RefusesModel(*in_force, running_.state, running_.cycle.parts().machine.config().cell,
+                        carried);
+  };
+  if (in_force && refused()) {
     faults = {};                                                 // logged already
     in_force = ReadConfigInForce(file, faults, running_.state);  // with the model in force
-    if (in_force && RefusesModel(*in_force)) in_force.reset();
+    if (in_force && refused()) in_force.reset();
   }
   // The cameras are those of the start until a restart, and so is what requires them.
   if (in_force) {
@@ -111,20 +135,6 @@ std::optional<Reloader::PendingReload> Reloader::Read() const {
     return std::nullopt;
   }
   return PendingReload{std::move(*in_force), std::move(parts)};
-}
-
-bool Reloader::RefusesModel(const ConfigInForce& fresh) const {
-  double fed_s = MonotonicSeconds();
-  const auto feed = [&] {
-    const auto period_s = running_.manager.watchdog_period_s();
-    if (!period_s || MonotonicSeconds() - fed_s < *period_s) return;
-    fed_s = MonotonicSeconds();
-    running_.manager.NotifyWatchdog();
-  };
-  std::optional<loads::Payload> carried;
-  if (const auto now = running_.cycle.ReadSnapshot(); now->payload_valid) carried = now->payload;
-  return daemon::RefusesModel(fresh, running_.state, running_.cycle.parts().machine.config().cell,
-                              carried, feed);
 }
 
 void Reloader::PutInForce(PendingReload reload) {

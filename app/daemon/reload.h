@@ -1,6 +1,7 @@
 // Reload of the configuration while the daemon runs.
 #pragma once
 
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,17 +19,19 @@ void LogModel(const ConfigInForce& in_force);
 
 /// Reads the configuration when requested, and puts it in force once the branches of its taught
 /// points are found. Until then, or if it is faulty, the previous one remains in force. Used by the
-/// main thread.
+/// main thread; the files are read and checked by a thread of their own, since that may take longer
+/// than the service manager's watchdog allows the main thread.
 class Reloader {
  public:
   Reloader(Running& running, Reporter& reporter) : running_(running), reporter_(reporter) {}
 
-  /// Reads the file, which replaces a pending configuration unless that has waited for too long:
-  /// otherwise frequent requests would postpone new points forever.
+  /// Reads the files, which replace a pending configuration unless that has waited for too long:
+  /// otherwise frequent requests would postpone new points forever. If they are being read already,
+  /// they are read once more afterwards.
   void Request();
   /// To be called every few milliseconds while pending().
   void Poll();
-  bool pending() const { return pending_.has_value(); }
+  bool pending() const { return reading_.valid() || pending_.has_value(); }
 
  private:
   /// A configuration whose point branches are still being searched.
@@ -37,10 +40,15 @@ class Reloader {
     std::unique_ptr<CycleParts> parts;
   };
 
-  std::optional<PendingReload> Read() const;
-  void ReadPending();
-  /// See model_guard.h. Feeds the service manager's watchdog meanwhile.
-  bool RefusesModel(const ConfigInForce& fresh) const;
+  /// Changes nothing but the model store. Called by the reading thread, while the main thread
+  /// replaces neither the cycle's parts nor running_.state.
+  /// @param carried  the present payload, if it is known
+  std::optional<PendingReload> Read(const std::optional<loads::Payload>& carried) const;
+  void StartReading();
+  /// Takes what was read.
+  void FinishReading();
+  void Finish();
+  bool WaitedForTooLong() const;
   void PutInForce(PendingReload reload);
   /// Replaces the parts of the cycle; feeds the watchdog meanwhile, as the old robot link may take
   /// as long as its timeouts.
@@ -48,9 +56,10 @@ class Reloader {
 
   Running& running_;
   Reporter& reporter_;
+  std::future<std::optional<PendingReload>> reading_;  ///< its destructor waits for the thread
   std::optional<PendingReload> pending_;
-  double pending_since_s_ = 0;  ///< time of the first request that it serves
-  bool reread_ = false;         ///< another request came, and the pending configuration goes first
+  double pending_since_s_ = 0;  ///< time of the first request that is not served yet
+  bool reread_ = false;         ///< another request came while it was being read or is pending
 };
 
 }  // namespace plumbline::daemon

@@ -5,6 +5,12 @@
 #include "app/log/log.h"
 
 namespace plumbline::log {
+namespace {
+
+/// A damaged file may have a fault in every line.
+constexpr std::size_t kMaxLogged = 100;
+
+}  // namespace
 
 LogEntry LogEntryFromFault(const config::Fault& fault) {
   const bool is_fault = fault.severity == config::Fault::Severity::kFault;
@@ -21,7 +27,15 @@ void LogFault(const config::Fault& fault) {
 }
 
 void LogFaults(const config::FaultList& faults) {
-  for (const config::Fault& fault : faults.All()) LogFault(fault);
+  std::size_t logged = 0;
+  for (const config::Fault& fault : faults.All()) {
+    if (++logged > kMaxLogged) break;
+    LogFault(fault);
+  }
+  if (faults.All().size() <= kMaxLogged) return;
+  Log({faults.HasFaults() ? Event::kFileFault : Event::kFileWarning,
+       fmt::format("{} more faults and warnings are not logged; `plumbline check` prints them all",
+                   faults.All().size() - kMaxLogged)});
 }
 
 }  // namespace plumbline::log

@@ -190,7 +190,7 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   }
   ModelFacts complete = facts;
   if (!report.empty()) {
-    const Result<std::string> content = files::ReadTextFile(report);
+    const Result<std::string> content = files::ReadFileUpTo(files::kTableSize, report);
     if (!content)
       return Error{fmt::format("{}: {}", report, files::ReadErrorText(report, content.error()))};
     const Result<void> kept = files::ReplaceFileDurably(ReportFile(number), *content, 0444);

@@ -235,7 +235,7 @@ std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::stri
 std::optional<MeasuredTable> ReadTable(const std::string& path,
                                        const std::vector<model::Joint>& joints,
                                        config::FaultList& faults, TableUse use) {
-  const auto text = config::ReadRequiredFile(path, faults);
+  const auto text = config::ReadRequiredFile(path, faults, files::kTableSize);
   return text ? TableFromCsv(*text, path, joints, faults, use) : std::nullopt;
 }
 

@@ -1,7 +1,9 @@
 #include "drivers/files/text_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -40,6 +42,16 @@ Error SystemError() {
   return Error{std::strerror(errno)};
 }
 
+/// @param size  of the file, if it is known
+Error TooLarge(std::optional<std::size_t> size, const SizeLimit& limit) {
+  const auto megabytes = [](std::size_t bytes) { return 1e-6 * static_cast<double>(bytes); };
+  const double most = megabytes(limit.bytes);
+  const std::string how_large =
+      size ? fmt::format("{:.1f} MB", megabytes(*size)) : fmt::format("more than {:.0f} MB", most);
+  return Error{fmt::format("it has {}, but {} has at most {:.0f} MB. {}", how_large, limit.kind,
+                           most, limit.remedy)};
+}
+
 Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
   const os::Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
   if (!opened || !os::WriteAll(opened.get(), text)) return SystemError();
@@ -48,18 +60,23 @@ Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
 
 }  // namespace
 
-Result<std::string> ReadTextFile(const std::string& path) {
+Result<std::string> ReadFileUpTo(const SizeLimit& limit, const std::string& path) {
   const os::Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (!file) return SystemError();
   std::string text;
+  struct stat about {};
+  if (fstat(file.get(), &about) == 0 && S_ISREG(about.st_mode)) {
+    const auto size = static_cast<std::size_t>(about.st_size);
+    if (size > limit.bytes) return TooLarge(size, limit);
+    text.reserve(size);
+  }
   char buffer[65536];
   while (true) {
     const ssize_t count = read(file.get(), buffer, sizeof buffer);
     if (count == 0) return text;
     if (count > 0) {
       text.append(buffer, static_cast<std::size_t>(count));
-      if (text.size() > kMaxTextFileBytes)
-        return Error{"larger than 256 MiB, too large for a table or configuration; check the name"};
+      if (text.size() > limit.bytes) return TooLarge(std::nullopt, limit);
       continue;
     }
     if (errno == EINTR) continue;
@@ -69,6 +86,10 @@ Result<std::string> ReadTextFile(const std::string& path) {
       return Error{
           "is a pipe that delivered no data for 1.5 s; check the program that writes to it"};
   }
+}
+
+Result<std::string> ReadTextFile(const std::string& path) {
+  return ReadFileUpTo(kConfigurationSize, path);
 }
 
 Result<void> WriteTextFile(const std::string& path, std::string_view text) {

@@ -2,7 +2,9 @@
 #include <arpa/inet.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <deque>
@@ -127,6 +129,61 @@ TEST_CASE("many points are served at once, and become valid as their branches ar
   codes.erase(kNoRobot);
   CHECK(codes.empty());
   for (int k = 0; k < kMany; ++k) CHECK(Read(plc, k).code == kOk);
+}
+
+TEST_CASE("while a reload reads its files, the main thread supervises the daemon") {
+  std::optional<RunningCell> cell(std::in_place, Idle());
+  REQUIRE(cell->Tell("payload 60") == "ok");
+  const std::string good = WithPoints(cell->robot(), 2);
+  DaemonProcess daemon(good);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(Eventually([&] { return Read(plc, 1).valid; }));
+  // A program that writes the file slowly keeps the reader waiting for as long as it likes.
+  const std::string file = daemon.ConfigFile();
+  REQUIRE(std::filesystem::remove(file));
+  REQUIRE(mkfifo(file.c_str(), 0600) == 0);
+  const int writer = open(file.c_str(), O_RDWR | O_CLOEXEC);
+  REQUIRE(writer >= 0);
+  std::atomic<bool> written{false};
+  std::thread slow([&] {
+    while (!written) {
+      static_cast<void>(write(writer, "\n", 1) == 1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    static_cast<void>(write(writer, "key\n", 4) == 4);
+    close(writer);
+  });
+  daemon.Signal(SIGHUP);
+  cell.reset();  // the robot is gone
+  const bool reported = daemon.Awaits("robot link lost");
+  const bool read_before = daemon.Says("not reloaded");
+  written = true;
+  slow.join();
+  CHECK(reported);
+  CHECK_FALSE(read_before);
+  CHECK(daemon.Awaits("not reloaded"));
+}
+
+TEST_CASE("a large faulty file changes nothing and is refused with its size") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  const std::string good = WithPoints(cell.robot(), 2);
+  DaemonProcess daemon(good);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(Eventually([&] { return Read(plc, 1).valid; }));
+  daemon.Write(good + Times(750000, "unknown = 1\n"));
+  daemon.Signal(SIGHUP);
+  CHECK(daemon.Awaits("not reloaded"));
+  CHECK(daemon.Says("it has 9.0 MB, but a configuration file has at most 1 MB"));
+  CHECK(Read(plc, 1).valid);
+  // Thousands of faults fill neither the log nor its reader's patience.
+  std::string faults;
+  for (int k = 0; k < 5000; ++k) faults += "\nunknown_" + std::to_string(k) + " = 1";
+  daemon.Write(faults + "\n" + good);
+  daemon.Signal(SIGHUP);
+  CHECK(daemon.Awaits("more faults and warnings are not logged; `plumbline check` prints"));
+  CHECK(daemon.Count("unknown_") < 1000);
+  CHECK(Read(plc, 1).valid);
 }
 
 TEST_CASE("while a reload searches the branches of many points, the daemon responds to signals") {

@@ -45,6 +45,39 @@ TEST_CASE("a pipe is read to its end, and waits for nobody") {
   CHECK(*whole == "schema = 1\n");
 }
 
+TEST_CASE("a file above its limit is refused with its size, the limit and a remedy") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/cell.toml";
+  const auto write = [&file](std::size_t bytes) { std::ofstream(file) << std::string(bytes, '#'); };
+  write(kConfigurationSize.bytes);
+  CHECK(ReadTextFile(file));
+  write(kConfigurationSize.bytes + 1);
+  CHECK_FALSE(ReadTextFile(file));
+  write(9'000'000);
+  const auto large = ReadTextFile(file);
+  REQUIRE_FALSE(large);
+  CHECK(large.error() ==
+        "it has 9.0 MB, but a configuration file has at most 1 MB. Check that this is the right "
+        "file, and that no program has appended to it");
+  CHECK(ReadFileUpTo(kTableSize, file));
+  // The size of a pipe is not known before it is read.
+  const std::string pipe = folder.path() + "/pipe";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  const int writer = open(pipe.c_str(), O_RDWR | O_CLOEXEC);
+  std::thread endless([writer] {
+    const std::string text(65536, '#');
+    for (int k = 0; k < 15; ++k) {
+      if (::write(writer, text.data(), text.size()) < 0) return;
+    }
+    static_cast<void>(::write(writer, text.data(), text.size() / 2) > 0);
+  });
+  const auto endless_read = ReadTextFile(pipe);
+  endless.join();
+  close(writer);
+  REQUIRE_FALSE(endless_read);
+  CHECK_THAT(endless_read.error(), Catch::StartsWith("it has more than 1 MB"));
+}
+
 TEST_CASE("standard output that is a file keeps what others write to it") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/out";
