@@ -172,11 +172,41 @@ void RefuseDuplicates(const UnderstoodFile& file, config::FaultList& faults) {
   }
 }
 
+/// Columns of an export are a few dozen. Each field of each line takes memory of its own.
+constexpr std::size_t kMaxSeparators = 1000;
+
+/// The first line with more separators, from 1, and how many; nullopt if there is none.
+std::optional<std::pair<int, std::size_t>> TooWideLine(std::string_view bytes) {
+  std::size_t separators = 0;
+  int line = 1;
+  for (const char c : bytes) {
+    if (c == '\n') {
+      if (separators > kMaxSeparators) break;
+      separators = 0;
+      ++line;
+    } else if (c == ',' || c == ';' || c == '\t' || c == ' ') {
+      ++separators;
+    }
+  }
+  if (separators <= kMaxSeparators) return std::nullopt;
+  return std::pair(line, separators);
+}
+
 }  // namespace
 
 UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
                           const Mapping& mapping, const std::string& mapping_file,
                           const ImportOptions& options, config::FaultList& faults) {
+  if (const auto wide = TooWideLine(bytes)) {
+    faults.Add({config::Fault::Severity::kFault, file, wide->first, "",
+                fmt::format("has {} separators, but at most {} are read. Check that this is the "
+                            "right file, and that rows and columns are not exchanged",
+                            wide->second, kMaxSeparators)});
+    UnderstoodFile refused;
+    refused.file = file;
+    refused.readable = false;
+    return refused;
+  }
   DecodedText decoded = DecodedFromBytes(bytes);
   LayoutHints hints = mapping.layout;
   if (!hints.decimal) hints.decimal = options.decimal;

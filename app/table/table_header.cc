@@ -163,6 +163,13 @@ std::optional<TableHeader> HeaderReader::Read(std::string_view line) {
     AddHeaderFault("", "is separated by ';': separate columns by ',' with decimal points");
     return std::nullopt;
   }
+  const auto columns = std::count(line.begin(), line.end(), ',') + 1;
+  if (columns > kMaxColumns) {
+    AddHeaderFault("", fmt::format("has {} columns, but at most {} are read. Check that this is "
+                                   "the right file, and that rows and columns are not exchanged",
+                                   columns, kMaxColumns));
+    return std::nullopt;
+  }
   SplitFields(line, fields_);
   for (const std::string_view name : fields_) AddColumn(name);
   header_.recorded = {.session = Recorded(Quantity::kSession, false),

@@ -12,6 +12,10 @@
 
 namespace plumbline::table {
 
+/// Columns of a table: the format has about 60 for the largest robot; the others are signals of the
+/// user's own. A row takes memory for each.
+inline constexpr int kMaxColumns = 256;
+
 enum class Quantity {
   kSession,
   kTime,

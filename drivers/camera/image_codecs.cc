@@ -3,6 +3,10 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <cstdlib>
+
+#include "drivers/camera/image_folder.h"
+
 namespace plumbline::camera {
 namespace {
 
@@ -20,6 +24,8 @@ Error CodecsMissing(const std::string& path) {
 }  // namespace
 
 Result<ImageCodecs> OpenImageCodecs(const std::string& path) {
+  // OpenCV checks it against the header of each format when it is loaded; its own limit is 2^30.
+  setenv("OPENCV_IO_MAX_IMAGE_PIXELS", fmt::format("{}", kMaxFilePixels).c_str(), 1);
   // RTLD_NOW: a missing symbol is reported here instead of aborting the program later.
   void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (module == nullptr) return CodecsMissing(path);

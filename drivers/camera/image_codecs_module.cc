@@ -11,7 +11,7 @@ extern "C" __attribute__((visibility("default"))) const char* plumbline_read_gre
   try {
     grey = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
-    return "not a readable image, or of implausible size";
+    return "not a readable image, or larger than 100 megapixels";
   }
   if (grey.empty()) return "not a readable image: damaged, or of an unknown format";
   if (!grey.isContinuous()) grey = grey.clone();

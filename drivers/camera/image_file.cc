@@ -1,5 +1,7 @@
 #include "drivers/camera/image_file.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -48,6 +50,22 @@ void Take(void* image, int width, int height, const std::uint8_t* grey) {
 
 }  // namespace
 
+std::optional<PngSize> SizeFromPngHeader(std::string_view bytes) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1A\n", kHeader = "IHDR";
+  constexpr std::size_t kHeaderAt = 12, kWidthAt = 16, kHeightAt = 20;
+  if (bytes.size() < kPngHeaderBytes || !bytes.starts_with(kSignature) ||
+      bytes.substr(kHeaderAt, kHeader.size()) != kHeader) {
+    return std::nullopt;
+  }
+  const auto number = [bytes](std::size_t at) {
+    std::uint32_t value = 0;
+    for (const char byte : bytes.substr(at, 4))
+      value = value << 8 | static_cast<std::uint8_t>(byte);
+    return value;
+  };
+  return PngSize{number(kWidthAt), number(kHeightAt)};
+}
+
 Result<GreyImage> ReadImage(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
@@ -55,6 +73,13 @@ Result<GreyImage> ReadImage(const std::string& path) {
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
   if (HasJpegSignature(file)) return ReadJpeg(file);
+  std::string header(kPngHeaderBytes, '\0');
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  if (const auto size = SizeFromPngHeader(header);
+      size && std::uint64_t{size->width} * size->height > kMaxFilePixels) {
+    return Error{
+        fmt::format("a PNG of {} x {} px; the limit is 100 megapixels", size->width, size->height)};
+  }
   const Result<ImageCodecs>& codecs = InstalledCodecs();
   if (!codecs) {
     codecs_were_needed = true;

@@ -9,6 +9,9 @@
 
 namespace plumbline::camera {
 
+/// Most pixels of an image file; more are refused before they are decoded.
+inline constexpr std::size_t kMaxFilePixels = 100'000'000;
+
 /// A grey image in memory.
 struct GreyImage {
   std::vector<std::uint8_t> grey;  ///< row by row, no padding

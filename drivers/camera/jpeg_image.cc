@@ -12,8 +12,6 @@
 namespace plumbline::camera {
 namespace {
 
-constexpr std::size_t kMaxPixels = 100'000'000;  // in a file
-
 /// State of libjpeg, which is C and reports errors by longjmp. Prints nothing.
 struct Decoder {
   Decoder() {
@@ -105,7 +103,7 @@ Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& imag
     return Error{"a JPEG without an image"};
   }
   const std::size_t width = decoder.state.image_width, height = decoder.state.image_height;
-  if (width * height > kMaxPixels) {
+  if (width * height > kMaxFilePixels) {
     return Error{fmt::format("a JPEG of {} x {} px; the limit is 100 megapixels", width, height)};
   }
   image.width = static_cast<int>(width);

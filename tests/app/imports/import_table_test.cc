@@ -44,6 +44,18 @@ std::string UnderstandFaults(const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("a file with a line of very many fields is refused before it is split") {
+  std::string text = "x;y;z\n1.5";
+  for (int k = 0; k < 1'000'000; ++k) text += ";2.5";
+  config::FaultList faults;
+  const UnderstoodFile file = Understand(text, "f.csv", FileRole::kMeasured, {}, "", {}, faults);
+  CHECK_FALSE(file.readable);
+  CHECK(file.layout.records.empty());
+  REQUIRE(faults.All().size() == 1);
+  CHECK(faults.All()[0].line == 2);
+  CHECK_THAT(faults.All()[0].what, Catch::StartsWith("has 1000000 separators, but at most 1000"));
+}
+
 TEST_CASE("a tracker's export and the robot's joints become measured.csv") {
   ImportOptions options;
   options.angle_unit = "rad";

@@ -1,5 +1,7 @@
 #include "app/table/table_header.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 
 #include "app/table/csv_fields.h"
@@ -35,6 +37,20 @@ TEST_CASE("a header gives the meaning of each column in the order of the file") 
   CHECK(header->further == std::vector<std::string>{"air_bar"});
   CHECK(header->recorded.payload);
   CHECK_FALSE(header->recorded.position);
+}
+
+TEST_CASE("a header with too many columns is refused by their number, before any is read") {
+  const auto header = [](int columns, config::FaultList& faults) {
+    std::string line = "q1_deg,q2_mm";
+    for (int k = 2; k < columns; ++k) line += fmt::format(",signal_{}", k);
+    return Header(line, faults);
+  };
+  config::FaultList none, one;
+  CHECK(header(kMaxColumns, none));
+  CHECK_FALSE(none.HasFaults());
+  CHECK_FALSE(header(1'000'000, one));
+  REQUIRE(one.All().size() == 1);  // not one for each column
+  CHECK_THAT(one.All()[0].what, Catch::StartsWith("has 1000000 columns, but at most 256 are read"));
 }
 
 TEST_CASE("Each fault of a header has its message, and all are reported") {

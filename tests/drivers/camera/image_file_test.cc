@@ -113,6 +113,26 @@ TEST_CASE("faults of a JPEG file are returned and nothing is printed") {
   CHECK_THAT(fault(vast), Catch::Contains("61680 x 61680 px"));
 }
 
+TEST_CASE("the size of an image is checked in its header, before it is decoded") {
+  std::vector<std::uint8_t> bytes;
+  REQUIRE(cv::imencode(".png", Halves(), bytes));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  REQUIRE(SizeFromPngHeader(text));
+  CHECK(SizeFromPngHeader(text)->width == 64);
+  CHECK(SizeFromPngHeader(text)->height == 48);
+  for (std::size_t size = 0; size < kPngHeaderBytes; ++size) {
+    CHECK_FALSE(SizeFromPngHeader(text.substr(0, size)));
+  }
+  Bytes vast(bytes.begin(), bytes.end());
+  for (const std::size_t at : {std::size_t{18}, std::size_t{22}}) {  // 30000 x 30000
+    vast[at] = 0x75;
+    vast[at + 1] = 0x30;
+  }
+  const Read read = ReadBytes(vast);
+  REQUIRE_FALSE(read.image);
+  CHECK(read.image.error() == "a PNG of 30000 x 30000 px; the limit is 100 megapixels");
+}
+
 TEST_CASE("extra bytes between JPEG segments are ignored") {
   Bytes bytes = Jpeg(Halves());
   bytes.insert(bytes.end() - 2, {0, 0, 0});
