@@ -90,7 +90,6 @@ std::size_t PointCorrections::Refresh(const PointInputs& inputs,
     const Shown shown = ShownOf(results[k]);
     if (shown == shown_[k]) continue;
     shown_[k] = shown;
-    ++results[k].changes;
     ++changed;
   }
   return changed;

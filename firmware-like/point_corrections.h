@@ -45,9 +45,8 @@ class PointCorrections {
 
   /// Solves each point whose inputs have changed, and states its radius. A point without a branch
   /// is searched for again after a pause that grows with each failure.
-  /// @param results  one per point; a point that has no correction keeps its last values. `changes`
-  ///                 counts those that differ from the previous call
-  /// @return         how many points changed
+  /// @param results  one per point; a point that has no correction keeps its last values
+  /// @return         how many results differ from the previous call, apart from `sequence`
   std::size_t Refresh(const PointInputs& inputs, correction::CellCorrector& corrector,
                       std::vector<PointResult>& results);
 

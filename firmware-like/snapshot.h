@@ -78,7 +78,6 @@ struct PointResult {
   correction::Correction correction;
   correction::PointPosture posture;  ///< of correction.q
   std::uint32_t solutions = 0;  ///< counts solutions; correction.q changes only together with it
-  std::uint32_t changes = 0;    ///< counts changes of the values above, except `sequence`
 };
 
 /// The result of a command; frozen until it is acknowledged or the next command arrives.
@@ -139,7 +138,7 @@ struct Snapshot {
   motion::MotionStatus motion;  ///< for display only: no correction depends on it
   std::uint16_t lenses_missing = 0;  ///< bit k: points require camera k, whose lens is not valid
   std::vector<PointResult> points;   ///< in configured order
-  std::uint64_t point_changes = 0;   ///< sum of the points' `changes` since the start
+  std::uint64_t point_changes = 0;   ///< counts changes of `points`, apart from `sequence`
   CommandResult result;
   bool monitor_restart = false;  ///< requested in this cycle
   std::array<CalibrationRequest, model::kMaxCameras>
