@@ -173,6 +173,9 @@ CheckedFile Check(const std::string& text, const std::string& file) {
       checked.points = config::SolvePoints(checked.in_force, [&](std::size_t done) {
         progress.ShowCount(done, checked.in_force.points.size(), "points");
       });
+      const std::string nothing = config::NothingCorrectedText(checked.in_force, checked.points);
+      if (!nothing.empty())
+        checked.faults.Add({config::Fault::Severity::kWarning, file, 0, "point", nothing});
     }
   } else {
     checked.cell = config::CellFromText(text, file, checked.faults);

@@ -268,16 +268,6 @@ void RequireCameraPose(const TomlTable& root, const model::CellModel& cell) {
   }
 }
 
-void WarnIfNothingDeflects(const TomlTable& root, const model::CellModel& cell) {
-  const bool compliant_joints =
-      std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                  [](const model::Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
-  if (cell.any_tool_bends() || compliant_joints || !cell.effects.empty()) return;
-  root.AddWarning("tool",
-                  "nothing in this cell deflects (a rigid tool, no joint with a "
-                  "compliance_rad_per_Nm, no effect): corrected points equal the taught ones");
-}
-
 /// Tools, payload and payload items.
 void ReadLoads(const TomlTable& root, model::CellModel& cell) {
   std::vector<model::Tool> tools = ToolsFromToml(root);
@@ -329,7 +319,6 @@ model::CellModel CellFromToml(TomlDocument& document) {
         EffectFromToml(effect, cell.robot.size(), effects::PrismaticJoints(cell.robot)));
   }
   RequireCameraPose(root, cell);
-  WarnIfNothingDeflects(root, cell);
   WarnAboutUnlikelyLoad(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
   if (const auto domain = root.Table("domain")) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -12,6 +13,9 @@
 
 namespace plumbline::config {
 namespace {
+
+// Smaller corrections are below the repeatability of any industrial arm.
+constexpr double kNoticeable_m = 5e-5, kNoticeableTurn_rad = 1e-4;
 
 /// Same rule as in Machine: a mass needs a centre of gravity.
 PointLoad LoadOf(std::string name, double mass_kg, const std::optional<Vec3>& cog_F) {
@@ -141,6 +145,35 @@ std::string PointFrameText(const model::CellModel& cell) {
   const bool fitted = !measurement.frame_known || !measurement.tool_known;
   return fmt::format("the cell's: base and tip as declared{}",
                      fitted ? ", not as fitted for measured sessions" : "");
+}
+
+std::string NothingCorrectedText(const MachineConfig& config,
+                                 const std::vector<PointSolution>& solutions) {
+  const PointSolution* most = nullptr;
+  for (const PointSolution& solution : solutions) {
+    if (solution.correction.code != correction::CorrectionCode::kOk) continue;
+    if (solution.correction.rotation_B.norm() > kNoticeableTurn_rad) return "";
+    if (most == nullptr ||
+        solution.correction.translation_B.norm() > most->correction.translation_B.norm())
+      most = &solution;
+  }
+  if (most == nullptr) return "";
+  const double largest_m = most->correction.translation_B.norm();
+  if (largest_m > kNoticeable_m) return "";
+  const model::CellModel& cell = config.cell;
+  const bool compliant =
+      std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
+                  [](const model::Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
+  return fmt::format(
+      "nothing is corrected: the largest correction is {:.3f} mm (point {}), so that corrected "
+      "points equal the taught ones. {}, and {}. Declare compliance_rad_per_Nm of the joints "
+      "(typical values: cells/ur10-typical.toml), and the tool as a beam",
+      largest_m / kMetrePerMm, config.points[most->point].id,
+      compliant ? "The load does not turn the joints that have a compliance"
+                : "The joints are rigid (no compliance_rad_per_Nm)",
+      cell.any_tool_bends() ? "the tool does not bend: it is in the direction of gravity, or "
+                              "nothing is at its tip"
+                            : "the tool is rigid");
 }
 
 std::string FailureAdvice(const correction::Correction& correction,

@@ -47,6 +47,12 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
 /// The frame that points are in: the cell's, or the instrument's.
 std::string PointFrameText(const model::CellModel& cell);
 
+/// What to declare if no point is moved by its correction, with the cause; empty if one is, or if
+/// none has a correction. Judged by the corrections themselves, since joints without a compliance
+/// and a tool in the direction of gravity leave nothing to correct, whatever keys are present.
+std::string NothingCorrectedText(const MachineConfig& config,
+                                 const std::vector<PointSolution>& solutions);
+
 /// Why a point has no corrected point, and what to do.
 std::string FailureAdvice(const correction::Correction& correction,
                           const correction::CorrectionLimits& limits);

@@ -22,8 +22,7 @@ constexpr EventEntry kEntries[] = {
      "service", "FILE:LINE KEY: warning: ...",
      "a configuration value is probably not what you intended",
      "check the reported line. For `near_deg` and unreachable points see \"The posture of a "
-     "point\"; for lengths, masses, compliances and payloads the section after it; if nothing in "
-     "the model deflects, describe the tool as a beam or give joint compliances"},
+     "point\"; for lengths, masses, compliances and payloads the section after it"},
     {Event::kReloaded, "reloaded", LogLevel::kNotice, "99bc55caa6ab45acaee3fe0e6c46269a", "service",
      "configuration ... reloaded",
      "the new configuration took effect between two cycles. Points stay valid; if [robot] or "

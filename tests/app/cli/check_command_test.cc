@@ -232,6 +232,42 @@ TEST_CASE("Each tool of the table is computed; one that is too heavy is a warnin
 
 }  // namespace points
 
+TEST_CASE("Nothing to correct is a warning, judged by the corrections, not by the keys") {
+  const auto checked = [](const std::string& cell_file, bool beam, const char* xyz_mm) {
+    std::ifstream in("config/cells/" + cell_file);
+    std::string cell{std::istreambuf_iterator<char>(in), {}};
+    if (beam) {  // it hangs vertically at the point, so that its weight does not bend it
+      cell.replace(cell.find("model = \"rigid\""),
+                   cell.find("\n", cell.find("tcp_mm =")) - cell.find("model = \"rigid\""),
+                   "model = \"euler_bernoulli\"\nlength_mm = 300.0\nsection = \"square_tube\"\n"
+                   "side_mm = 80.0\nwall_mm = 5.0\nmaterial = \"aluminium_6061\"");
+      cell.replace(cell.find("cog_mm = [0.0, 0.0, 0.0]"), 24, "cog_mm = [0.0, 0.0, 300.0]");
+    }
+    const TemporaryFile own(cell, "-cell.toml");
+    const TemporaryFile file(
+        "cell = \"" + own.path() + "\"\nstate_directory = \"/nonexistent\"\n[robot]\nprofile = \"" +
+        std::filesystem::current_path().string() +
+        "/config/profiles/generic.toml\"\nhost = \"127.0.0.1\"\n[payload]\nsource = \"fixed\"\n"
+        "mass_kg = 5\n[[point]]\nid = 4\nframe = \"base\"\nxyz_mm = " +
+        xyz_mm + "\nrpy_deg = [180, 0, 0]\n");
+    const test::Answer answer = RunCheck("--json " + file.path());
+    INFO(answer.out << answer.err);
+    CHECK(answer.exit_code == 0);
+    return answer.out;
+  };
+  using Catch::Contains;
+  const auto nothing =
+      Contains("nothing is corrected: the largest correction is 0.000 mm (point 4)");
+  CHECK_THAT(checked("ur10.toml", false, "[700, -200, 400]"),
+             nothing && Contains("The joints are rigid") && Contains("the tool is rigid"));
+  CHECK_THAT(
+      checked("ur10.toml", true, "[700, -200, 400]"),
+      nothing && Contains("The joints are rigid") && Contains("in the direction of gravity"));
+  CHECK_THAT(checked("ur10-typical.toml", false, "[700, -200, 400]"),
+             !Contains("nothing is corrected"));
+  CHECK_THAT(checked("ur10.toml", false, "[7000, -200, 400]"), !Contains("nothing is corrected"));
+}
+
 TEST_CASE("A profile and an empty file are recognised") {
   const test::Answer profile = RunCheck("config/profiles/xarm.toml");
   CHECK(profile.exit_code == 1);

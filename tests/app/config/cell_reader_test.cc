@@ -602,15 +602,6 @@ TEST_CASE("A rigid tool has a tip and no beam") {
         "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, since a rigid tool has no "
         "length\n");
 
-  int line = 0;
-  std::string stiff = WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\n");
-  stiff = WithLine(stiff, "compliance_rad_per_Nm = 3.5e-7", "", line);
-  FaultList nothing_yields;
-  CHECK(Reads(stiff, nothing_yields));
-  CHECK(FaultsText(nothing_yields) ==
-        "cell.toml:35 tool: warning: nothing in this cell deflects (a rigid tool, no joint with a "
-        "compliance_rad_per_Nm, no effect): corrected points equal the taught ones\n");
-
   FaultList wrong;
   CHECK_FALSE(Reads(WithTool("[tool]\nmodel = \"rigid\"\nlength_mm = 3\n"), wrong));
   CHECK(Texts(wrong, Fault::Severity::kFault) ==
