@@ -14,6 +14,7 @@
 #include "app/terminal/terminal.h"
 #include "app/text/printed_digits.h"
 #include "drivers/plc/codec.h"
+#include "firmware-like/correction/code_remedy.h"
 #include "firmware-like/model/radius_coverage.h"
 
 namespace plumbline::cli {
@@ -162,10 +163,10 @@ void PrintModel(const DaemonRegisters& daemon, std::ostream& out) {
       static_cast<std::uint16_t>(daemon.Word("loop_state")));
   PrintStatusLine(out, "model", ModelText(daemon));
   if (monitoring.recording) {
-    const std::string drift =
-        monitoring.reference_refused
-            ? "drift not monitored"
-            : fmt::format("drift {:.2f} of the threshold", daemon.Value("drift_statistic"));
+    const std::string drift = monitoring.reference_refused ? "drift not monitored"
+                              : monitoring.learning ? "learning the drift monitor's reference"
+                                                    : fmt::format("drift {:.2f} of the threshold",
+                                                                  daemon.Value("drift_statistic"));
     const double probes = daemon.Value("probes"), statistic = daemon.Value("drift_statistic");
     const bool none = probes == 0 && statistic == 0 && !monitoring.reference_refused;
     PrintStatusLine(
@@ -186,7 +187,8 @@ void PrintPoint(const DaemonRegisters& daemon, int point, std::ostream& out) {
   const auto code = static_cast<correction::CorrectionCode>(value("point_code"));
   const int validity = static_cast<int>(value("point_validity"));
   if ((validity & plc::registers::kValid) == 0) {
-    line("point", fmt::format("{:<5}  no correction: {}", value("point_id"), Describe(code)));
+    line("point", fmt::format("{:<5}  no correction: {} (code {}); {}", value("point_id"),
+                              Describe(code), static_cast<int>(code), correction::RemedyOf(code)));
     return;
   }
   line("point", fmt::format("{:<5}  x {:.3f}, y {:.3f}, z {:.3f} mm", value("point_id"),

@@ -281,6 +281,12 @@ void MonitoredJournal::Report(status::MonitoringStatus& status) const {
   status.recording = journal_.has_value();
   status.drift_alarm = monitor_ && monitor_->drift().alarm();
   status.learning = monitor_ && monitor_->drift().learning();
+  if (monitor_) {
+    const monitor::DriftMonitor& drift = monitor_->drift();
+    status.reference_wanted = drift.design().reference_probes;
+    status.reference_learned =
+        drift.learning() ? static_cast<int>(drift.probes()) : status.reference_wanted;
+  }
   status.reference_refused = monitor_ && monitor_->drift().reference_refused();
   status.radius_contradicted = monitor_ && monitor_->radius_contradicted();
   status.fault = !fault_.empty();

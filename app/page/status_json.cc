@@ -156,10 +156,10 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
   json["health"] = {{"severity", static_cast<int>(health.severity)},
                     {"word", Describe(health.severity)},
                     {"reason", Describe(health.reason)},
-                    {"do", view::DisplayedRemedy(state, health)}};
+                    {"do", now.remedy}};
   json["alarms"] = {{"word", state.alarms},
                     {"says", WordsJson(state.alarms, plc::registers::AlarmBits())},
-                    {"do", state.alarms != 0 ? view::DisplayedRemedy(state, health) : ""}};
+                    {"do", state.alarms != 0 ? now.remedy : ""}};
   json["warnings"] = {{"word", state.warnings},
                       {"says", WordsJson(state.warnings, plc::registers::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;

@@ -1,5 +1,6 @@
 #include "app/view/display_mailbox.h"
 
+#include "app/view/health_message.h"
 #include "app/view/silent_daemon.h"
 
 namespace plumbline::view {
@@ -12,6 +13,7 @@ DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_prob
   now.link_problem = facts.link_problem;
   now.picture_problem = std::move(picture_problem);
   now.strip = StripOf(facts);
+  now.remedy = MessageOf(DisplayedHealth(facts), facts).remedy;
   now.headline = Headline(facts);
   if (facts.state != nullptr) now.tiles = TilesOf(facts);
   now.health = DisplayedHealth(facts);
@@ -39,9 +41,9 @@ DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s) {
   if (!withdrawn) return shown;
   shown.health = withdrawn->health;
   if (shown.headline.tone != Tone::kBad) {
+    shown.remedy = RemedyOf(HealthReason::kNoDaemon);
     shown.strip = {StateClass::kUnknown, "NO DAEMON",
-                   "plumbline-view receives no data from plumblined",
-                   RemedyOf(HealthReason::kNoDaemon)};
+                   "plumbline-view receives no data from plumblined", shown.remedy};
     shown.headline = {shown.strip.Text(), Tone::kBad};
   }
   for (PointTile& tile : shown.tiles) {

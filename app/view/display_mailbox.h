@@ -23,6 +23,7 @@ struct DisplayStatus {
   std::string picture_problem;                        ///< why nothing is drawn, or empty
   StateStrip strip;
   PanelLine headline;  ///< the strip as one line
+  std::string remedy;  ///< what to do about the health; empty: nothing
   std::vector<PointTile> tiles;
   CellHealth health;  ///< as the headline shows it
   std::vector<Panel> panels;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/view/health_message.h"
 #include "app/view/point_tiles.h"
 #include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
@@ -24,19 +25,18 @@ void AddBits(std::uint16_t word, std::span<const plc::BitMeaning> bits, Tone ton
   }
 }
 
-Panel AlarmPanel(const view_link::ViewState& state, const CellHealth& health) {
+/// What is wrong, then what to do about the most severe of it.
+Panel AlarmPanel(const ViewFacts& facts) {
+  const view_link::ViewState& state = *facts.state;
+  const CellHealth health = DisplayedHealth(facts);
   Panel panel{"Alarms and warnings", {}};
-  if (health.severity >= HealthSeverity::kAttention) {
-    panel.lines.push_back({"→ " + DisplayedRemedy(state, health), ToneOf(health.severity)});
-  }
   AddBits(state.alarms, plc::registers::AlarmBits(), Tone::kBad, panel);
   AddBits(state.warnings, plc::registers::WarningBits(), Tone::kAttention, panel);
+  if (health.severity >= HealthSeverity::kAttention) {
+    panel.lines.push_back({"→ " + MessageOf(health, facts).remedy, ToneOf(health.severity)});
+  }
   if (panel.lines.empty()) panel.lines.push_back({"none", Tone::kGood});
   return panel;
-}
-
-bool WithoutDaemon(const view_link::ViewState& state) {
-  return state.health.reason == HealthReason::kNoDaemon;
 }
 
 /// One panel for all cameras: first the first line of each camera, then their other lines. Of a
@@ -282,6 +282,8 @@ Panel ModelPanel(const view_link::ViewState& state) {
             ? PanelLine{fmt::format("{} probes, no drift check: reference probes disagree",
                                     monitoring.probes),
                         Tone::kAttention}
+        : monitoring.learning
+            ? PanelLine{LearningText(monitoring)}
             : PanelLine{fmt::format("{} probes, drift {}", monitoring.probes,
                                     DriftRatioText(monitoring.drift_statistic)),
                         monitoring.drift_alarm ? Tone::kAttention : Tone::kPlain});
@@ -297,7 +299,7 @@ Panel ModelPanel(const view_link::ViewState& state) {
 }
 
 std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
-  return {AlarmPanel(*facts.state, DisplayedHealth(facts)),
+  return {AlarmPanel(facts),
           OfCameras("Lens", facts, "no camera configured", LensLines),
           OfCameras("Tracking", facts, "off", TrackingLines),
           {"Robot", RobotLines(facts)},

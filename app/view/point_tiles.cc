@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/view/health_message.h"
 #include "app/view/palette.h"
 #include "app/view/silent_daemon.h"
+#include "firmware-like/correction/code_remedy.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/radius_coverage.h"
 
@@ -22,7 +24,8 @@ std::string DriftNote(const status::MonitoringStatus& monitoring) {
   if (monitoring.drift_alarm) {
     return "DRIFT: " + DriftRatioText(monitoring.drift_statistic);
   }
-  if (!monitoring.recording || monitoring.learning) return "drift not monitored";
+  if (!monitoring.recording) return "drift not monitored";
+  if (monitoring.learning) return LearningText(monitoring);
   if (monitoring.probes == 0 && monitoring.drift_statistic == 0) return "drift: no probes yet";
   return "drift " + DriftRatioText(monitoring.drift_statistic);
 }
@@ -43,6 +46,7 @@ PointTile TileOf(const view_link::ViewPoint& point, const ViewFacts& facts) {
   if (!point.valid) {
     tile.value = "not valid";
     tile.radius = InvalidReason(point, state);
+    if (!WithoutDaemon(state)) tile.note = correction::RemedyOf(point.code);
     return tile;
   }
   tile.value = fmt::format("{:.2f} mm", kMmPerMetre * point.translation_B.norm());
@@ -98,10 +102,12 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
               tile.valid() ? palette::kText : accent);
   y += 1.2F * layout.value_em;
   if (!tile.valid()) {
-    for (const std::string& row : writer.Rows(tile.radius, layout.em, width)) {
-      if (y + layout.line() > area.bottom()) break;
-      writer.Text(x, y, width, layout.em, row, palette::kText);
-      y += layout.line();
+    for (const std::string& text : {tile.radius, tile.note}) {
+      for (const std::string& row : writer.Rows(text, layout.em, width)) {
+        if (y + layout.line() > area.bottom()) break;
+        writer.Text(x, y, width, layout.em, row, palette::kText);
+        y += layout.line();
+      }
     }
     return;
   }

@@ -14,7 +14,7 @@ struct PointTile {
   StateClass state = StateClass::kHealthy;
   std::string value;   ///< "12.77 mm", or "not valid"
   std::string radius;  ///< "±1.25 mm (95 %, assumed)", or why the point is not valid
-  std::string note;    ///< drift, and what limits the use of the point
+  std::string note;    ///< drift, and what limits the use of the point; or what to do
 
   bool valid() const { return state != StateClass::kAlarm; }
 };

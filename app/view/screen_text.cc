@@ -50,17 +50,20 @@ float AddCellAndClock(const ViewFacts& facts, const scene::Colour& ink, PictureW
   return width + 2 * margin;
 }
 
-/// The reason with the remedy below it; without a remedy a long reason takes two rows.
+/// The reason with the remedy below it, or the remedy alone if there is room for one of them;
+/// what is alone and long takes two rows.
 void AddReason(const StateStrip& strip, const scene::Area& area, const scene::Colour& ink,
                PictureWriter& writer) {
   const PictureLayout& layout = writer.layout();
-  const float em = writer.FittingEm(strip.reason, layout.name_em, area.width);
+  const float reason_em = writer.FittingEm(strip.reason, layout.name_em, area.width);
+  const bool remedy = !strip.remedy.empty() && 1.2F * (reason_em + layout.em) <= area.height;
+  const bool alone = !strip.remedy.empty() && !remedy;
+  const std::string first = alone ? "→ " + strip.remedy : strip.reason;
+  const float em = alone ? writer.FittingEm(first, layout.name_em, area.width) : reason_em;
   const float middle = area.y + area.height / 2;
-  std::vector<std::string> rows = {strip.reason};
-  if (strip.remedy.empty() && writer.WidthOf(strip.reason, em) > area.width)
-    rows = writer.Rows(strip.reason, em, area.width);
-  if (rows.size() > 2) rows = {rows.front(), strip.reason.substr(rows.front().size() + 1)};
-  const bool remedy = !strip.remedy.empty() && 1.2F * (em + layout.em) <= area.height;
+  std::vector<std::string> rows = {first};
+  if (!remedy && writer.WidthOf(first, em) > area.width) rows = writer.Rows(first, em, area.width);
+  if (rows.size() > 2) rows = {rows.front(), first.substr(rows.front().size() + 1)};
   float y = middle - (remedy             ? 0.6F * (em + layout.em)
                       : rows.size() == 2 ? 1.25F * em
                                          : 0.65F * em);

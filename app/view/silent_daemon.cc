@@ -1,5 +1,7 @@
 #include "app/view/silent_daemon.h"
 
+#include "app/view/health_message.h"
+
 namespace plumbline::view {
 
 bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_problem,
@@ -10,7 +12,7 @@ bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_p
 
 std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& state,
                                                    const std::string& link_problem, double now_s) {
-  const bool done = state.health.reason == HealthReason::kNoDaemon;
+  const bool done = WithoutDaemon(state);
   if (done || !DaemonIsSilent(state, link_problem, now_s)) return std::nullopt;
   view_link::ViewState withdrawn = state;
   withdrawn.health = HealthOf({.daemon_silent = true});
@@ -24,8 +26,8 @@ std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& s
 }
 
 std::string InvalidReason(const view_link::ViewPoint& point, const view_link::ViewState& state) {
-  if (state.health.reason == HealthReason::kNoDaemon) return Describe(state.health.reason);
-  return std::string(Describe(point.code));
+  if (WithoutDaemon(state)) return Describe(state.health.reason);
+  return CodeText(point.code);
 }
 
 }  // namespace plumbline::view

@@ -23,6 +23,11 @@ bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_p
 std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& state,
                                                    const std::string& link_problem, double now_s);
 
+/// Whether the state is that of a silent daemon, as WithdrawnState() returns it.
+inline bool WithoutDaemon(const view_link::ViewState& state) {
+  return state.health.reason == HealthReason::kNoDaemon;
+}
+
 /// Why a displayed point has no valid correction.
 std::string InvalidReason(const view_link::ViewPoint& point, const view_link::ViewState& state);
 

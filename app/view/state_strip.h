@@ -32,7 +32,7 @@ struct StateStrip {
   std::string Text() const { return reason.empty() ? word : word + ": " + reason; }
 };
 
-/// The state as DisplayedHealth() gives it; below an alarm, stale data come first.
+/// The state as DisplayedHealth() and MessageOf() give it; below an alarm, stale data come first.
 StateStrip StripOf(const ViewFacts& facts);
 
 /// The strip as one line with its tone, for the page and the command line.

@@ -48,56 +48,69 @@ Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state
 
 namespace {
 
-std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
+constexpr const char* kClearTags = "clear the view of the cell's tags";
+
+std::vector<StaleReason> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
   const view_link::ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
-  std::vector<std::string> reasons;
+  constexpr const char* kCable = "check the camera and its cable";
+  std::vector<StaleReason> reasons;
   if (!camera.image) {
-    reasons.emplace_back("no image");
+    reasons.push_back({"no image", kCable});
   } else if (carriers.image_stale) {
-    reasons.push_back("last image " + AgeText(facts.now_s - camera.image->time_s));
+    reasons.push_back({"last image " + AgeText(facts.now_s - camera.image->time_s), kCable});
   }
   if (camera.status.state != lens::ZoomState::kValid) {
-    reasons.push_back(fmt::format("lens {}: {}", lens::ZoomStateText(camera.status.state),
-                                  lens::ZoomReasonText(camera.status.reason)));
+    const std::string_view prompt = lens::BoardPromptText(camera.status.prompt);
+    reasons.push_back({fmt::format("lens {}: {}", lens::ZoomStateText(camera.status.state),
+                                   lens::ZoomReasonText(camera.status.reason)),
+                       camera.status.prompt != lens::BoardPrompt::kNone
+                           ? std::string(prompt)
+                           : "keep the zoom at rest and the reference tags in view"});
   } else if (camera.image && !camera.lens) {
-    reasons.emplace_back("no lens for the image");
+    reasons.push_back({"no lens for the image", "show the calibration board"});
   }
   if (camera.image && camera.lens && !carriers.world) {  // without a lens nothing is placed
-    reasons.emplace_back("cell tags not seen yet");
+    reasons.push_back({"cell tags not seen yet", kClearTags});
   } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
              !carriers.image_stale) {
-    reasons.emplace_back("cell tags not visible");
+    reasons.push_back({"cell tags not visible", kClearTags});
   }
   return reasons;
 }
 
 }  // namespace
 
-std::vector<std::string> StaleReasons(const ViewFacts& facts,
-                                      std::span<const std::size_t> cameras) {
+std::vector<StaleReason> StaleReasonsOf(const ViewFacts& facts,
+                                        std::span<const std::size_t> cameras) {
   if (facts.state == nullptr) return {};
   const view_link::ViewState& state = *facts.state;
-  std::vector<std::string> reasons;
+  std::vector<StaleReason> reasons;
   if (facts.now_s - state.now_s > kStateOld_s) {
-    return {"last data from plumblined " + AgeText(facts.now_s - state.now_s)};
+    return {{"last data from plumblined " + AgeText(facts.now_s - state.now_s),
+             RemedyOf(HealthReason::kNoDaemon)}};
   }
   if (facts.model == nullptr)
-    reasons.emplace_back("configuration or model unreadable, see the log");
+    reasons.push_back({"plumbline-view cannot read the configuration or the model",
+                       "journalctl -u plumbline-view names the file and the line"});
   for (const std::size_t k : cameras) {
     if (k >= state.cameras.size()) continue;
-    for (const std::string& reason : StaleCameraReasons(facts, k)) {
-      reasons.push_back(CameraPrefix(state.cameras[k]) + reason);
+    for (const StaleReason& reason : StaleCameraReasons(facts, k)) {
+      reasons.push_back({CameraPrefix(state.cameras[k]) + reason.text, reason.remedy});
     }
   }
-  if (facts.carriers.front().robot_stale) reasons.emplace_back("no current robot joint positions");
-  if (!state.payload_kg) reasons.emplace_back("payload unknown");
+  if (facts.carriers.front().robot_stale)
+    reasons.push_back({"no current robot joint positions", RemedyOf(HealthReason::kRobotStale)});
+  if (!state.payload_kg)
+    reasons.push_back({"payload unknown", RemedyOf(HealthReason::kPayloadUnknown)});
   return reasons;
 }
 
-std::string DisplayedRemedy(const view_link::ViewState& state, const CellHealth& health) {
-  const bool named = health.reason == HealthReason::kPayloadUnknown;
-  return named && !state.payload_remedy.empty() ? state.payload_remedy : RemedyOf(health.reason);
+std::vector<std::string> StaleReasons(const ViewFacts& facts,
+                                      std::span<const std::size_t> cameras) {
+  std::vector<std::string> texts;
+  for (const StaleReason& reason : StaleReasonsOf(facts, cameras)) texts.push_back(reason.text);
+  return texts;
 }
 
 CellHealth DisplayedHealth(const ViewFacts& facts) {

@@ -37,10 +37,6 @@ struct ViewFacts {
 /// this process, which reaches the daemon a moment later. An alarm while the daemon is silent.
 CellHealth DisplayedHealth(const ViewFacts& facts);
 
-/// What to do about the shown health; names the number if one that the controller reports is not
-/// declared.
-std::string DisplayedRemedy(const view_link::ViewState& state, const CellHealth& health);
-
 /// "300 ms ago", "5 s ago", "3 min ago".
 std::string AgeText(double age_s);
 
@@ -50,6 +46,13 @@ std::string CameraPrefix(const view_link::ViewCamera& camera);
 Tone ToneOf(HealthSeverity severity);
 /// Tone of a point: good only if nothing is known that invalidates its stated 95 % radius.
 Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state);
+
+/// Why something shown is not current, and what to do.
+struct StaleReason {
+  std::string text, remedy;
+};
+std::vector<StaleReason> StaleReasonsOf(const ViewFacts& facts,
+                                        std::span<const std::size_t> cameras);
 
 /// Reasons why the overlay on these cameras' images must not be trusted; empty if it may be.
 std::vector<std::string> StaleReasons(const ViewFacts& facts, std::span<const std::size_t> cameras);

@@ -77,6 +77,12 @@ Received ReceiveFrom(int socket) {
   return received;
 }
 
+std::string ConnectProblem(int code) {
+  if (code == EACCES || code == EPERM) return kMayNotConnect;
+  if (code == ENOENT || code == ECONNREFUSED) return "plumblined is not running";
+  return fmt::format("plumblined cannot be reached: {}", std::strerror(code));
+}
+
 }  // namespace
 
 ViewClient::~ViewClient() {
@@ -104,8 +110,7 @@ bool ViewClient::Connect() {
   socket_.Reset(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const auto* const where = reinterpret_cast<const sockaddr*>(&address);
   if (!socket_ || connect(socket_.get(), where, sizeof address) != 0) {
-    Disconnect(fmt::format("{}: {}; is plumblined running, and may this user connect?", path_,
-                           std::strerror(errno)));
+    Disconnect(ConnectProblem(errno));
     return false;
   }
   problem_ = "connected to plumblined, no data yet";

@@ -26,6 +26,9 @@ struct View {
   std::vector<Pixels> pixels;
 };
 
+/// problem() if the socket exists, but not for this process's user.
+inline constexpr const char* kMayNotConnect = "this user may not connect to plumblined";
+
 /// Connects and reconnects automatically, with growing pauses. Always returns the newest state;
 /// older ones in the socket are discarded, without being read. Used by one thread.
 class ViewClient {
@@ -45,8 +48,9 @@ class ViewClient {
   void SendScene(const status::SceneStatus& scene);
 
   bool connected() const { return static_cast<bool>(socket_); }
-  /// Why no states arrive, with a remedy; empty while they do.
+  /// Why no states arrive; empty while they do.
   const std::string& problem() const { return problem_; }
+  const std::string& path() const { return path_; }
 
  private:
   bool Connect();
@@ -73,7 +77,7 @@ class ViewClient {
   std::vector<ViewPoint> points_;    ///< received last
   std::uint64_t points_number_ = 1;  ///< of that list
   View fresh_;  ///< assembled here, so that the caller's state and pixels always match
-  std::string problem_ = "not connected yet";
+  std::string problem_ = "waiting for plumblined";
 };
 
 }  // namespace plumbline::view_link

@@ -92,6 +92,8 @@ Json MonitoringJson(const status::MonitoringStatus& status) {
                {"declared", status.model.declared},
                {"probes", status.probes},
                {"quarantined", status.quarantined},
+               {"reference_learned", status.reference_learned},
+               {"reference_wanted", status.reference_wanted},
                {"drift_statistic", NumberJson(status.drift_statistic)},
                {"residual_m", VectorJson(status.residual_m)}};
   AddFlags(status, kMonitoringFlags, json);
@@ -105,6 +107,8 @@ status::MonitoringStatus MonitoringOf(const Json& json) {
   status.model.proposed = text::IntegerFromJson<int>(json.at("proposed"));
   status.model.declared = text::IntegerFromJson<int>(json.at("declared"));
   status.probes = text::IntegerFromJson<std::uint32_t>(json.at("probes"));
+  status.reference_learned = text::IntegerFromJson<int>(json.at("reference_learned"));
+  status.reference_wanted = text::IntegerFromJson<int>(json.at("reference_wanted"));
   status.quarantined = text::IntegerFromJson<std::uint32_t>(json.at("quarantined"));
   status.drift_statistic = NumberOf(json.at("drift_statistic"));
   status.residual_m = Vec3Of(json.at("residual_m"));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/text/json_text.h"
+#include "app/view/health_message.h"
 #include "app/view_process/await_state.h"
 
 namespace plumbline::view_process {
@@ -106,7 +107,11 @@ int PrintDistances(const DistanceOptions& options) {
   }
   Viewer viewer(options.config_file, std::move(*model), [](const log::LogEntry&) {});
   if (!AwaitState(viewer, options.state_wait_s)) {
-    return RefuseDistance(kNoAnswer, viewer.Facts().link_problem);
+    return RefuseDistance(
+        kNoAnswer,
+        viewer.Facts().link_problem + "; " +
+            view::MessageOf({HealthSeverity::kAlarm, HealthReason::kNoDaemon}, viewer.Facts())
+                .remedy);
   }
   AwaitMeasured(viewer, options.meshes_wait_s);
   const view::ViewFacts& facts = viewer.Facts();

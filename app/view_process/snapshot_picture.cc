@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "app/text/json_text.h"
+#include "app/view/health_message.h"
 #include "app/view/panels.h"
 #include "app/view/screen_text.h"
 #include "app/view/state_strip.h"
@@ -95,7 +96,10 @@ int TakeSnapshot(const SnapshotOptions& options) {
     if (bad && entry.event != log::Event::kViewLinkLost) std::cerr << entry.text << '\n';
   });
   if (!AwaitState(viewer, options.state_wait_s)) {
-    return Refuse(kUsage, viewer.Facts().link_problem);
+    return Refuse(kUsage, viewer.Facts().link_problem + "; " +
+                              view::MessageOf({HealthSeverity::kAlarm, HealthReason::kNoDaemon},
+                                              viewer.Facts())
+                                  .remedy);
   }
   AwaitMeasured(viewer, options.meshes_wait_s);
   const view::ViewFacts& facts = viewer.Facts();

@@ -40,7 +40,8 @@ bool Viewer::Read(double timeout_s) {
   const bool came = client_.Read(timeout_s, view_);
   const std::string& problem = client_.problem();
   const bool lost = !came && !problem.empty() && !client_.connected();
-  if (lost && link_problem_.empty()) sink_({log::Event::kViewLinkLost, problem});
+  if (lost && link_problem_.empty())
+    sink_({log::Event::kViewLinkLost, fmt::format("{} (socket {})", problem, client_.path())});
   if (came && !link_problem_.empty())
     sink_({log::Event::kViewLinkBack, "receiving data from plumblined again"});
   if (lost) link_problem_ = problem;

@@ -25,9 +25,10 @@ struct MonitoringStatus {
   bool storage_unavailable = false;  ///< the state directory cannot be written
   bool settled = false;              ///< start-up is complete: `recording` is final
   std::uint32_t probes = 0;          ///< probes written to the journal since start-up
-  std::uint32_t quarantined = 0;     ///< probes in the journal that await a person's decision
-  double drift_statistic = 0;        ///< relative to the threshold; alarm above 1
-  Vec3 residual_m = Vec3::Zero();    ///< of the latest probe, measured minus predicted, in W
+  int reference_learned = 0, reference_wanted = 0;  ///< probes of the drift monitor's reference
+  std::uint32_t quarantined = 0;   ///< probes in the journal that await a person's decision
+  double drift_statistic = 0;      ///< relative to the threshold; alarm above 1
+  Vec3 residual_m = Vec3::Zero();  ///< of the latest probe, measured minus predicted, in W
   ModelStatus model;
 
   bool proposal_waiting() const { return model.proposed != 0; }

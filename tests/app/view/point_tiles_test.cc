@@ -55,6 +55,10 @@ TEST_CASE("a tile states correction, radius with its basis, and drift") {
   CHECK(tile.state == StateClass::kAdvisory);
   scene.state.monitoring.drift_statistic = 0;
   CHECK(TilesIn(scene).front().note == "drift: no probes yet");
+  scene.state.monitoring.learning = true;
+  scene.state.monitoring.reference_learned = 7;
+  scene.state.monitoring.reference_wanted = 20;
+  CHECK(TilesIn(scene).front().note == "learning the reference: 7 of 20 probes");
 }
 
 TEST_CASE("a tile states why a point is not valid, and what limits the use of a valid one") {
@@ -65,7 +69,8 @@ TEST_CASE("a tile states why a point is not valid, and what limits the use of a 
   scene.state.points[1].extrapolated = true;
   std::vector<PointTile> tiles = TilesIn(scene);
   CHECK(tiles[0].value == "not valid");
-  CHECK(tiles[0].radius == "out of reach");
+  CHECK(tiles[0].radius == "out of reach (code 1)");
+  CHECK(tiles[0].note == "check the point, its frame and the robot's base");
   CHECK(tiles[0].state == StateClass::kAlarm);
   CHECK(tiles[1].note == "outside calibrated range");
   CHECK(tiles[1].state == StateClass::kWarning);

@@ -247,7 +247,7 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(drawn.Says("STALE: last data from plumblined 10 s ago"));
     CHECK(drawn.Says("○ NO DAEMON"));
     CHECK(drawn.Says("last data 10 s ago"));
-    CHECK(drawn.Says("→ start plumblined"));
+    CHECK(drawn.Says("→ systemctl start plumbline"));
     const auto panels_say = [&](const std::string& words) {
       for (const Panel& panel : PanelsOf(drawn.facts)) {
         for (const PanelLine& line : panel.lines) {

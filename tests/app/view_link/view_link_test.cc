@@ -391,7 +391,7 @@ TEST_CASE("the client reports a missing daemon and reconnects") {
   ViewClient client(path);
   View view;
   CHECK_FALSE(client.Read(0, view));
-  CHECK_THAT(client.problem(), Catch::Contains("is plumblined running"));
+  CHECK_THAT(client.problem(), Catch::Contains("plumblined is not running"));
   auto publisher = ViewPublisher::Open(path).value();
   for (int k = 0; k < 100 && !client.connected(); ++k) client.Read(0.05, view);
   REQUIRE(publisher->PollViewers());

@@ -380,7 +380,7 @@ TEST_CASE("a snapshot fails without a daemon, with a faulty configuration or a w
   if (CanDraw()) {
     const Ran none = Run(Snapshot(file, "--out " + folder.path() + "/a.png"));
     CHECK(none.code == 2);
-    CHECK_THAT(none.text, Catch::Contains("is plumblined running"));
+    CHECK_THAT(none.text, Catch::Contains("plumblined is not running; systemctl start plumbline"));
     CHECK_FALSE(std::filesystem::exists(folder.path() + "/a.png"));
   }
   write("display = \"television\"\n[page]\nlisten = \"0.0.0.0\"\n");
