@@ -152,6 +152,13 @@ void DisplayFeed::Send() {
     CopySnapshot(*snapshot, cell_, state);
     if (point_changes_ != snapshot->point_changes) CopyPoints(*snapshot);
   }
+  state.robot_problem.clear();
+  state.robot_remedy.clear();
+  const robot::RobotLinkStatus link = cycle_->parts().link->Status();
+  if (!link.connected && link.failures > 0) {
+    state.robot_problem = link.problem.view();
+    state.robot_remedy = robot::LinkRemedy(link.result, link.problem.view());
+  }
   const CycleCounters counters = cycle_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
                  counters.overruns, counters.starts};

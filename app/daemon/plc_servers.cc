@@ -24,6 +24,14 @@ constexpr char kConnection[] = "modbus-client";
 
 void LogClientEvent(const modbus::TcpServerEvent& event) {
   using Kind = modbus::TcpServerEvent::Kind;
+  if (event.kind == Kind::kOtherUnit) {
+    log::Log({log::Event::kClientRefused,
+              fmt::format("Modbus client {} asks for unit id {}, which is answered with exception "
+                          "11: set unit id 1 in the client, or unit_id = {} under [plc]",
+                          event.peer, event.unit_id, event.unit_id),
+              {{"CLIENT", fmt::format("{}", event.peer)}}});
+    return;
+  }
   const char* text = event.kind == Kind::kNotAllowed     ? "refused: not in plc.allow"
                      : event.kind == Kind::kNoFreeSlot   ? "refused: every slot is reserved"
                      : event.kind == Kind::kEvicted      ? "closed: longest idle, to make room"

@@ -36,12 +36,13 @@ CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   model::RobotState state;
   const double until_s = MonotonicSeconds() + kRobotWait_s;
-  robot::LinkResult result = robot::LinkResult::kWaiting;
+  robot::LinkResult result = robot::LinkResult::kWaiting, failed = result;
   std::string problem;
   while (result != robot::LinkResult::kOk && MonotonicSeconds() < until_s) {
     result = robot.value()->Read(state);
     if (result != robot::LinkResult::kOk && result != robot::LinkResult::kWaiting) {
       problem = robot.value()->problem();
+      failed = result;
     }
     if (result != robot::LinkResult::kOk) SleepSeconds(0.02);
   }
@@ -49,9 +50,9 @@ CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
     return {
         Health::kGood, "robot", fmt::format("{} answers, {} joints", place, state.q.size()), {}};
   }
+  const std::string_view remedy = robot::LinkRemedy(failed, problem);
   return {Health::kFault, "robot", problem.empty() ? place + " does not answer" : problem,
-          "check that the controller is on, its Modbus server enabled, the cable plugged in, and "
-          "host, port and unit_id are correct"};
+          remedy.empty() ? "check robot.host" : std::string(remedy)};
 }
 
 /// Every file that the driver opens: the hidraw device, and the input devices on which it types.
@@ -121,8 +122,11 @@ CheckResults CheckDaemon(const config::DaemonConfig& config) {
        {}},
       {trusted ? Health::kGood : Health::kFault, "robot",
        trusted ? fmt::format("trusted, read {:.0f} ms ago", 1e3 * state.data_age_s)
-               : "the daemon has no trusted robot data",
-       trusted ? "" : "plumbline log --level error --explain; plumbline status"}};
+       : state.robot_problem.empty() ? "the daemon has no trusted robot data"
+                                     : state.robot_problem,
+       trusted                      ? ""
+       : state.robot_remedy.empty() ? "plumbline log --level error --explain; plumbline status"
+                                    : state.robot_remedy}};
   const CheckResults alarms = AlarmResults(state);
   found.insert(found.end(), alarms.begin(), alarms.end());
   return found;

@@ -182,9 +182,11 @@ constexpr EventEntry kEntries[] = {
     {Event::kSerialOpen, "serial-open", LogLevel::kNotice, "1f4f950ad2034e54a4d2fece1d7a8e10",
      "plc", "serial line ... open", "", ""},
     {Event::kClientRefused, "client-refused", LogLevel::kWarning,
-     "0e2d890287404a9d849bc4b518a63df3", "plc", "Modbus client ... refused: ...",
-     "the client is not in `plc.allow`, or every slot is reserved",
-     "add it to `plc.allow`, or find out what it is; `plc.max_clients`"},
+     "0e2d890287404a9d849bc4b518a63df3", "plc",
+     "Modbus client ... refused: ..., asks for unit id ...",
+     "the client is not in `plc.allow`, every slot is reserved, or it asks for another unit id",
+     "add it to `plc.allow`, or find out what it is; `plc.max_clients`; set its unit id to 1, or "
+     "`plc.unit_id` to its own"},
     {Event::kClientClosed, "client-closed", LogLevel::kWarning, "2fc32a123f5c483abb000f332ab26903",
      "plc", "Modbus client ... closed: ...",
      "longest idle: more clients than `plc.max_clients`. Frame not completed, does not read its "

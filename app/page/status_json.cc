@@ -164,6 +164,8 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
                       {"says", WordsJson(state.warnings, plc::registers::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;
   json["robot"] = {{"data_age_s", read ? text::NumberJson(state.data_age_s) : Json(nullptr)},
+                   {"problem", state.robot_problem},
+                   {"do", state.robot_remedy},
                    {"q", view_link::VectorJson(state.q)},
                    {"payload_kg", view_link::OptionalJson(state.payload_kg)},
                    {"temperature_C", view_link::OptionalJson(state.temp_C)}};

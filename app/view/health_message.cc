@@ -52,13 +52,16 @@ HealthMessage NoDaemon(const ViewFacts& facts) {
           refused ? "run plumbline-view as the user plumbline" : RemedyOf(HealthReason::kNoDaemon)};
 }
 
-HealthMessage PayloadUnknown(const ViewFacts& facts) {
-  const view_link::ViewState& state = *facts.state;
-  const HealthReason reason = HealthReason::kPayloadUnknown;
-  return {state.payload_problem.empty()
-              ? Describe(reason)
-              : fmt::format("{}: {}", Describe(reason), state.payload_problem),
-          state.payload_remedy.empty() ? RemedyOf(reason) : state.payload_remedy};
+/// The reason with what the daemon knows of it, which may be nothing.
+HealthMessage Explained(HealthReason reason, const std::string& problem,
+                        const std::string& remedy) {
+  return {problem.empty() ? Describe(reason) : fmt::format("{}: {}", Describe(reason), problem),
+          remedy.empty() ? RemedyOf(reason) : remedy};
+}
+
+template <HealthReason kReason>
+HealthMessage RobotNotRead(const ViewFacts& facts) {
+  return Explained(kReason, facts.state->robot_problem, facts.state->robot_remedy);
 }
 
 HealthMessage PointRefused(const ViewFacts& facts) {
@@ -163,7 +166,13 @@ struct NamedMessage {
   HealthMessage (*message)(const ViewFacts& facts);
 };
 constexpr std::array kNamedMessages = {
-    NamedMessage{HealthReason::kPayloadUnknown, PayloadUnknown},
+    NamedMessage{HealthReason::kRobotNotRead, RobotNotRead<HealthReason::kRobotNotRead>},
+    NamedMessage{HealthReason::kRobotStale, RobotNotRead<HealthReason::kRobotStale>},
+    NamedMessage{HealthReason::kPayloadUnknown,
+                 [](const ViewFacts& facts) {
+                   return Explained(HealthReason::kPayloadUnknown, facts.state->payload_problem,
+                                    facts.state->payload_remedy);
+                 }},
     NamedMessage{HealthReason::kPointRefused, PointRefused},
     NamedMessage{HealthReason::kSceneLost, SceneLost},
     NamedMessage{HealthReason::kFiducialMoved, FiducialMoved},

@@ -179,6 +179,10 @@ ViewState StateOf(const Json& json) {
     state.payload_problem = json.at("payload_problem").get<std::string>();
     state.payload_remedy = json.at("payload_remedy").get<std::string>();
   }
+  if (json.contains("robot_problem")) {
+    state.robot_problem = json.at("robot_problem").get<std::string>();
+    state.robot_remedy = json.at("robot_remedy").get<std::string>();
+  }
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
@@ -238,6 +242,8 @@ std::string JsonOfView(const ViewState& state) {
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
                      {"payload_problem", state.payload_problem},
                      {"payload_remedy", state.payload_remedy},
+                     {"robot_problem", state.robot_problem},
+                     {"robot_remedy", state.robot_remedy},
                      {"tool", state.tool},
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"monitoring", MonitoringJson(state.monitoring)},

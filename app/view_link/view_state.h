@@ -117,6 +117,8 @@ struct ViewState {
   /// Why the payload is unknown and what to do, if a number that the controller reports is the
   /// reason; else empty.
   std::string payload_problem{}, payload_remedy{};
+  /// Why the robot cannot be read and what to do; empty while it can.
+  std::string robot_problem{}, robot_remedy{};
   int tool = 0;                   ///< index of the mounted tool, see CellModel::ToolAt
   std::vector<ViewPoint> points;  ///< in configured order
   /// Number of this list, above 0: lists with equal numbers are equal, so that a list is encoded

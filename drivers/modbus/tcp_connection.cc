@@ -53,7 +53,7 @@ TcpConnection::Answered TcpConnection::AnswerFrames(RequestHandler& handler, std
   for (;;) {
     frame = ParseTcpFrame({in_.data() + begin, in_size_ - begin});
     if (frame.state != TcpFrame::State::kComplete) break;
-    Answer(frame, handler, unit_id);
+    if (!Answer(frame, handler, unit_id)) answered.other_unit = frame.unit;
     ++answered.requests;
     begin += frame.size;
   }
@@ -69,7 +69,7 @@ TcpConnection::Answered TcpConnection::AnswerFrames(RequestHandler& handler, std
   return answered;
 }
 
-void TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id) {
+bool TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id) {
   std::uint8_t* out = out_.data() + out_end_;
   const std::span<std::uint8_t, kMaxPduBytes> response(out + kMbapBytes, kMaxPduBytes);
   const bool for_us =
@@ -77,10 +77,11 @@ void TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::
   const std::size_t size =
       for_us ? handler.Handle(client_, frame.pdu, response)
              : WriteException(frame.pdu[0], Exception::kGatewayTargetFailed, response);
-  if (size == 0) return;
+  if (size == 0) return for_us;
   WriteMbap(std::span<std::uint8_t, kMbapBytes>(out, kMbapBytes), frame.transaction, frame.unit,
             size);
   out_end_ += kMbapBytes + size;
+  return for_us;
 }
 
 bool TcpConnection::Send(std::int64_t now_ns) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
@@ -23,7 +24,8 @@ class TcpConnection {
   };
   struct Answered {
     std::size_t requests = 0;
-    bool intact = true;  ///< if false, framing is lost: close the connection
+    bool intact = true;                        ///< if false, framing is lost: close the connection
+    std::optional<std::uint8_t> other_unit{};  ///< asked for, but not answered
   };
 
   /// Takes ownership of a non-blocking socket.
@@ -61,7 +63,8 @@ class TcpConnection {
   // Room for the longest response to every frame of a full input buffer.
   static constexpr std::size_t kOutputBytes = kInputBytes / kMinTcpFrameBytes * kMaxTcpFrameBytes;
 
-  void Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
+  /// @return  false if the frame is for another unit
+  bool Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
 
   os::Descriptor socket_;
   Client client_;

@@ -280,6 +280,7 @@ bool TcpServer::Answer(TcpConnection& client) {
   Add(counters_.requests, answered.requests);
   if (!client.Send(now_ns_)) return false;
   if (offers_connections_ && newcomer && client.has_requested()) Offer(client);
+  if (answered.other_unit) ReportOtherUnit(client.address(), *answered.other_unit);
   if (!answered.intact) ReportEvent(TcpServerEvent::Kind::kBrokenFrame, client.address());
   return answered.intact;
 }
@@ -349,10 +350,22 @@ void TcpServer::WatchListener(bool on) {
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, listener_.fd(), &event);
 }
 
-void TcpServer::ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address) const {
+/// A client that reconnects for each request must not fill the log: once for address and id.
+void TcpServer::ReportOtherUnit(const IpAddress& address, std::uint8_t unit_id) {
+  const auto end = other_units_.begin() + static_cast<std::ptrdiff_t>(other_units_count_);
+  const bool reported = std::any_of(other_units_.begin(), end, [&](const OtherUnit& one) {
+    return one.address == address && one.unit_id == unit_id;
+  });
+  if (reported || end == other_units_.end()) return;
+  other_units_[other_units_count_++] = {address, unit_id};
+  ReportEvent(TcpServerEvent::Kind::kOtherUnit, address, unit_id);
+}
+
+void TcpServer::ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address,
+                            int unit_id) const {
   if (!on_event_) return;
   const auto text = IpAddressText(address);
-  on_event_({.kind = kind, .peer = text.data()});
+  on_event_({.kind = kind, .peer = text.data(), .unit_id = unit_id});
 }
 
 void TcpServer::Watch(const TcpConnection& client, int operation, std::uint32_t events) const {

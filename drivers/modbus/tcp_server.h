@@ -5,6 +5,7 @@
 // sent, nothing more is received from it. All buffers are allocated at start.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -35,9 +36,11 @@ struct TcpServerEvent {
     kNotReading,        ///< responses could not be sent within 1 s
     kBrokenFrame,       ///< invalid protocol id or length
     kOutOfDescriptors,  ///< no file descriptor left; the new client was closed
+    kOtherUnit,         ///< asks for a unit id that is not answered; once for address and id
   };
   Kind kind = Kind::kNotAllowed;
   std::string_view peer;  ///< address as text, valid during the call
+  int unit_id = 0;        ///< for kOtherUnit
 };
 
 struct TcpServerOptions {
@@ -111,7 +114,8 @@ class TcpServer {
   void CloseOverdue();
   int WaitTime_ms() const;
   void WatchListener(bool on);
-  void ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address) const;
+  void ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address, int unit_id = 0) const;
+  void ReportOtherUnit(const IpAddress& address, std::uint8_t unit_id);
   void Watch(const TcpConnection& client, int operation, std::uint32_t events) const;
 
   struct AtomicCounters {
@@ -120,6 +124,12 @@ class TcpServer {
   };
 
   RequestHandler& handler_;
+  struct OtherUnit {
+    IpAddress address;
+    std::uint8_t unit_id = 0;
+  };
+  std::array<OtherUnit, 32> other_units_{};  ///< reported ones; further ones are not
+  std::size_t other_units_count_ = 0;
   const std::uint8_t unit_id_;
   const std::vector<IpAddress> allow_;
   const std::function<void(const TcpServerEvent&)> on_event_;

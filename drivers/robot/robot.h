@@ -26,6 +26,10 @@ enum class LinkResult : std::uint8_t {
 /// Text for the log, for example "no response in time".
 std::string_view LinkResultText(LinkResult result);
 
+/// What to do about a reading that failed.
+/// @param problem  the device's description, which contains the reason in libmodbus' words
+std::string_view LinkRemedy(LinkResult result, std::string_view problem);
+
 /// A robot controller. Not thread-safe. Every call is bounded in time, connects if necessary, and
 /// does not allocate unless it fails.
 class RobotDevice {

@@ -111,7 +111,9 @@ TEST_CASE("each transition is logged once") {
   CHECK(desk.Observe().empty());
   desk.link.connected = false;
   desk.link.problem.Assign("no answer in time");
-  CHECK(desk.Observe() == std::vector<std::string>{"robot link lost: no answer in time"});
+  CHECK(desk.Observe() ==
+        std::vector<std::string>{"robot link lost: no answer in time; check the cable, that the "
+                                 "controller is on, and robot.host"});
   desk.snapshot.now_s += 3.95;
   desk.link.connected = true;
   CHECK(desk.Observe() == std::vector<std::string>{"robot link restored after 4.0 s"});
@@ -132,14 +134,17 @@ TEST_CASE("a new reason for a lost robot link is logged once it has persisted") 
   for (int k = 0; k < 200; ++k) {
     for (const std::string& line : desk.Observe()) logged.push_back(line);
   }
-  CHECK(logged == std::vector<std::string>{
-                      "robot link lost: connection refused (before: no answer in time)"});
+  CHECK(logged ==
+        std::vector<std::string>{"robot link lost: connection refused (before: no answer in time); "
+                                 "check the cable, that the controller is on, and robot.host"});
   desk.link.problem.Assign("no answer in time");  // alternating reasons are logged once each
   for (int k = 0; k < 200; ++k) CHECK(desk.Observe().empty());
   desk.link.connected = true;
   CHECK(desk.Observe().size() == 1);
   desk.link.connected = false;  // another outage
-  CHECK(desk.Observe() == std::vector<std::string>{"robot link lost: no answer in time"});
+  CHECK(desk.Observe() ==
+        std::vector<std::string>{"robot link lost: no answer in time; check the cable, that the "
+                                 "controller is on, and robot.host"});
 }
 
 TEST_CASE("an emergency stop ends when the controller reports so, not when its link drops") {

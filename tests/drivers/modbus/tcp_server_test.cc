@@ -143,6 +143,12 @@ TEST_CASE("TCP server: unit ids", "[modbus][tcp]") {
     CAPTURE(static_cast<int>(unit));
     CHECK(client.Exchange(Frame(1, kRead, unit), 9) == Frame(1, {0x83, 0x0B}, unit));
   }
+  // Reported once for each client and id, also after the client has reconnected.
+  const RawClient again(served.port());
+  CHECK(again.Exchange(Frame(1, kRead, 247), 9) == Frame(1, {0x83, 0x0B}, 247));
+  CHECK(again.Exchange(Frame(1, kRead, 1), 11) == Frame(1, kReadReply, 1));
+  const std::lock_guard lock(served.mutex);
+  CHECK(std::count(served.events.begin(), served.events.end(), Kind::kOtherUnit) == 4);
 }
 
 TEST_CASE("TCP server: pipelined frames are answered in order, including invalid requests",

@@ -336,4 +336,16 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
   CHECK(held.value()->Push({}) == LinkResult::kPushRefused);
 }
 
+TEST_CASE("the remedy for a failed reading depends on its reason") {
+  const auto names = [](LinkResult result, std::string_view problem, std::string_view words) {
+    return LinkRemedy(result, problem).find(words) != std::string_view::npos;
+  };
+  CHECK(names(LinkResult::kLost, "10.0.0.2:502: connecting: Connection refused", "robot.port"));
+  CHECK(names(LinkResult::kException, "10.0.0.2:502: FC03, 26 from 400: Illegal data address",
+              "robot.profile"));
+  CHECK(names(LinkResult::kException, "Target device failed to respond", "robot.unit_id"));
+  CHECK(names(LinkResult::kTimeout, "Connection timed out", "robot.timeout_ms"));
+  CHECK(names(LinkResult::kLost, "No route to host", "robot.host"));
+}
+
 }  // namespace plumbline::robot_link_test
