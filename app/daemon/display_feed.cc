@@ -120,9 +120,16 @@ void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
   Send();
 }
 
+void DisplayFeed::NoteLink(const robot::RobotLinkStatus& link) {
+  const bool lost = !link.connected && link.failures > 0;
+  state_.robot_problem = lost ? link.problem.view() : "";
+  state_.robot_remedy = lost ? robot::LinkRemedy(link.result) : "";
+}
+
 void DisplayFeed::PublishIfDue() {
   const std::lock_guard lock(mutex_);
   if (!publisher_ || cycle_ == nullptr) return;
+  NoteLink(cycle_->parts().link->Status());
   if (MonotonicSeconds() - sent_s_ < kPeriodWithoutImages_s || !HasViewers()) return;
   Send();
 }
@@ -151,13 +158,6 @@ void DisplayFeed::Send() {
     const auto snapshot = cycle_->ReadSnapshot();
     CopySnapshot(*snapshot, cell_, state);
     if (point_changes_ != snapshot->point_changes) CopyPoints(*snapshot);
-  }
-  state.robot_problem.clear();
-  state.robot_remedy.clear();
-  const robot::RobotLinkStatus link = cycle_->parts().link->Status();
-  if (!link.connected && link.failures > 0) {
-    state.robot_problem = link.problem.view();
-    state.robot_remedy = robot::LinkRemedy(link.result, link.problem.view());
   }
   const CycleCounters counters = cycle_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,

@@ -39,6 +39,8 @@ class DisplayFeed {
 
  private:
   void Send();
+  /// By the main thread only, which also replaces the link.
+  void NoteLink(const robot::RobotLinkStatus& link);
   void CopyPoints(const Snapshot& snapshot);
   bool HasViewers();
 

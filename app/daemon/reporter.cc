@@ -144,7 +144,7 @@ void Reporter::ReportLinkDown(const robot::RobotLinkStatus& link, double now_s) 
     if (now_s - new_reason_since_s_ < kReasonPersists_s) return;
   }
   const bool lost = link.readings > 0;
-  const std::string_view remedy = robot::LinkRemedy(link.result, reason);
+  const std::string_view remedy = robot::LinkRemedy(link.result);
   const std::string before = was_down ? fmt::format(" (before: {})", logged_reasons_.back()) : "";
   if (!was_down) logged_reasons_.clear();
   sink_({lost ? log::Event::kRobotLinkLost : log::Event::kRobotLinkAbsent,

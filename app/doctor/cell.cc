@@ -50,7 +50,7 @@ CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
     return {
         Health::kGood, "robot", fmt::format("{} answers, {} joints", place, state.q.size()), {}};
   }
-  const std::string_view remedy = robot::LinkRemedy(failed, problem);
+  const std::string_view remedy = robot::LinkRemedy(failed);
   return {Health::kFault, "robot", problem.empty() ? place + " does not answer" : problem,
           remedy.empty() ? "check robot.host" : std::string(remedy)};
 }

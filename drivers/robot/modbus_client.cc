@@ -62,6 +62,25 @@ std::array<std::uint8_t, 5> Pdu(int function, int first, int second) {
           static_cast<std::uint8_t>(second & 0xFF)};
 }
 
+LinkResult ResultOfException(int code) {
+  if (code >= 1 && code <= 3) return LinkResult::kNoRegisters;
+  return code == 10 || code == 11 ? LinkResult::kNoUnit : LinkResult::kException;
+}
+
+LinkResult ResultOfErrno(int error) {
+  switch (error) {
+    case ETIMEDOUT:
+      return LinkResult::kTimeout;
+    case ECONNREFUSED:
+      return LinkResult::kRefused;
+    case ENOENT:
+    case EACCES:
+      return LinkResult::kNoDevice;
+    default:
+      return LinkResult::kLost;
+  }
+}
+
 std::string TextOf(const modbus::ResponseCheck& mismatch, bool serial) {
   const std::string_view what = mismatch.what;
   std::string_view remedy;
@@ -184,7 +203,7 @@ LinkResult ModbusClient::Synchronise() {
       break;
     }
     if (check.state == State::kException) {
-      return Fail(LinkResult::kException,
+      return Fail(ResultOfException(check.exception),
                   fmt::format("exception {:02}: the controller refuses to read a part of a block, "
                               "without which late responses cannot be recognised",
                               check.exception));
@@ -257,7 +276,8 @@ LinkResult ModbusClient::Exchange(Bytes pdu, Bytes* data) {
   if (result != LinkResult::kOk) return result;
   if (check.state == State::kMismatch) return Fail(LinkResult::kProtocol, TextOf(check, serial_));
   if (check.state == State::kException) {
-    return Fail(LinkResult::kException, modbus_strerror(MODBUS_ENOBASE + check.exception));
+    return Fail(ResultOfException(check.exception),
+                modbus_strerror(MODBUS_ENOBASE + check.exception));
   }
   if (data != nullptr) *data = Bytes(response_).subspan(check.data);
   return LinkResult::kOk;
@@ -298,8 +318,7 @@ void ModbusClient::LimitTimeout(double max_s) {
 }
 
 LinkResult ModbusClient::FailWith(int error) {
-  return Fail(error == ETIMEDOUT ? LinkResult::kTimeout : LinkResult::kLost,
-              modbus_strerror(error));
+  return Fail(ResultOfErrno(error), modbus_strerror(error));
 }
 
 LinkResult ModbusClient::Fail(LinkResult result, std::string_view what) {
@@ -315,7 +334,7 @@ LinkResult ModbusClient::Fail(LinkResult result, std::string_view what) {
           : fmt::format_to_n(problem_.begin(), room, "{}: connecting: {}", peer_, what);
   problem_size_ = std::min(written.size, room);
   synchronised_ = false;
-  if (result != LinkResult::kException) Close();
+  if (!IsException(result)) Close();
   return result;
 }
 
@@ -325,7 +344,7 @@ LinkResult ModbusClient::FailUnresolved(const char* why) {
       "{}: the name is not known ({}); check robot.host, or give the address", peer_, why);
   problem_size_ = std::min(written.size, problem_.size());
   Close();
-  return LinkResult::kLost;
+  return LinkResult::kUnknownName;
 }
 
 void ModbusClient::Close() {

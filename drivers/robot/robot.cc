@@ -10,10 +10,20 @@ std::string_view LinkResultText(LinkResult result) {
       return "not connected";
     case LinkResult::kTimeout:
       return "no response in time";
+    case LinkResult::kUnknownName:
+      return "host name not known";
+    case LinkResult::kRefused:
+      return "connection refused";
+    case LinkResult::kNoDevice:
+      return "serial device not accessible";
     case LinkResult::kLost:
       return "connection lost";
     case LinkResult::kProtocol:
       return "response does not match the request";
+    case LinkResult::kNoRegisters:
+      return "registers rejected by the controller";
+    case LinkResult::kNoUnit:
+      return "unit id not reached";
     case LinkResult::kException:
       return "rejected by the controller";
     case LinkResult::kTorn:
@@ -26,36 +36,42 @@ std::string_view LinkResultText(LinkResult result) {
   return "unknown";
 }
 
-std::string_view LinkRemedy(LinkResult result, std::string_view problem) {
-  const auto says = [problem](std::string_view words) {
-    return problem.find(words) != std::string_view::npos;
-  };
-  if (says("not known")) return "";  // the problem names the remedy
-  if (says("Connection refused")) {
-    return "check robot.host and robot.port, and switch the controller's Modbus server on";
-  }
-  if (says("No such file") || says("Permission denied")) {
-    return "check robot.device, that the adapter is plugged in, and its permissions";
-  }
-  if (says("Illegal data address") || says("Illegal function") || says("Illegal data value")) {
-    return "the controller has no such registers: check robot.profile, and the controller's model "
-           "and its Modbus settings";
-  }
-  if (says("Gateway") || says("Target device")) {
-    return "no controller answers to this unit id behind the gateway: check robot.unit_id";
-  }
+std::string_view LinkRemedy(LinkResult result) {
   switch (result) {
-    case LinkResult::kException:
-      return "the controller refuses the request: check its mode and its Modbus settings";
     case LinkResult::kTimeout:
       return "check the cable, robot.unit_id and that the controller is not overloaded; a slow one "
              "needs a larger robot.timeout_ms";
+    case LinkResult::kRefused:
+      return "check robot.host and robot.port, and switch the controller's Modbus server on";
+    case LinkResult::kNoDevice:
+      return "check robot.device, that the adapter is plugged in, and its permissions";
+    case LinkResult::kLost:
+      return "check the cable, that the controller is on, and robot.host";
     case LinkResult::kProtocol:
       return "another program answers there, or several share the line: check robot.host, "
              "robot.port and robot.unit_id";
-    default:
-      return "check the cable, that the controller is on, and robot.host";
+    case LinkResult::kNoRegisters:
+      return "the controller has no such registers: check robot.profile, and the controller's "
+             "model "
+             "and its Modbus settings";
+    case LinkResult::kNoUnit:
+      return "no controller answers to this unit id behind the gateway: check robot.unit_id";
+    case LinkResult::kException:
+      return "the controller refuses the request: check its mode and its Modbus settings";
+    case LinkResult::kOk:
+    case LinkResult::kWaiting:
+    case LinkResult::kUnknownName:
+    case LinkResult::kTorn:
+    case LinkResult::kPushRefused:
+    case LinkResult::kPushMismatch:
+      break;
   }
+  return "";
+}
+
+bool IsException(LinkResult result) {
+  return result == LinkResult::kNoRegisters || result == LinkResult::kNoUnit ||
+         result == LinkResult::kException;
 }
 
 }  // namespace plumbline::robot

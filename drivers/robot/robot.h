@@ -15,9 +15,14 @@ enum class LinkResult : std::uint8_t {
   kOk,
   kWaiting,       ///< not connected; the next attempt is not due yet
   kTimeout,       ///< no response, or no connection, in time
-  kLost,          ///< connection refused, reset or closed by the peer
+  kUnknownName,   ///< the host name cannot be resolved
+  kRefused,       ///< nothing accepts connections at this address and port
+  kNoDevice,      ///< the serial device is absent or not accessible
+  kLost,          ///< no route, or the connection was reset or closed by the peer
   kProtocol,      ///< response does not match the request; the connection was closed
-  kException,     ///< the controller rejected the request; still connected
+  kNoRegisters,   ///< exception 1 to 3: no such function, register or count; still connected
+  kNoUnit,        ///< exception 10 or 11: a gateway does not reach the unit id; still connected
+  kException,     ///< any other exception; still connected
   kTorn,          ///< the controller refreshed its registers between two requests of the reading
   kPushRefused,   ///< push not enabled, value does not fit, or step too large
   kPushMismatch,  ///< read back differently from what was written
@@ -26,9 +31,11 @@ enum class LinkResult : std::uint8_t {
 /// Text for the log, for example "no response in time".
 std::string_view LinkResultText(LinkResult result);
 
-/// What to do about a reading that failed.
-/// @param problem  the device's description, which contains the reason in libmodbus' words
-std::string_view LinkRemedy(LinkResult result, std::string_view problem);
+/// What to do about a reading that failed; empty if the device's problem() names it.
+std::string_view LinkRemedy(LinkResult result);
+
+/// True if the controller answered with an exception.
+bool IsException(LinkResult result);
 
 /// A robot controller. Not thread-safe. Every call is bounded in time, connects if necessary, and
 /// does not allocate unless it fails.

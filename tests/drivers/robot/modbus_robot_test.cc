@@ -239,9 +239,10 @@ const Fault kFaults[] = {
        return Then::kAnswer;
      },
      LinkResult::kProtocol},
-    {"exception 01", [](Exchange& e) { return Exception(e, 1); }, LinkResult::kException},
-    {"exception 02", [](Exchange& e) { return Exception(e, 2); }, LinkResult::kException},
+    {"exception 01", [](Exchange& e) { return Exception(e, 1); }, LinkResult::kNoRegisters},
+    {"exception 02", [](Exchange& e) { return Exception(e, 2); }, LinkResult::kNoRegisters},
     {"exception 06", [](Exchange& e) { return Exception(e, 6); }, LinkResult::kException},
+    {"exception 11", [](Exchange& e) { return Exception(e, 11); }, LinkResult::kNoUnit},
     {"exception 77", [](Exchange& e) { return Exception(e, 77); }, LinkResult::kProtocol},
 };
 
@@ -279,7 +280,7 @@ TEST_CASE(
 
     controller.Behave({});
     controller.Set(0, 300);
-    if (fault.result != LinkResult::kException) {
+    if (!IsException(fault.result)) {
       CHECK(robot->Read(state) == LinkResult::kWaiting);
       CHECK_FALSE(robot->problem().empty());
       CHECK(controller.connections() == 1);
@@ -287,7 +288,7 @@ TEST_CASE(
     CHECK(ReadAgain(*robot, state));
     CHECK(state.q[0] == Approx(0.3));
     CHECK(state.sequence == 2);
-    CHECK((controller.connections() == 1) == (fault.result == LinkResult::kException));
+    CHECK((controller.connections() == 1) == IsException(fault.result));
   }
 }
 
@@ -378,7 +379,7 @@ TEST_CASE("the back-off between connection attempts doubles up to 1 s and restar
   double wait_s = 0.1;
   for (int i = 0; i < 9; ++i) {
     INFO("attempt " << i);
-    CHECK(robot->Read(state) == LinkResult::kLost);
+    CHECK(robot->Read(state) == LinkResult::kRefused);
     Advance(0.9 * wait_s);
     CHECK(robot->Read(state) == LinkResult::kWaiting);
     Advance(0.11 * wait_s);
@@ -401,7 +402,7 @@ TEST_CASE("a controller that reappears is found without a restart") {
   }
   CHECK(robot->Read(state) == LinkResult::kLost);
   Advance(0.11);
-  CHECK(robot->Read(state) == LinkResult::kLost);
+  CHECK(robot->Read(state) == LinkResult::kRefused);
   LibmodbusServer second(port);
   second.Register(0) = 42;
   second.Start();
@@ -725,7 +726,7 @@ TEST_CASE("a name that cannot be resolved is a lost link, not a fatal error") {
   auto robot = MakeRobot("tcp", connection);
   REQUIRE(robot.ok());
   model::RobotState state;
-  CHECK(robot.value()->Read(state) == LinkResult::kLost);
+  CHECK(robot.value()->Read(state) == LinkResult::kUnknownName);
   CHECK_THAT(std::string(robot.value()->problem()),
              Catch::Contains("no-such-host.invalid:502: the name is not known") &&
                  Catch::Contains("robot.host"));

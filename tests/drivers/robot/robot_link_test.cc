@@ -337,15 +337,14 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
 }
 
 TEST_CASE("the remedy for a failed reading depends on its reason") {
-  const auto names = [](LinkResult result, std::string_view problem, std::string_view words) {
-    return LinkRemedy(result, problem).find(words) != std::string_view::npos;
+  const auto names = [](LinkResult result, std::string_view words) {
+    return LinkRemedy(result).find(words) != std::string_view::npos;
   };
-  CHECK(names(LinkResult::kLost, "10.0.0.2:502: connecting: Connection refused", "robot.port"));
-  CHECK(names(LinkResult::kException, "10.0.0.2:502: FC03, 26 from 400: Illegal data address",
-              "robot.profile"));
-  CHECK(names(LinkResult::kException, "Target device failed to respond", "robot.unit_id"));
-  CHECK(names(LinkResult::kTimeout, "Connection timed out", "robot.timeout_ms"));
-  CHECK(names(LinkResult::kLost, "No route to host", "robot.host"));
+  CHECK(names(LinkResult::kRefused, "robot.port"));
+  CHECK(names(LinkResult::kNoRegisters, "robot.profile"));
+  CHECK(names(LinkResult::kNoUnit, "robot.unit_id"));
+  CHECK(names(LinkResult::kTimeout, "robot.timeout_ms"));
+  CHECK(names(LinkResult::kLost, "robot.host"));
 }
 
 }  // namespace plumbline::robot_link_test
