@@ -18,6 +18,7 @@
 #include "app/config/required_file.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/secret_file.h"
+#include "app/config/settings_text.h"
 #include "drivers/files/package_paths.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/deflection/loaded_arm.h"
@@ -208,6 +209,15 @@ void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
   }
 }
 
+/// Reads the configuration, the cell and the files that it names. @return  as ReadCell()
+std::optional<std::string> ReadRoot(const TomlTable& root, const NamedFiles& named,
+                                    FaultList& of_others, DaemonConfig& config) {
+  std::optional<std::string> cell_text = ReadCell(root, named, of_others, config);
+  ReadTables(root, named, cell_text.has_value(), of_others, config);
+  CheckAcrossTables(root, config, cell_text.has_value());
+  return cell_text;
+}
+
 }  // namespace
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
@@ -217,6 +227,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   FaultList own;
   FaultList of_others;
   TomlDocument document(text, file, own);
+  const NamedFiles named(file, files, data_directory);
   DaemonConfig config;
   config.file = file;
   const auto kind = FileKindOf(text);
@@ -229,17 +240,19 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
              "is a cell, not the daemon's configuration; give the plumbline.toml that refers to it "
              "by cell = \"...\""});
   } else if (document.parsed()) {
-    const TomlTable root = document.Root();
-    const NamedFiles named(file, files, data_directory);
-    const std::optional<std::string> cell_text = ReadCell(root, named, of_others, config);
-    ReadTables(root, named, cell_text.has_value(), of_others, config);
-    CheckAcrossTables(root, config, cell_text.has_value());
-    document.ReportUnknownKeys();
+    const auto cell_text = ReadRoot(document.Root(), named, of_others, config);
+    document.ReportMisplacedKeys(text, [&named](TomlDocument& copy) {
+      FaultList ignored;
+      DaemonConfig unused;
+      ReadRoot(copy.Root(), named, ignored, unused);
+    });
+    document.ReportUnknownKeys(HeadersWithKey);
     if (cell_text && !own.HasFaults() && !of_others.HasFaults()) {
       // The cell is parsed again so that warnings about its base have a file and line.
       TomlDocument cell(*cell_text, config.cell_file, of_others);
       const bool own_base = !config.machine.cell.measurement.holds_points;
-      WarnAboutUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
+      WarnAboutUnlikelyPostures(document.Root(),
+                                own_base ? cell.Root().Table("robot") : std::nullopt,
                                 config.machine, postures);
     }
   }

@@ -9,6 +9,7 @@ namespace plumbline::config {
 std::string FaultText(const Fault& fault) {
   std::string place = fault.file;
   if (fault.line > 0) place += fmt::format(":{}", fault.line);
+  if (fault.column > 0) place += fmt::format(":{}", fault.column);
   if (!fault.key.empty()) place += " " + fault.key;
   const char* label = fault.severity == Fault::Severity::kWarning ? "warning: " : "";
   return fmt::format("{}: {}{}", place, label, fault.what);
@@ -16,6 +17,10 @@ std::string FaultText(const Fault& fault) {
 
 void FaultList::Append(const FaultList& other) {
   all_.insert(all_.end(), other.all_.begin(), other.all_.end());
+}
+
+void FaultList::RemoveLine(const std::string& file, int line) {
+  std::erase_if(all_, [&](const Fault& fault) { return fault.file == file && fault.line == line; });
 }
 
 bool FaultList::HasFaults() const {

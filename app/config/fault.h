@@ -14,6 +14,7 @@ struct Fault {
   int line = 0;      ///< 1-based; 0 for the file as a whole
   std::string key;   ///< dotted path, list elements counted from 1 (`robot.joint[2].a_mm`)
   std::string what;  ///< starts with the faulty value, if any: `900 is outside 0..300`
+  int column = 0;    ///< 1-based, in characters; 0 for the line as a whole
 };
 
 /// `cell.toml:41 payload.mass_kg: 900 is outside 0..300`; a warning has `warning: ` before `what`.
@@ -25,6 +26,9 @@ class FaultList {
   void Add(Fault fault) { all_.push_back(std::move(fault)); }
 
   void Append(const FaultList& other);
+
+  /// Removes the entries of one line.
+  void RemoveLine(const std::string& file, int line);
 
   /// True if at least one entry is a fault; the values read must then not be used.
   bool HasFaults() const;

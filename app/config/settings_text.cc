@@ -71,12 +71,12 @@ constexpr SettingsTable kTables[] = {
     {"[[gauge]]", "a dial gauge whose button makes a probe; MANUAL.md, \"A gauge with a button\"",
      ListDefaults<GaugeKeys>},
     {"[camera]",
-     "a camera that measures tags; without this table there is no camera. For two cameras, write "
+     "a camera that measures tags; without a key here there is no camera. For two cameras, write "
      "[[camera]] twice, each with its own name and [camera.zoom]",
      ListDefaults<CameraConfig>},
     {"[zoom]",
-     "zoom sensor of the camera, also written [camera.zoom] below its [[camera]]; without it the "
-     "lens has no zoom",
+     "zoom sensor of the camera, also written [camera.zoom] below its [[camera]]; without a key "
+     "here the lens has no zoom",
      ListDefaults<ZoomConfig>},
     {"[board]", "calibration board for the lens of each camera", ListBoardKeys},
     {"[tags]", "tags in the cell, shared by both cameras; required with [camera]",
@@ -150,8 +150,9 @@ void AddLine(std::string& text, std::string line, std::string_view comment, bool
 
 constexpr std::string_view kTomlHead =
     R"(# Configuration of plumblined: the one file to edit. It lists every key; a commented-out line shows
-# the default. `plumbline check plumbline.toml` reports every fault before the daemon reads the file;
-# SIGHUP makes a running daemon reload it (a faulty file changes nothing).
+# the default, and a table without a key counts as absent. `plumbline check plumbline.toml` reports
+# every fault before the daemon reads the file; SIGHUP makes a running daemon reload it (a faulty file
+# changes nothing).
 #
 # For a first cell, edit the ten lines marked (1) to (10), then run the check.
 # A relative path refers to the directory of this file; cell and profile files that are not there are
@@ -181,15 +182,25 @@ constexpr std::string_view kManEnd = R"(.SH FILES
 
 }  // namespace
 
+std::vector<std::string> HeadersWithKey(std::string_view key) {
+  std::vector<std::string> headers;
+  for (const SettingsTable& table : kTables) {
+    if (table.header.empty()) continue;
+    for (const Setting& setting : table.Keys()) {
+      if (setting.key == key) headers.emplace_back(table.header);
+    }
+  }
+  return headers;
+}
+
 std::string SettingsToml() {
   std::string text(kTomlHead);
   for (const SettingsTable& table : kTables) {
     const std::vector<Setting> keys = table.Keys();
-    const bool active =
-        std::any_of(keys.begin(), keys.end(), [](const Setting& key) { return key.doc.active; });
     const bool is_subtable = table.header.find('.') != std::string_view::npos;
     if (!is_subtable) text += '\n';
-    if (!table.header.empty()) AddLine(text, std::string(table.header), table.doc, active);
+    // Never commented out: a key that is added below it would take effect in the table above.
+    if (!table.header.empty()) AddLine(text, std::string(table.header), table.doc, true);
     for (const Setting& setting : keys) {
       const SettingDoc& doc = setting.doc;
       const std::string_view value = doc.example.empty() ? setting.value : doc.example;

@@ -2,10 +2,16 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace plumbline::config {
 
-/// config/plumbline.toml: the lines to edit for a first cell; all others commented out.
+/// The headers of the tables of plumbline.toml with this key, "[page]"; top-level keys have none.
+std::vector<std::string> HeadersWithKey(std::string_view key);
+
+/// config/plumbline.toml: the headers and the lines to edit for a first cell; all others are
+/// commented out.
 std::string SettingsToml();
 /// The reference of plumbline.toml in MANUAL.md, a Markdown table.
 std::string SettingsMarkdown();

@@ -62,8 +62,19 @@ TomlTable::TomlTable(TomlDocument& document, const toml::table& table, std::stri
   document_->known_keys_[table_].path = path_;
 }
 
+bool IsEmptyTable(const toml::node& node) {
+  if (const auto* table = node.as_table()) {
+    return std::all_of(table->begin(), table->end(),
+                       [](const auto& entry) { return IsEmptyTable(entry.second); });
+  }
+  const auto* array = node.as_array();
+  return array != nullptr && !array->empty() &&
+         std::all_of(array->begin(), array->end(), IsEmptyTable);
+}
+
 bool TomlTable::Has(std::string_view key) const {
-  return table_->get(key) != nullptr;
+  const toml::node* node = table_->get(key);
+  return node != nullptr && !IsEmptyTable(*node);
 }
 
 int TomlTable::Line() const {
@@ -329,21 +340,25 @@ std::optional<Eigen::MatrixXd> TomlTable::Rows(std::string_view key, NumberRange
 
 std::optional<TomlTable> TomlTable::Table(std::string_view key) const {
   const toml::node* node = Find(key);
-  if (node == nullptr) return std::nullopt;
+  if (node == nullptr || IsEmptyTable(*node)) return std::nullopt;
+  return RequiredTable(key);
+}
+
+std::optional<TomlTable> TomlTable::RequiredTable(std::string_view key) const {
+  const toml::node* node = Find(key);
+  if (node == nullptr) {
+    AddMissing(key, fmt::format("the table [{}]", PathOf(key)));
+    return std::nullopt;
+  }
   if (const auto* table = node->as_table()) return TomlTable(*document_, *table, PathOf(key));
   AddAt(*node, PathOf(key), fmt::format("is not a table; write [{}]", PathOf(key)));
   return std::nullopt;
 }
 
-std::optional<TomlTable> TomlTable::RequiredTable(std::string_view key) const {
-  if (!Has(key)) AddMissing(key, fmt::format("the table [{}]", PathOf(key)));
-  return Table(key);
-}
-
 std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
   std::vector<TomlTable> tables;
   const toml::node* node = Find(key);
-  if (node == nullptr) return tables;
+  if (node == nullptr || IsEmptyTable(*node)) return tables;
   const toml::array* array = node->as_array();
   if (array == nullptr) {
     AddAt(*node, PathOf(key), fmt::format("is not a list of tables; write [[{}]]", PathOf(key)));
@@ -363,7 +378,7 @@ std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
 
 std::vector<TomlTable> TomlTable::TableOrTables(std::string_view key) const {
   const toml::node* node = Find(key);
-  if (node == nullptr || !node->is_table()) return Tables(key);
+  if (node == nullptr || !node->is_table() || IsEmptyTable(*node)) return Tables(key);
   return {*Table(key)};
 }
 

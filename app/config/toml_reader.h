@@ -9,10 +9,12 @@
 #include <toml++/toml.h>
 
 #include <Eigen/Core>
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,11 +45,17 @@ struct Choice {
 
 class TomlDocument;
 
+/// True for a table without a key, whose subtables have none either, and for a list of such tables.
+/// They count as absent, so that a file can show the header of a table that it does not use, and a
+/// key that is added below it takes effect in that table.
+bool IsEmptyTable(const toml::node& node);
+
 /// Handle to one table of a document. Getters convert to SI and return nullopt for a faulty value
 /// or an absent key; for an absent key the Required forms also add a fault.
 class TomlTable {
  public:
-  bool Has(std::string_view key) const;  ///< does not mark the key as known
+  /// False for an empty table. Does not mark the key as known.
+  bool Has(std::string_view key) const;
 
   std::optional<double> Number(std::string_view key, NumberRange range) const;
   std::optional<double> RequiredNumber(std::string_view key, NumberRange range) const;
@@ -93,9 +101,11 @@ class TomlTable {
     return OneOf(key, choices);
   }
 
-  std::optional<TomlTable> Table(std::string_view key) const;
+  std::optional<TomlTable> Table(std::string_view key) const;  ///< nullopt if absent or empty
+  /// Also returns an empty table, whose required keys are then missing.
   std::optional<TomlTable> RequiredTable(std::string_view key) const;
-  /// The `[[key]]` tables in order; empty if absent. An element that is not a table is a fault.
+  /// The `[[key]]` tables in order; none if absent, or if all are empty. An element that is not a
+  /// table is a fault.
   std::vector<TomlTable> Tables(std::string_view key) const;
   /// The single `[key]`, or all `[[key]]` tables.
   std::vector<TomlTable> TableOrTables(std::string_view key) const;
@@ -148,9 +158,19 @@ class TomlDocument {
   TomlTable Root();
   const toml::table& tree() const { return root_; }  ///< empty unless parsed()
 
-  /// Adds a fault for each key that was never requested, with the nearest requested key as a
-  /// suggestion. Keys inside an unknown table are not reported one by one.
-  void ReportUnknownKeys();
+  /// Adds a fault for each key below a commented-out table header that belongs to that table, and
+  /// removes the other faults of its line. Call before ReportUnknownKeys().
+  /// @param text  of this document
+  /// @param read  the reader of such a document. It also reads copies of the text in which a header
+  ///              is not commented out, to find out which keys the table has.
+  void ReportMisplacedKeys(std::string_view text, const std::function<void(TomlDocument&)>& read);
+
+  /// Adds a fault for each key that was never requested, with the tables that have such a key or
+  /// the nearest requested key as a suggestion. Keys inside an unknown table are not reported one
+  /// by one.
+  /// @param headers_with  further headers of tables with this key, "[page]"
+  void ReportUnknownKeys(
+      const std::function<std::vector<std::string>(std::string_view key)>& headers_with = {});
 
  private:
   friend class TomlTable;
@@ -159,10 +179,18 @@ class TomlDocument {
     std::vector<std::string> keys;
   };
 
+  struct MisplacedKey {
+    int line;
+    std::string key;
+  };
+  /// The requested keys of the table whose header is in line `header`, in front of line `end`.
+  std::vector<MisplacedKey> KeysOfTableAt(int header, int end) const;
+
   std::string file_;
   FaultList& faults_;
   toml::table root_;
   bool parsed_ = false;
+  std::set<int> misplaced_lines_;
   std::map<const toml::table*, KnownKeys> known_keys_;
 };
 
@@ -176,6 +204,7 @@ auto ReadDocument(std::string_view text, const std::string& file, FaultList& fau
   std::optional<decltype(read(document))> value;
   if (document.parsed()) {
     value = read(document);
+    document.ReportMisplacedKeys(text, [&read](TomlDocument& copy) { read(copy); });
     document.ReportUnknownKeys();
   }
   own.SortByLine();

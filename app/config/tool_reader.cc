@@ -188,7 +188,7 @@ NumberRange RangeOfToolKey(std::string_view key) {
 
 std::vector<model::Tool> ToolsFromToml(const TomlTable& root) {
   std::vector<model::Tool> tools;
-  if (!root.Has("tool")) root.RequiredTable("tool");  // adds the fault
+  if (!root.Has("tool")) root.AddMissing("tool", "the table [tool]");
   std::map<int, int> line_of;
   const std::vector<TomlTable> tables = root.TableOrTables("tool");
   for (const TomlTable& table : tables) {

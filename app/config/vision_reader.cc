@@ -104,9 +104,8 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   const std::vector<TomlTable> tables = root.TableOrTables("camera");
   if (tables.empty()) {
     for (const char* key : {"zoom", "board", "tags"}) {
-      if (!root.Has(key)) continue;
-      root.AddFault(key, "requires a [camera] table");
       root.Ignore({key});
+      if (root.Has(key)) root.AddFault(key, "requires a [camera] with a key, such as kind");
     }
     return vision;
   }

@@ -11,6 +11,7 @@
 #include "app/table/gaps.h"
 #include "app/table/row_values.h"
 #include "app/table/table_header.h"
+#include "firmware-like/loads/gravity.h"
 
 namespace plumbline::table {
 namespace {
@@ -40,11 +41,13 @@ class TableReader {
   }
 
   void ReadRow(std::string_view line, int line_number);
-  MeasuredTable Take();
+  /// Nullopt if the rows have a fault.
+  std::optional<MeasuredTable> Take();
 
  private:
   void WarnIfInMetres();
   void WarnAboutCameras();
+  bool ReportExcessivePayloads();
   bool ReadJoints(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
   void SkipMeasurement(MeasuredRow row, std::string_view column, const std::string& reason);
@@ -175,6 +178,43 @@ void TableReader::WarnIfInMetres() {
                            farthest_m / kMetrePerMm)});
 }
 
+/// Reports payloads that no robot carries once instead of by row. If every payload is as large as
+/// that in grams, the column is in grams: a fault.
+/// @return  false if there is a fault
+bool TableReader::ReportExcessivePayloads() {
+  constexpr int kMinRows = 2, kMinShare = 10;  // fewer, or less than a tenth, are typing errors
+  constexpr double kLightestInGrams_g = 100;   // payload; in kg, few robots carry as much
+  const auto& excessive = table_.excessive_payloads;
+  const auto too_large = [](const std::pair<int, double>& one) {
+    return one.second > loads::kMaxPayload_kg;
+  };
+  const auto rows = std::count_if(excessive.begin(), excessive.end(), too_large);
+  if (rows < kMinRows) return true;
+  const auto all = rows + static_cast<std::ptrdiff_t>(table_.rows.size());
+  const bool all_large =
+      kMinShare * rows >= all &&
+      std::none_of(table_.rows.begin(), table_.rows.end(), [](const MeasuredRow& row) {
+        return row.payload_kg && *row.payload_kg > 0 && *row.payload_kg < kLightestInGrams_g;
+      });
+  for (const auto& one : excessive) {
+    if (too_large(one)) faults_.RemoveLine(table_.file, one.first);
+  }
+  const auto& [line, value] = *std::find_if(excessive.begin(), excessive.end(), too_large);
+  const std::string what = fmt::format(
+      "{:g} and the payloads of {} further rows are above the {:g} kg of the largest "
+      "robot",
+      value, rows - 1, loads::kMaxPayload_kg);
+  if (all_large) {
+    faults_.Add({config::Fault::Severity::kFault, table_.file, line, "payload_kg",
+                 what + ": the column is in grams; divide it by 1000, or import the table with "
+                        "the unit g"});
+  } else {
+    faults_.Add({config::Fault::Severity::kWarning, table_.file, line, "payload_kg",
+                 what + "; rows not used. If they are in grams, divide them by 1000"});
+  }
+  return !all_large;
+}
+
 /// Reports the rows that were skipped because of the column `camera`, with the count: it may hold
 /// serial numbers or anything else.
 void TableReader::WarnAboutCameras() {
@@ -187,7 +227,7 @@ void TableReader::WarnAboutCameras() {
 
 /// Returns the table. Additional columns that contain anything but numbers and empty cells are
 /// dropped with a warning.
-MeasuredTable TableReader::Take() {
+std::optional<MeasuredTable> TableReader::Take() {
   const RecordedColumns& recorded = table_.recorded;
   const bool measures = recorded.position || recorded.range || recorded.artefact;
   for (std::size_t i = table_.further.size(); i-- > 0;) {
@@ -213,6 +253,7 @@ MeasuredTable TableReader::Take() {
   }
   WarnIfInMetres();
   WarnAboutCameras();
+  if (!ReportExcessivePayloads()) return std::nullopt;
   return std::move(table_);
 }
 

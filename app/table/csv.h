@@ -81,7 +81,7 @@ enum class TableUse {
 /// @param faults  receives faults of the header (a joint's column missing, a group incomplete, a
 ///                column twice, a column of a joint that the cell lacks) and warnings for each
 ///                unknown column and each row that cannot be read, with line and reason
-/// @return        the table; nullopt if the header has a fault
+/// @return        the table; nullopt if the header has a fault, or if the payloads are in grams
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
                                           const std::vector<model::Joint>& joints,
                                           config::FaultList& faults,

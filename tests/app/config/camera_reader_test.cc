@@ -73,7 +73,7 @@ TEST_CASE("without [camera] there is no camera, and its dependent tables are fau
   CHECK(Read("").faults.All().empty());
   const Read alone("[zoom]\nkind = \"none\"\n[tags]\nfile = \"bodies.toml\"\n");
   CHECK(alone.Says("zoom"));
-  CHECK(alone.Says("requires a [camera] table"));
+  CHECK(alone.Says("requires a [camera] with a key"));
   CHECK(alone.faults.All().size() == 2);
 }
 
@@ -152,7 +152,7 @@ TEST_CASE("each fault has its own message") {
   const std::string camera = "[camera]\ndevice = \"cam\"\n",
                     tags = "[tags]\nfile = \"bodies.toml\"\n";
   const Case cases[] = {
-      {"[camera]\n" + tags, "device"},
+      {"[camera]\nkind = \"v4l2\"\n" + tags, "device"},
       {camera, "tags"},
       {camera + "width_px = 640\n" + tags, "must be given together"},
       {camera + "colour = true\n" + tags, "colour"},

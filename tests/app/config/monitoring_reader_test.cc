@@ -11,7 +11,7 @@ namespace {
 
 MonitoringConfig Read(const std::string& lines, FaultList& faults) {
   TomlDocument document("[monitoring]\n" + lines, "plumbline.toml", faults);
-  MonitoringConfig monitoring = MonitoringFromToml(*document.Root().Table("monitoring"));
+  MonitoringConfig monitoring = MonitoringFromToml(*document.Root().RequiredTable("monitoring"));
   document.ReportUnknownKeys();
   return monitoring;
 }

@@ -22,7 +22,7 @@ struct ReadMqtt {
     const FileSource files = [](const std::string&) {
       return Result<std::string>(Error{"none is opened"});
     };
-    mqtt = MqttFromToml(*document.Root().Table("mqtt"),
+    mqtt = MqttFromToml(*document.Root().RequiredTable("mqtt"),
                         NamedFiles("/etc/plumbline.toml", files, "/data"), cell);
     document.ReportUnknownKeys();
   }

@@ -30,7 +30,7 @@ struct Read {
     const FileSource files = [](const std::string&) {
       return Result<std::string>(Error{"none is opened"});
     };
-    overlay = OverlayFromToml(*document.Root().Table("overlay"),
+    overlay = OverlayFromToml(*document.Root().RequiredTable("overlay"),
                               NamedFiles("/etc/plumbline.toml", files, "/data"), Two());
     document.ReportUnknownKeys();
   }

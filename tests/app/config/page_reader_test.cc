@@ -17,7 +17,7 @@ struct ReadPage {
   explicit ReadPage(const std::string& lines) {
     TomlDocument document("[page]\n" + lines, "/etc/plumbline.toml", faults);
     REQUIRE(document.parsed());
-    page = PageFromToml(*document.Root().Table("page"));
+    page = PageFromToml(*document.Root().RequiredTable("page"));
     document.ReportUnknownKeys();
   }
   bool Says(const std::string& what) const {

@@ -334,7 +334,7 @@ TEST_CASE("each fault of a profile is reported with its line, key and remedy") {
       {"[push]",
        "[payload_cog]\ntable=\"holding\"\naddress=[10]\ntype=\"int16\"\nunit=\"m\"\n[push]",
        "payload_cog.address: [10] is not a list of 3 registers"},
-      {"[push]", "[tcp]\n[push]", "tcp.position: missing"},
+      {"[push]", "[tcp]\nname = 1\n[push]", "tcp.position: missing"},
       {"[push]", "[[mode.bit]]\ntable=\"coil\"\naddress=3\nmode=\"running\"\n[push]",
        "register 3, which no [[read]]"},
       {"stride = 8", "stride = 7", "push: pose (6 registers), id and sequence overlap"},
@@ -342,7 +342,7 @@ TEST_CASE("each fault of a profile is reported with its line, key and remedy") {
       {"slots = 2", "slots = 65", "push.slots: 65 is outside 1..64"},
       {"position_step_mm = 0.1", "position_step_mm = 0", "position_step_mm: 0 is outside"},
       {"\"abc\"", "\"zyz\"", "push.convention: \"zyz\" is not one of"},
-      {"schema = 1", "schema = ", "not TOML"},
+      {"schema = 1", "schema = ", "the value is missing"},
   };
   for (const Row& row : rows) {
     INFO(row.to);

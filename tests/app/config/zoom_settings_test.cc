@@ -55,7 +55,7 @@ struct Read {
   Read(std::string_view kind, const std::string& keys) {
     FaultList list;
     TomlDocument document("[zoom]\n" + keys, "plumbline.toml", list);
-    const auto table = document.Root().Table("zoom");
+    const auto table = document.Root().RequiredTable("zoom");
     REQUIRE(table);
     Settings settings(*table);
     ListKindKeys(settings, kKinds, kind, connection);

@@ -389,4 +389,21 @@ TEST_CASE("Every measured table is read completely", "[measured]") {
 }
 
 }  // namespace
+TEST_CASE("Payloads in grams are one fault, not a warning for each row") {
+  std::string text = "q1_deg,q2_mm,payload_kg\n";
+  for (int k = 0; k < 20; ++k) text += k % 2 == 0 ? "1,2,2000\n" : "1,2,20700\n";
+  config::FaultList faults;
+  CHECK_FALSE(Read(text, faults));
+  CHECK(FaultsText(faults) ==
+        "measured.csv:3 payload_kg: 20700 and the payloads of 9 further rows are above the 5000 kg "
+        "of the largest robot: the column is in grams; divide it by 1000, or import the table with "
+        "the unit g\n");
+  // Grams in some rows only: one warning; the diagnosis finds where the unit changes.
+  config::FaultList mixed;
+  const auto table = Read(text + "1,2,2.0\n", mixed);
+  REQUIRE(table);
+  CHECK(table->excessive_payloads.size() == 10);
+  CHECK(mixed.All().size() == 1);
+}
+
 }  // namespace plumbline::csv_test
