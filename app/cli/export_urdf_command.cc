@@ -120,7 +120,7 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
 }
 
 int RunExportUrdf(const ExportUrdfOptions& options) {
-  if (OverwritesFile("export-urdf", {{"--out", options.out}}, {options.cell, options.file},
+  if (OverwritesFile("export-urdf", {{"--output", options.out}}, {options.cell, options.file},
                      std::cerr)) {
     return kExitUsage;
   }
@@ -149,7 +149,7 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
     return kExitFault;
   }
   const std::string exported = urdf::UrdfWithOrigins(*text, corrected->origins);
-  if (!PrintOrWriteOutput(options.out, exported, "--out")) return kExitUsage;
+  if (!PrintOrWriteOutput(options.out, exported, "--output")) return kExitUsage;
   if (const auto back = read(exported)) {
     PrintExport(options, *cell, geometry, *corrected, *back, *tool);
   }
@@ -167,7 +167,8 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
   command->add_option("file", options->file, "URDF that the cell was imported from")->required();
   AddChainEnds(*command, options->ends);
   AddToolOption(*command, options->tool);
-  command->add_option("--out", options->out, "URDF to write; - is standard output")->required();
+  command->add_option("--output,--out", options->out, "URDF to write; - is standard output")
+      ->required();
   command->footer(
       "Constant corrections of the links and joints go into the origins of the moving joints and "
       "of\n"
@@ -175,8 +176,8 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
       "What\n"
       "a URDF has no place for is listed, with the error that is left without it.\n\n"
       "Examples:\n"
-      "  plumbline export-urdf corrected.toml robot.urdf --out corrected.urdf\n"
-      "  plumbline export-urdf corrected.toml arm.urdf --tip flange --out new.urdf\n\n"
+      "  plumbline export-urdf corrected.toml robot.urdf --output corrected.urdf\n"
+      "  plumbline export-urdf corrected.toml arm.urdf --tip flange --output new.urdf\n\n"
       "Exit codes: 0 the URDF was written, 1 faults in a file, or the cell is not of this URDF,\n"
       "2 wrong arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = RunExportUrdf(*options); });

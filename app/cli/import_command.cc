@@ -298,7 +298,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("--joints", options->joints, "Second file with the joint readings");
   command->add_flag("--preview", options->preview, "Only show what was understood");
-  command->add_option("--output", options->out, "measured.csv to write; - is standard output");
+  command->add_option("--output,--out", options->out,
+                      "measured.csv to write; - is standard output");
   command->add_option("--mapping", options->mapping,
                       "Mapping file; if it does not exist, it is asked for on a terminal and "
                       "written");

@@ -59,7 +59,7 @@ void ReportImport(const std::string& name, const urdf::JointChain& chain,
 int RunImportUrdf(const ImportUrdfOptions& options) {
   const bool to_out = options.out == "-";
   if (!to_out && SameFile(options.out, options.file)) {
-    std::cerr << "plumbline import-urdf: --out would overwrite the input; choose another file\n";
+    std::cerr << "plumbline import-urdf: --output would overwrite the input; choose another file\n";
     return kExitUsage;
   }
   config::FaultList faults;
@@ -72,7 +72,7 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
   const auto cell = config::CellFromText(text, name, faults);
   if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";
   if (!cell) return kExitFault;
-  if (!PrintOrWriteOutput(options.out, text, "--out")) return kExitUsage;
+  if (!PrintOrWriteOutput(options.out, text, "--output")) return kExitUsage;
   ReportImport(name, *chain, *cell);
   return kExitOk;
 }
@@ -89,7 +89,7 @@ void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
                    "description")
       ->required();
   AddChainEnds(*command, options->ends);
-  command->add_option("--out", options->out, "Cell file to write; - is standard output")
+  command->add_option("--output,--out", options->out, "Cell file to write; - is standard output")
       ->capture_default_str();
   command
       ->add_option("--ur-angles", options->ur_angles,
@@ -105,9 +105,9 @@ void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
       "refused; move --base or --tip. The cell is read back and compared with the file over 1000\n"
       "postures.\n\n"
       "Examples:\n"
-      "  plumbline import-urdf robot.urdf --out cell.toml\n"
-      "  plumbline import-urdf robot.urdf --base base_link --tip flange --out cell.toml\n"
-      "  plumbline import-urdf config/ur10e/default_kinematics.yaml --out cell.toml\n\n"
+      "  plumbline import-urdf robot.urdf --output cell.toml\n"
+      "  plumbline import-urdf robot.urdf --base base_link --tip flange --output cell.toml\n"
+      "  plumbline import-urdf config/ur10e/default_kinematics.yaml --output cell.toml\n\n"
       "Exit codes: 0 the cell was written, 1 faults in the file, 2 wrong arguments or unwritable\n"
       "output.");
   command->callback([options, &exit_code] { exit_code = RunImportUrdf(*options); });

@@ -125,7 +125,7 @@ int Export(const JournalOptions& options) {
   for (const std::string& input : {options.cell, options.JournalFile()}) {
     if (!SameFile(options.file, input)) continue;
     return Fail(
-        fmt::format("plumbline journal export: --out would overwrite {}; choose another file",
+        fmt::format("plumbline journal export: --output would overwrite {}; choose another file",
                     input),
         kExitUsage);
   }
@@ -147,7 +147,7 @@ int Export(const JournalOptions& options) {
         kExitFault);
   }
   const bool to_output = options.file == "-";
-  if (!PrintOrWriteOutput(options.file, exported.text, "--out")) return kExitUsage;
+  if (!PrintOrWriteOutput(options.file, exported.text, "--output")) return kExitUsage;
   std::cerr << fmt::format(
       "{}: {} rows. For plumbline diagnose, give --time-zero {} if the rows are probes, and "
       "--order-unknown, because moves between probes are not recorded\n",
@@ -269,7 +269,7 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   journal->footer(
       "The journal is the file journal.sqlite in the daemon's state_directory.\n\n"
       "Examples:\n  plumbline journal show --last 20\n"
-      "  plumbline journal export --cell cell.toml --out measured.csv");
+      "  plumbline journal export --cell cell.toml --output measured.csv");
   const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
                           int (*run)(const JournalOptions&), const char* footer) {
     return AddStateSubcommand(parent, name, what, options, run, footer, exit_code);
@@ -296,13 +296,14 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
       "A column that only some of the rows have is omitted, with a message. Probes in quarantine "
       "are\n"
       "omitted until they are accepted.\n\n"
-      "Example:\n  plumbline journal export --cell cell.toml --last 200 --out measured.csv\n\n"
+      "Example:\n  plumbline journal export --cell cell.toml --last 200 --output measured.csv\n\n"
       "Exit codes: 0 written, 1 faults in the cell, no journal or no such rows, 2 wrong "
       "arguments or\n"
       "unwritable output.");
   out->add_option("--cell", options->cell, "CELL.toml, for the number and types of joints")
       ->required();
-  out->add_option("--out", options->file, "CSV file to write; - is standard output")->required();
+  out->add_option("--output,--out", options->file, "CSV file to write; - is standard output")
+      ->required();
   AddFilter(*out, *options);
 
   CLI::App* show = add("show", "Print rows of the journal", Show,

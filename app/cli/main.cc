@@ -37,6 +37,7 @@
 #include "app/cli/token_command.h"
 #include "app/cli/track_command.h"
 #include "app/terminal/help_formatter.h"
+#include "app/text/nearest_word.h"
 #include "app/version.h"
 
 namespace {
@@ -83,6 +84,31 @@ std::string Reworded(std::string what) {
   return what;
 }
 
+/// "; did you mean \"status\"?", or nothing if no word is near.
+std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
+  constexpr double kShare = 0.4;
+  constexpr std::size_t kMinLength = 4;  // of shorter words, any is near
+  if (word.size() < kMinLength) return "";
+  const std::string nearest = plumbline::text::NearestWord(word, known, kShare);
+  return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
+}
+
+/// The nearest command or option of an app to a word that is neither.
+std::string SuggestionFor(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> known;
+  if (word.starts_with("--")) {
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+  } else {
+    for (const CLI::App* command :
+         app.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); })) {
+      known.push_back(command->get_name());
+    }
+  }
+  return Suggestion(word.substr(0, word.find('=')), known);
+}
+
 /// One-line message of a usage error that refers to the help of the command.
 std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
   std::string command = "plumbline", what = Reworded(error.what());
@@ -92,7 +118,9 @@ std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
   }
   const bool takes_commands = !app->get_subcommands([](const CLI::App*) { return true; }).empty();
   if (const auto unknown = app->remaining(); takes_commands && !unknown.empty()) {
-    what = "\"" + unknown.front() + "\" is not a command";
+    what = "\"" + unknown.front() + "\" is not a command" + SuggestionFor(*app, unknown.front());
+  } else if (!unknown.empty()) {
+    what += SuggestionFor(*app, unknown.front());
   }
   return command + ": " + what + "; see " + command + " --help\n";
 }
@@ -107,6 +135,30 @@ std::vector<std::string> WordsOf(int argc, char** argv) {
   }
   std::reverse(words.begin(), words.end());
   return words;
+}
+
+/// Sorts the commands of --help by the person who uses them.
+void GroupCommands(CLI::App& app) {
+  struct Group {
+    const char* heading;
+    std::vector<std::string_view> commands;
+  };
+  const Group groups[] = {
+      {"Commissioning commands",
+       {"check", "doctor", "settings", "import-urdf", "export-urdf", "mesh", "beam", "cameras",
+        "print", "calibrate-lens", "calibrate-hand-eye", "lens"}},
+      {"PLC programming commands", {"registers", "predict", "distance"}},
+      {"Measuring commands", {"plan", "import", "diagnose", "track"}},
+      {"Operating commands", {"status", "log", "journal", "model", "snapshot"}}};
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_group().empty()) continue;
+    for (const Group& group : groups) {
+      const auto& names = group.commands;
+      if (std::find(names.begin(), names.end(), command->get_name()) != names.end()) {
+        command->group(group.heading);
+      }
+    }
+  }
 }
 
 int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
@@ -171,6 +223,7 @@ int main(int argc, char** argv) {
   AddTrackCommand(app, exit_code);
   AddBoardWorkerCommand(app, exit_code);
   AddCompletionCommand(app, exit_code);
+  GroupCommands(app);
   const int code = RunCommand(app, argc, argv, exit_code);
   return FlushStandardOutput() ? code : kExitUsage;
 }

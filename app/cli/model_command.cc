@@ -283,11 +283,6 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
       "All versions are stored in the folder `models` of the daemon's state_directory. A running\n"
       "daemon switches to another version between two cycles.\n\n"
       "Examples:\n  plumbline model list\n  plumbline model apply 4\n  plumbline model rollback");
-  const auto add_config = [&](CLI::App* command) {
-    command->add_option("--config", options->config,
-                        "plumbline.toml whose points are compared; default: the one that the "
-                        "daemon\nrecorded in its state directory");
-  };
   const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
     return AddStateSubcommand(*model, name, what, options, run, footer, exit_code);
@@ -316,7 +311,6 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   propose->add_option("--diagnosis", options->diagnosis, "DIAGNOSIS.json of the same diagnosis");
   propose->add_option("--report", options->report, "Report of the same diagnosis, stored with it");
   propose->add_flag("--force", options->force, "Accept a cell that describes another arm");
-  add_config(propose);
 
   CLI::App* apply =
       add("apply", "Put a version in force", Apply,
@@ -331,7 +325,6 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   apply->add_flag("--force", options->force,
                   "Put it in force although it describes another arm, or there are warnings about\n"
                   "the points");
-  add_config(apply);
 
   CLI::App* rollback = add(
       "rollback", "Put the previous version in force again", RollBack,
@@ -344,7 +337,6 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
       "--force", options->force,
       "Put it in force although it describes another arm, or there are warnings about\n"
       "the points");
-  add_config(rollback);
 }
 
 }  // namespace plumbline::cli

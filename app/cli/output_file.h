@@ -6,7 +6,7 @@
 
 namespace plumbline::cli {
 
-/// "model.toml: cannot be written: Permission denied; choose another --out".
+/// "model.toml: cannot be written: Permission denied; choose another --output".
 /// @param option  that names the file, or "file"
 std::string UnwritableText(const std::string& path, const std::string& why,
                            std::string_view option);

@@ -127,7 +127,7 @@ int RunPlan(PlanOptions options) {
     std::cerr << "plumbline plan: give --out, --svg, --urscript or --points\n";
     return kExitUsage;
   }
-  const OutputPaths outputs = {{"--out", options.csv},
+  const OutputPaths outputs = {{"--output", options.csv},
                                {"--svg", options.svg},
                                {"--urscript", options.urscript},
                                {"--points", options.points}};
@@ -209,7 +209,7 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seconds-per-row", options->row_s, "Time for one measurement")
       ->capture_default_str()
       ->check(NumberWithin(0, 86400));
-  command->add_option("--out", options->csv, "Table of the rows, CSV");
+  command->add_option("--output,--out", options->csv, "Table of the rows, CSV");
   command->add_option("--svg", options->svg, "Picture of the tips");
   command->add_option("--urscript", options->urscript, "Program for Universal Robots");
   command->add_option("--points", options->points, "Tab-separated points for other controllers");
@@ -218,9 +218,9 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
       "are within the joint limits, away from singularities, and free of collisions with the arm\n"
       "itself, the floor and the planes of the cell.\n\n"
       "Examples:\n"
-      "  plumbline plan config/cells/ur10.toml --rows 30 --out plan.csv --svg plan.svg\n"
+      "  plumbline plan config/cells/ur10.toml --rows 30 --output plan.csv --svg plan.svg\n"
       "  plumbline plan cell.toml --artefacts left_0 left_1 --urscript plan.script\n"
-      "  plumbline plan cell.toml --tool 2 --payload-items 0 1 --out plan.csv\n\n"
+      "  plumbline plan cell.toml --tool 2 --payload-items 0 1 --output plan.csv\n\n"
       "Exit codes: 0 the files were written, 1 faults in the cell, or no such postures, 2 wrong\n"
       "arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = RunPlan(*options); });

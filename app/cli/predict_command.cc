@@ -211,7 +211,7 @@ int Run(const PredictOptions& options) {
   const bool to_out = options.out == "-";
   for (const std::string& input : {options.cell, options.poses, options.align}) {
     if (to_out || !SameFile(options.out, input)) continue;
-    std::cerr << "plumbline predict: --out would overwrite the input " << input
+    std::cerr << "plumbline predict: --output would overwrite the input " << input
               << "; choose another file\n";
     return kExitUsage;
   }
@@ -264,7 +264,7 @@ int Run(const PredictOptions& options) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return Refused(options);
   }
-  if (!PrintOrWriteOutput(options.out, CsvOf(*predictions), "--out")) return kExitUsage;
+  if (!PrintOrWriteOutput(options.out, CsvOf(*predictions), "--output")) return kExitUsage;
   const auto extrapolated =
       std::count_if(predictions->begin(), predictions->end(),
                     [](const Prediction& prediction) { return prediction.extrapolated; });
@@ -299,7 +299,7 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "Measured rows, MEASURED.csv, from which to estimate the frame or tool that [measurement] "
       "declares as unknown");
   command
-      ->add_option("--out", options->out,
+      ->add_option("--output,--out", options->out,
                    "CSV file for the predicted tip positions; - is standard output")
       ->required();
   command
@@ -324,9 +324,9 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "all\n"
       "have one orientation) stays as declared, with a warning.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
-      "      --out predicted.csv\n"
+      "      --output predicted.csv\n"
       "  plumbline predict corrected.toml poses.csv --align session2.csv \\\n"
-      "      --out predicted.csv\n\n"
+      "      --output predicted.csv\n\n"
       "Exit codes: 0 success, 1 faults in the input (including rows that were skipped), 2 wrong\n"
       "arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -92,17 +92,17 @@ int WriteSheets(const print::Document& document, const SheetOptions& options,
   const bool svg = options.out.ends_with(".svg");
   const std::size_t count = document.sheets.size();
   if (svg && count > 1) {
-    return UsageFault(command, "--out",
+    return UsageFault(command, "--output",
                       fmt::format("an SVG file holds one sheet, but {} are needed; choose a name "
                                   "that ends in .pdf, or fewer tags",
                                   count));
   }
-  if (!CanWriteOutput(options.out, "--out")) return kExitUsage;
+  if (!CanWriteOutput(options.out, "--output")) return kExitUsage;
   const auto file =
       print::FileOfSheets(document, svg ? print::SheetFormat::kSvg : print::SheetFormat::kPdf,
                           files::SiblingModule(print::kSheetModuleFile));
   if (!file) return Fail(file.error(), kExitUsage);
-  if (!WriteOutput(options.out, *file, "--out")) return kExitUsage;
+  if (!WriteOutput(options.out, *file, "--output")) return kExitUsage;
   std::cout << fmt::format(
       "{}: {} sheet{}, {} {}. Print at 100 % (actual size), not fitted to the page; both rulers "
       "must then measure 100.0 mm.\n",
@@ -150,7 +150,7 @@ int PrintBoard(const PrintBoardOptions& options) {
 }
 
 void AddSheetOptions(CLI::App& command, SheetOptions& options) {
-  command.add_option("--out", options.out, "File to write; its name ends in .pdf or .svg")
+  command.add_option("--output,--out", options.out, "File to write; its name ends in .pdf or .svg")
       ->required()
       ->check([](const std::string& name) {
         return name.ends_with(".pdf") || name.ends_with(".svg")
@@ -191,9 +191,9 @@ void AddPrintTagCommand(CLI::App& app, int& exit_code) {
       "are\n"
       "printed here as well. An SVG file holds one sheet, a PDF file any number.\n\n"
       "Examples:\n"
-      "  plumbline print tag --id 7 --size-mm 80 --out tag7.pdf\n"
-      "  plumbline print tag --id 0-3 10 11 --size-mm 60 --page A3 --out tags.pdf\n"
-      "  plumbline print tag --family aruco-4x4-50 --id 7 --size-mm 120 --out tag7.svg\n\n"
+      "  plumbline print tag --id 7 --size-mm 80 --output tag7.pdf\n"
+      "  plumbline print tag --id 0-3 10 11 --size-mm 60 --page A3 --output tags.pdf\n"
+      "  plumbline print tag --family aruco-4x4-50 --id 7 --size-mm 120 --output tag7.svg\n\n"
       "Exit codes: 0 the file was written, 2 wrong arguments, or the file cannot be written.");
   command->callback([options, &exit_code] { exit_code = PrintTags(*options); });
 }
@@ -209,12 +209,12 @@ void AddPrintBoardCommand(CLI::App& app, int& exit_code) {
       "flat\n"
       "plate, measure the length below the pattern, and correct --square-mm by it.\n\n"
       "Examples:\n"
-      "  plumbline print board --out board.pdf\n"
-      "  plumbline print board --board 9x6 --square-mm 30 --page A3 --out board.pdf\n"
+      "  plumbline print board --output board.pdf\n"
+      "  plumbline print board --board 9x6 --square-mm 30 --page A3 --output board.pdf\n"
       "  plumbline print board --board-kind charuco --board 9x6 --square-mm 20 \\\n"
-      "    --mark-mm 15 --family aruco-5x5-100 --out charuco.pdf\n"
+      "    --mark-mm 15 --family aruco-5x5-100 --output charuco.pdf\n"
       "  plumbline print board --board-kind acircles --board 4x11 --square-mm 15 \\\n"
-      "    --mark-mm 11 --out circles.svg\n\n"
+      "    --mark-mm 11 --output circles.svg\n\n"
       "Exit codes: 0 the file was written, 2 wrong arguments, or the file cannot be written.");
   command->callback([options, &exit_code] { exit_code = PrintBoard(*options); });
 }

@@ -16,8 +16,10 @@ namespace {
 template <typename Field>
 std::string Row(const Field& field, int base) {
   const int address = base + field.address;
-  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", address, 40001 + address,
-                     NameOf(field.type), field.name, field.unit, field.meaning);
+  // Numbers that do not fit in five digits have six.
+  const int number = address < 9999 ? 40001 + address : 400001 + address;
+  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", address, number, NameOf(field.type),
+                     field.name, field.unit, field.meaning);
 }
 
 constexpr const char* kHead =

@@ -31,7 +31,7 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("snapshot", "Save a picture of what the display shows");
   command->add_option("config", options->config, "plumbline.toml of the running daemon")
       ->required();
-  command->add_option("--out", options->out, "PNG file to write")
+  command->add_option("--output,--out", options->out, "PNG file to write")
       ->required()
       ->check([](const std::string& name) {
         return name.ends_with(".png") || name == "/dev/stdout"
@@ -48,7 +48,7 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "Describe the content of the picture as JSON");
   command->footer(
       "Requires no display and no running plumbline-view; draws on the GPU or the processor.\n\n"
-      "Example:\n  plumbline snapshot plumbline.toml --out cell.png --size 1920x1080\n\n"
+      "Example:\n  plumbline snapshot plumbline.toml --output cell.png --size 1920x1080\n\n"
       "Exit codes: 0 the picture was written, 1 faults in the configuration, 2 wrong arguments, "
       "no\n"
       "running daemon, no renderer, or the file cannot be written.");

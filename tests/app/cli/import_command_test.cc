@@ -230,7 +230,7 @@ TEST_CASE("export-urdf and plan overwrite none of their files") {
     const Answer answer =
         RunCommand(cli::AddExportUrdfCommand, "export-urdf " + cell + " " + file + " --out " + out);
     CHECK(answer.exit_code == 2);
-    CHECK_THAT(answer.err, Contains("--out would overwrite " + out));
+    CHECK_THAT(answer.err, Contains("--output would overwrite " + out));
   }
   for (const char* option : {"--out", "--svg", "--urscript", "--points"}) {
     const Answer answer =

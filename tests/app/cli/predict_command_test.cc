@@ -343,7 +343,7 @@ TEST_CASE("--out must not be an input") {
   for (const char* out : {"poses.csv", "cell.toml", "same.csv"}) {
     CAPTURE(out);
     CHECK(folder.Run(out) == 2);
-    CHECK_THAT(folder.told, Catch::Contains("--out would overwrite the input "));
+    CHECK_THAT(folder.told, Catch::Contains("--output would overwrite the input "));
   }
   CHECK(folder.Content("poses.csv") == before);
 

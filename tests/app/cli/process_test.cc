@@ -177,6 +177,14 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
   const Wrong wrong[] = {
       {"", "plumbline: the command is missing; see plumbline --help\n"},
       {"foo", "plumbline: \"foo\" is not a command; see plumbline --help\n"},
+      {"stats",
+       "plumbline: \"stats\" is not a command; did you mean \"status\"?; see plumbline --help\n"},
+      {"journal exprot",
+       "plumbline journal: \"exprot\" is not a command; did you mean \"export\"?; see plumbline "
+       "journal --help\n"},
+      {"status --prot 1502",
+       "plumbline status: --prot is not a known argument; did you mean \"--port\"?; see plumbline "
+       "status --help\n"},
       {"check", "plumbline check: file is missing; see plumbline check --help\n"},
       {"beam --bogus",
        "plumbline beam: --bogus is not a known argument; see plumbline beam --help\n"},
@@ -189,7 +197,7 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
        "plumbline diagnose: --threads: nan is not a whole number from 1 to 256; see plumbline "
        "diagnose --help\n"},
       {"snapshot plumbline.toml --out plumbline.toml",
-       "plumbline snapshot: --out: the picture is a PNG file; its name must end in .png; see "
+       "plumbline snapshot: --output: the picture is a PNG file; its name must end in .png; see "
        "plumbline snapshot --help\n"},
       {"predict a b --out c --deflection-sd nan",
        "plumbline predict: --deflection-sd: nan is not a number from 0 to 1; see plumbline predict "

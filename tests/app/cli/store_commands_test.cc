@@ -112,7 +112,7 @@ TEST_CASE(
     const auto size = std::filesystem::file_size(out);
     const auto refused = Plumbline(export_to + out);
     CHECK(refused.code == 2);
-    CHECK_THAT(refused.text, Catch::Contains("--out would overwrite " + out));
+    CHECK_THAT(refused.text, Catch::Contains("--output would overwrite " + out));
     CHECK(std::filesystem::file_size(out) == size);
   }
   CHECK(Plumbline("journal export --cell " + cell + " --out /no/such/out.csv" + where).code == 2);
