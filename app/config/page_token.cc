@@ -13,7 +13,7 @@ namespace plumbline::config {
 namespace {
 
 constexpr std::size_t kDigits = 32;
-constexpr double kMinBits = 96;
+constexpr double kMinBits = 86;
 
 /// Entropy of the values' frequencies [bits per value]; values are 0..15.
 double EntropyOf(const std::vector<unsigned>& values) {
