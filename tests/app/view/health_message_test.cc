@@ -41,12 +41,12 @@ TEST_CASE("a point without a correction is named with its code, and what to do a
     point.code = correction::CorrectionCode::kJointLimit;
   }
   const HealthMessage all = cell.Message(HealthReason::kPointRefused);
-  CHECK(all.reason == "no correction at assembly 1 (point 11) and 1 more: joint limit (code 2)");
+  CHECK(all.reason == "no correction at assembly 1 (point 1) and 1 more: joint limit (code 2)");
   CHECK(all.remedy == "do not assemble there; move the station, or check min_deg and max_deg");
   cell.scene.state.points.front().code = correction::CorrectionCode::kPending;
   cell.scene.state.points.back().code = correction::CorrectionCode::kTorquesUnknown;
   const HealthMessage one = cell.Message(HealthReason::kPointRefused);
-  CHECK(one.reason == "no correction at assembly 2 (point 12): link masses not declared (code 6)");
+  CHECK(one.reason == "no correction at assembly 2 (point 2): link masses not declared (code 6)");
   CHECK_THAT(one.remedy, Contains("declare link_mass_kg of every link"));
 }
 
@@ -79,10 +79,10 @@ TEST_CASE("doubts about points, tags and models name them") {
   Cell cell;
   cell.scene.state.points[1].basis = model::RadiusBasis::kAssumed;
   CHECK(cell.Message(HealthReason::kRadiusAssumed).reason ==
-        "assembly 2 (point 12): the radius is assumed, not measured");
+        "assembly 2 (point 2): the radius is assumed, not measured");
   cell.scene.state.points[0].extrapolated = true;
   CHECK(cell.Message(HealthReason::kExtrapolating).reason ==
-        "assembly 1 (point 11): outside the calibrated range");
+        "assembly 1 (point 1): outside the calibrated range");
   cell.scene.state.monitoring.model.proposed = 3;
   CHECK(cell.Message(HealthReason::kProposalWaiting).reason == "model version 3 awaits approval");
   CHECK_THAT(cell.Message(HealthReason::kProposalWaiting).remedy, Contains("model apply 3"));

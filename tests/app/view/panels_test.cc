@@ -72,11 +72,11 @@ TEST_CASE("an undeclared number is named as the reason of an unknown payload") {
   Paneled p;
   p.scene.state.alarms = alarm::kPayloadUnknown;
   p.scene.state.health = HealthOf({.alarms = alarm::kPayloadUnknown});
-  CHECK(p.Lines("Alarms").front().text == "→ set the payload");
+  CHECK(p.Lines("Alarms").back().text == "→ set the payload");
   CHECK(StripOf(p.facts).reason == "payload unknown");
   p.scene.state.payload_problem = "tool 5 is not declared (declared: 4, 7)";
   p.scene.state.payload_remedy = "correct the number";
-  CHECK(p.Lines("Alarms").front().text == "→ correct the number");
+  CHECK(p.Lines("Alarms").back().text == "→ correct the number");
   CHECK(StripOf(p.facts).reason == "payload unknown: tool 5 is not declared (declared: 4, 7)");
   CHECK(StripOf(p.facts).remedy == "correct the number");
 }
