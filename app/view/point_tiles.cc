@@ -102,10 +102,12 @@ void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writ
               tile.valid() ? palette::kText : accent);
   y += 1.2F * layout.value_em;
   if (!tile.valid()) {
-    for (const std::string& text : {tile.radius, tile.note}) {
-      for (const std::string& row : writer.Rows(text, layout.em, width)) {
+    for (std::string rest : {tile.radius, tile.note}) {
+      for (const std::string& row : writer.Rows(rest, layout.em, width)) {
         if (y + layout.line() > area.bottom()) break;
-        writer.Text(x, y, width, layout.em, row, palette::kText);
+        const bool last = y + 2 * layout.line() > area.bottom();
+        writer.Text(x, y, width, layout.em, last ? rest : row, palette::kText);
+        rest.erase(0, std::min(rest.size(), row.size() + 1));
         y += layout.line();
       }
     }

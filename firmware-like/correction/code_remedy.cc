@@ -21,7 +21,7 @@ const char* RemedyOf(CorrectionCode code) {
     case CorrectionCode::kPayloadUnknown:
       return "set [payload] of plumbline.toml and cog_mm of the cell";
     case CorrectionCode::kNoRobot:
-      return "check the robot controller and the cable to it";
+      return "check the robot and its cable";
     case CorrectionCode::kPending:
       return "wait until it has been computed";
     case CorrectionCode::kNoCamera:
