@@ -71,8 +71,13 @@ for service in SERVICES:
 with tempfile.TemporaryDirectory() as folder:
     cell = folder + "/cell.toml"
     with open("config/cells/ur10.toml") as original, open(cell, "w") as changed:
-        changed.write("unknown_key = 1\n" + original.read())
-    piped, shown = printed("check", "config/cells/ur10.toml"), on_terminal("check", "config/cells/ur10.toml")
+        text = original.read()
+        changed.write("unknown_key = 1\n" + text)
+    upside_down = folder + "/upside-down.toml"  # has a warning
+    with open(upside_down, "w") as changed:
+        assert "-9.80665" in text
+        changed.write(text.replace("-9.80665", "9.80665", 1))
+    piped, shown = printed("check", upside_down), on_terminal("check", upside_down)
     if not too_wide(piped):
         faults.append("check: expected a long line when piped: " + piped)
     for line in too_wide(shown):
@@ -81,13 +86,13 @@ with tempfile.TemporaryDirectory() as folder:
         faults.append("check: the warning has no colour on a terminal: " + shown)
     if "\033[31m" not in on_terminal("check", cell):
         faults.append("check: the fault has no colour on a terminal")
-    if "\033" in piped or "\033" in on_terminal("check", "config/cells/ur10.toml", NO_COLOR="1"):
+    if "\033" in piped or "\033" in on_terminal("check", upside_down, NO_COLOR="1"):
         faults.append("check: colours in a pipe or in spite of NO_COLOR")
-    if " ".join(on_terminal("check", "config/cells/ur10.toml", NO_COLOR="1").split()) != " ".join(piped.split()):
+    if " ".join(on_terminal("check", upside_down, NO_COLOR="1").split()) != " ".join(piped.split()):
         faults.append("check: wrapping changed the words")
-json = on_terminal("check", "config/cells/ur10.toml", "--json")
-if json != printed("check", "config/cells/ur10.toml", "--json"):
-    faults.append("check --json: changed on a terminal")
+    json = on_terminal("check", upside_down, "--json")
+    if json != printed("check", upside_down, "--json"):
+        faults.append("check --json: changed on a terminal")
 TABLES = (
     ("beam", "--paper-table2"),
     ("beam", "--length-mm", "1800", "--section", "rectangle", "--b-mm", "50", "--h-mm", "50", "--material", "steel",

@@ -61,6 +61,8 @@ ViewState FullState() {
   monitoring.recording = monitoring.reference_refused = true;
   monitoring.probes = 120;
   monitoring.quarantined = 2;
+  monitoring.reference_learned = 7;
+  monitoring.reference_wanted = 20;
   monitoring.drift_statistic = 0.6;
   monitoring.residual_m = Vec3(1e-4, 0, -2e-4);
   monitoring.model.applied = 3;
