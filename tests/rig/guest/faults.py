@@ -598,7 +598,7 @@ def give(client, count):
 
 def probes_kept():
     cell.sh(
-        "runuser -u plumbline -- plumbline journal export --cell /etc/plumbline/cell.toml --state /var/lib/plumbline --out /tmp/journal.csv",
+        "runuser -u plumbline -- plumbline journal export --cell /etc/plumbline/cell.toml --state /var/lib/plumbline --output /tmp/journal.csv",
         60,
     )
     return open("/tmp/journal.csv").read().count("\n") - 1
