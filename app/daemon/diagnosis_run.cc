@@ -183,7 +183,10 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   if (!model) return Error{"corrected.toml: " + model.error()};
   config::FaultList faults;
   const auto cell = config::CellFromText(*model, folder + "/corrected.toml", faults);
-  if (!cell) return Error{"the corrected model has faults: " + config::FaultsText(faults)};
+  if (!cell) {
+    return Error{fmt::format("the corrected model has {} faults, first: {}", faults.All().size(),
+                             faults.All().empty() ? "" : config::FaultText(faults.All().front()))};
+  }
   std::vector<model_store::ModelPose> poses;
   for (const journal::JournalRow& row : rows_) {
     poses.push_back({row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "app/daemon/probe_row.h"
 #include "app/service/utc_clock.h"
@@ -36,29 +37,35 @@ void MonitoredJournal::Reconfigure() {
   quarantining_ = decision_unlogged_ = false;
   decisions_fault_.clear();
   fault_.clear();
+  contradicted_ = false;
 }
 
 void MonitoredJournal::OpenIfDue() {
   if (config_.monitoring.enabled && !journal_ && Clock::now() - tried_ > kJournalRetry) Open();
 }
 
-void MonitoredJournal::Open() {
+void MonitoredJournal::Open(std::optional<journal::Journal> open) {
   tried_ = Clock::now();
   if (storage_ != nullptr && !storage_->writable()) return;
-  const Result<void> read = Read();
+  const Result<void> read = Read(std::move(open));
   if (read) return ReportRecovery();
   Close();  // a monitor that has seen only some of the rows is invalid
   ReportFault(read.error());
 }
 
+bool MonitoredJournal::RadiusContradicted() const {
+  return journal_ && monitor_ ? monitor_->radius_contradicted() : contradicted_;
+}
+
 void MonitoredJournal::Close() {
+  contradicted_ = RadiusContradicted();
   journal_.reset();
   monitor_.reset();
   alarm_unlogged_ = false;
 }
 
-/// Opens the journal and passes its rows to a new monitor. After an error both may be incomplete.
-Result<void> MonitoredJournal::Read() {
+/// Opens and checks the journal file.
+Result<journal::Journal> MonitoredJournal::OpenFile() {
   const std::string path = config_.state_directory + "/journal.sqlite";
   std::error_code absent;
   if (std::filesystem::file_size(path, absent) == 0 && !absent) {
@@ -68,10 +75,18 @@ Result<void> MonitoredJournal::Read() {
                      "including quarantined ones, are lost; restore the file if you have a copy",
                      path)});
   }
-  Result<journal::Journal> opened =
-      journal::Journal::Open(path, config_.monitoring.journal_bytes, [this] { step_(); });
-  if (!opened) return opened.failure();
-  journal::Journal journal = std::move(opened).value();
+  return journal::Journal::Open(path, config_.monitoring.journal_bytes, [this] { step_(); });
+}
+
+/// Passes the rows of the journal to a new monitor. After an error both may be incomplete.
+/// @param open  the journal, if it is open already; else it is opened
+Result<void> MonitoredJournal::Read(std::optional<journal::Journal> open) {
+  if (!open) {
+    Result<journal::Journal> opened = OpenFile();
+    if (!opened) return opened.failure();
+    open.emplace(std::move(opened).value());
+  }
+  journal::Journal journal = std::move(*open);
   monitor_.emplace(config_.monitoring, sink_, [this] { step_(); });
   const Result<std::optional<double>> last_probe_s = journal.LastProbeTime_s();
   if (!last_probe_s) return last_probe_s.failure();
@@ -259,8 +274,11 @@ bool MonitoredJournal::WasDecided() {
 
 void MonitoredJournal::Reread() {
   decision_unlogged_ = true;
+  // The file stays open: opening it would check all of it again, for every decision.
+  contradicted_ = RadiusContradicted();
+  std::optional<journal::Journal> open = std::exchange(journal_, std::nullopt);
   Close();
-  Open();
+  Open(std::move(open));
 }
 
 std::uint64_t MonitoredJournal::ProbesForDiagnosis() const {
@@ -288,7 +306,7 @@ void MonitoredJournal::Report(status::MonitoringStatus& status) const {
         drift.learning() ? static_cast<int>(drift.probes()) : status.reference_wanted;
   }
   status.reference_refused = monitor_ && monitor_->drift().reference_refused();
-  status.radius_contradicted = monitor_ && monitor_->radius_contradicted();
+  status.radius_contradicted = RadiusContradicted();
   status.fault = !fault_.empty();
   status.quarantined = static_cast<std::uint32_t>(quarantined_);
   status.probes = recorded_;

@@ -67,9 +67,11 @@ class MonitoredJournal {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void Open();
+  void Open(std::optional<journal::Journal> open = std::nullopt);
   void Close();
-  Result<void> Read();
+  Result<journal::Journal> OpenFile();
+  Result<void> Read(std::optional<journal::Journal> open);
+  bool RadiusContradicted() const;
   Result<void> ReadRows(journal::Journal& journal);
   Result<void> LogRead();
   bool Record(const CycleEvent& event);
@@ -93,6 +95,9 @@ class MonitoredJournal {
   /// The cameras at the start: a reload does not change them.
   std::optional<std::vector<config::CameraConfig>> cameras_;
   bool finding_handled_ = false;
+  /// Whether the radius was contradicted when the journal was closed: what is known while the rows
+  /// cannot be read. A radius that probes contradicted must not be stated as 95 % again.
+  bool contradicted_ = false;
   bool alarm_unlogged_ = false;     ///< raised by a reread row; not logged yet
   std::int64_t quarantined_ = 0;    ///< rows of the journal that await a person's decision
   std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed

@@ -95,8 +95,11 @@ void RowDriftMonitor::JudgeRadius() {
 }
 
 std::string RowDriftMonitor::ReferenceRows() const {
-  const auto last = static_cast<std::size_t>(drift_.design().reference_probes) - 1;
-  return fmt::format("journal rows {} to {}", monitored_rows_.front(), monitored_rows_[last]);
+  const std::size_t count =
+      std::min(monitored_rows_.size(),
+               static_cast<std::size_t>(std::max(drift_.design().reference_probes, 0)));
+  if (count == 0) return "no journal rows";
+  return fmt::format("journal rows {} to {}", monitored_rows_.front(), monitored_rows_[count - 1]);
 }
 
 log::LogEntry RowDriftMonitor::ContradictionEntry() const {

@@ -48,11 +48,13 @@ class RowDriftMonitor {
   bool radius_contradicted() const { return radius_contradicted_; }
   /// Whether it is the present reference that does; else the one before the restart did.
   bool contradicted_by_reference() const {
-    return radius_contradicted_ && !drift_.learning() && !drift_.reference_refused();
+    // Where the model is the reference, no probes were taken for one.
+    return radius_contradicted_ && drift_.design().reference_probes > 0 && !drift_.learning() &&
+           !drift_.reference_refused();
   }
   /// As it was before a restart that the journal records.
   void SetRadiusContradicted(bool contradicted) { radius_contradicted_ = contradicted; }
-  /// "journal rows 4 to 23". Requires a complete reference.
+  /// "journal rows 4 to 23", or "no journal rows" before any probe of a reference.
   std::string ReferenceRows() const;
 
   const monitor::DriftMonitor& drift() const { return drift_; }

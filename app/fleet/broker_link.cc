@@ -107,15 +107,16 @@ class Connection {
     // Once connected, the library continues the TLS handshake in its read function.
     const bool handshake = writable && !up() && !config_.tls_ca.empty();
     if ((waiting[0].revents & ~POLLOUT) != 0 || handshake) code = mosquitto_loop_read(client, 1);
+    const bool no_memory = code == MOSQ_ERR_NOMEM;
     if (code == MOSQ_ERR_SUCCESS && writable) code = mosquitto_loop_write(client, 1);
     reached_ = reached_ || writable;
     stuck_ = writable && !up() && mosquitto_want_write(client);
     if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_misc(client);
     if (connack_ > 0) return mosquitto_connack_string(connack_);
-    intruded_ = intruded_ || code == MOSQ_ERR_NOMEM;
+    intruded_ = intruded_ || no_memory;
     if (intruded_) {
-      return code == MOSQ_ERR_NOMEM ? "announced a packet larger than a publisher can receive"
-                                    : "sent a message, although nothing was subscribed to";
+      return no_memory ? "sent a packet for which there is no memory"
+                       : "sent a message, although nothing was subscribed to";
     }
     return code == MOSQ_ERR_SUCCESS ? "" : ErrorText(code);
   }

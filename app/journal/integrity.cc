@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "app/journal/row_checksum.h"
 
@@ -33,6 +34,18 @@ class Progress {
  private:
   sqlite::Database& database_;
   const std::function<void()>& step_;
+};
+
+/// Read transaction: what other connections commit meanwhile is not seen.
+class Snapshot {
+ public:
+  explicit Snapshot(sqlite::Database& database) : database_(database) { database_.Run("BEGIN"); }
+  ~Snapshot() { database_.Run("COMMIT"); }
+  Snapshot(const Snapshot&) = delete;
+  Snapshot& operator=(const Snapshot&) = delete;
+
+ private:
+  sqlite::Database& database_;
 };
 
 void Add(std::vector<RowRange>& ranges, std::int64_t first, std::int64_t last) {
@@ -67,11 +80,20 @@ void AddFailure(sqlite::Database& database, const std::string& what, IntegrityRe
   }
 }
 
+/// The sentences of SQLite's report, without its heading "*** in database main ***".
+void AddLines(std::string_view report_text, std::vector<std::string>& lines) {
+  while (!report_text.empty()) {
+    const std::string_view line = report_text.substr(0, report_text.find('\n'));
+    if (!line.empty() && line != "ok" && !line.starts_with("***")) lines.emplace_back(line);
+    report_text.remove_prefix(std::min(line.size() + 1, report_text.size()));
+  }
+}
+
 void CheckPages(sqlite::Database& database, IntegrityReport& report) {
   sqlite::Statement check(database.get(), "PRAGMA integrity_check(20)");
   int code = SQLITE_ROW;
   while ((code = check.Step()) == SQLITE_ROW) {
-    if (const std::string line = check.Text(0); line != "ok") report.other.push_back(line);
+    AddLines(check.Text(0), report.other);
   }
   if (code != SQLITE_DONE) AddFailure(database, "its structure cannot be read", report);
 }
@@ -102,12 +124,12 @@ void ReadLost(sqlite::Database& database, IntegrityReport& report) {
 }
 
 /// Looks up each row by its number, because a scan ends at the first page that is damaged.
-void CheckOneByOne(sqlite::Database& database, std::int64_t first, std::int64_t last,
+void CheckOneByOne(sqlite::Database& database, const std::string& intact, RowRange rows,
                    IntegrityReport& report) {
-  sqlite::Statement row(database.get(), fmt::format("SELECT {}, checksum IS NULL FROM measurement "
-                                                    "WHERE id = ?1",
-                                                    IntactSql(kMeasurementTable)));
-  for (std::int64_t id = first; id <= last; ++id) {
+  sqlite::Statement row(
+      database.get(),
+      fmt::format("SELECT {}, checksum IS NULL FROM measurement WHERE id = ?1", intact));
+  for (std::int64_t id = rows.first; id <= rows.last; ++id) {
     row.Bind(1, id);
     const int code = row.Step();
     if (code == SQLITE_DONE) {
@@ -142,13 +164,34 @@ std::int64_t LastNumber(sqlite::Database& database, IntegrityReport& report) {
   return std::min(std::max(largest, counted), room);
 }
 
+/// Number of the last row that was written before there were checksums. If the epoch is damaged,
+/// that before the first row with a checksum.
+std::int64_t UncheckedThrough(sqlite::Database& database, IntegrityReport& report) {
+  {
+    sqlite::Statement epoch(database.get(), fmt::format("SELECT unchecked_through, {} FROM epoch",
+                                                        IntactSql(kEpochTable)));
+    const int code = epoch.Step();
+    if (code == SQLITE_ROW && epoch.Integer(1) != 0) return epoch.Integer(0);
+    if (code == SQLITE_DONE) {
+      report.other.emplace_back("its epoch is missing");
+    } else if (code != SQLITE_ROW) {
+      AddFailure(database, "its epoch cannot be read", report);
+    }
+  }
+  const Result<std::int64_t> found = database.IntegerOf(
+      "SELECT coalesce(min(id) - 1, (SELECT max(id) FROM measurement), 0) FROM measurement "
+      "WHERE checksum IS NOT NULL");
+  return found ? *found : report.last;
+}
+
 void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
   report.last = LastNumber(database, report);
-  const Result<std::int64_t> unchecked = database.IntegerOf("SELECT unchecked_through FROM epoch");
-  if (!unchecked) return AddFailure(database, "its epoch cannot be read", report);
-  sqlite::Statement rows(database.get(),
-                         fmt::format("SELECT id, {}, checksum IS NULL FROM measurement ORDER BY id",
-                                     IntactSql(kMeasurementTable)));
+  const std::int64_t unchecked = UncheckedThrough(database, report);
+  if (!report.obstacle.empty()) return;
+  const std::string intact = IntactSql(kMeasurementTable, fmt::format("{}", unchecked));
+  sqlite::Statement rows(
+      database.get(),
+      fmt::format("SELECT id, {}, checksum IS NULL FROM measurement ORDER BY id", intact));
   std::int64_t done = 0;
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
@@ -158,7 +201,7 @@ void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
       continue;
     }
     // Of rows without checksums it is not known whether all of them were ever there.
-    AddMissing(report, std::max(done, *unchecked) + 1, id - 1);
+    AddMissing(report, std::max(done, unchecked) + 1, id - 1);
     done = id;
     if (rows.Integer(1) == 0) {
       Add(report.damaged, id, id);
@@ -168,9 +211,9 @@ void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
     }
   }
   if (code == SQLITE_DONE) {
-    AddMissing(report, std::max(done, *unchecked) + 1, report.last);
+    AddMissing(report, std::max(done, unchecked) + 1, report.last);
   } else {
-    CheckOneByOne(database, done + 1, report.last, report);
+    CheckOneByOne(database, intact, {done + 1, report.last}, report);
   }
 }
 
@@ -185,6 +228,7 @@ IntegrityReport CheckStructure(sqlite::Database& database, const std::function<v
 
 IntegrityReport CheckIntegrity(sqlite::Database& database, const std::function<void()>& step) {
   const Progress progress(database, step);
+  const Snapshot snapshot(database);
   IntegrityReport report;
   CheckPages(database, report);
   for (const SealedTable& table : SealedTables().subspan(1)) CheckRows(database, table, report);

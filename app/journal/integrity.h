@@ -32,12 +32,14 @@ struct IntegrityReport {
 };
 
 /// Checks the structure of the file, the checksum of every row, and that no row number is missing.
+/// Sees the file as it is at the start, whatever other connections add meanwhile.
 /// @param step  progress callback, called every few milliseconds
 IntegrityReport CheckIntegrity(sqlite::Database& database, const std::function<void()>& step);
 /// The same without checksums, for a file of a schema that has none.
 IntegrityReport CheckStructure(sqlite::Database& database, const std::function<void()>& step);
 
-/// "rows 3 and 17 to 20 were changed; row 40 is missing"; empty if the file is intact.
+/// "rows 3, 17 to 20 changed since written, or unreadable; row 40 missing"; empty if the file is
+/// intact.
 std::string DamageText(const IntegrityReport& report);
 
 /// "row 3", "rows 3, 17 to 20"; every range.

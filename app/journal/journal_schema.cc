@@ -28,14 +28,13 @@ CREATE TABLE measurement (
   artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
   sigma_mm REAL,  -- of this row alone
   camera TEXT,  -- that saw it, where it has a name: side, side+rear
-  tool INTEGER, payload_item INTEGER,  -- numbers, where the cell has several
-  predicted_radius_mm REAL,  -- 95 % radius that was stated for the prediction
-  checksum INTEGER  -- of all other columns; row_checksum.h
+  -- numbers, where the cell has several; the 95 % radius that was stated for the prediction; the
+  -- checksum of all other columns, see row_checksum.h
+  tool INTEGER, payload_item INTEGER, predicted_radius_mm REAL, checksum INTEGER
 );
 CREATE TABLE epoch (
-  utc_s INTEGER NOT NULL,
-  unchecked_through INTEGER NOT NULL DEFAULT 0,  -- measurements up to this one have no checksum
-  checksum INTEGER
+  -- measurements up to `unchecked_through` have no checksum
+  utc_s INTEGER NOT NULL, unchecked_through INTEGER NOT NULL DEFAULT 0, checksum INTEGER
 );
 INSERT INTO epoch (utc_s) VALUES (CAST(strftime('%s', 'now') AS INTEGER));
 CREATE TABLE import (

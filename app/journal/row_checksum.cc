@@ -119,10 +119,10 @@ std::string ColumnsText(const SealedTable& table) {
   return fmt::format("{}", fmt::join(table.columns, ", "));
 }
 
-std::string IntactSql(const SealedTable& table) {
+std::string IntactSql(const SealedTable& table, std::string_view unchecked_through) {
   const std::string unchecked =
       std::strcmp(table.name, kMeasurementTable.name) == 0
-          ? "(checksum IS NULL AND id <= (SELECT unchecked_through FROM epoch)) OR "
+          ? fmt::format("(checksum IS NULL AND id <= {}) OR ", unchecked_through)
           : "";
   return fmt::format("coalesce({}checksum = {}, 0)", unchecked, ChecksumSql(table));
 }

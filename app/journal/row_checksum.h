@@ -27,7 +27,9 @@ Result<void> AddChecksumFunction(sqlite::Database& database);
 
 /// SQL expression: whether a row is as it was written. Rows of `measurement` up to
 /// epoch.unchecked_through were written before there were checksums, and may have none.
-std::string IntactSql(const SealedTable& table);
+/// @param unchecked_through  SQL in its place, if the epoch is damaged
+std::string IntactSql(const SealedTable& table,
+                      std::string_view unchecked_through = "(SELECT unchecked_through FROM epoch)");
 /// SQL statement that seals rows after they were inserted.
 std::string SealSql(const SealedTable& table, std::string_view where);
 /// SQL statement that changes columns of an intact row, and seals it again; of a damaged row it

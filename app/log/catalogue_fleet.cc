@@ -23,7 +23,7 @@ constexpr EventEntry kFleetEntries[] = {
      "file. TLS: `tls_ca`, and the host name as in the broker's certificate"},
     {Event::kBrokerIntruded, "broker-intruded", LogLevel::kWarning,
      "e8aec99834e4435fbfe18dc0173aabdd", "fleet",
-     "broker ... sent a message, or announced a packet larger than ...",
+     "broker ... sent a message, or a packet for which there is no memory",
      "a publisher subscribes to nothing, so no broker sends it messages: this one is faulty or not "
      "the plant's. It is tried again every minute",
      "check `host` and the broker's log; use `tls_ca`, so that only the plant's broker is "

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <deque>
 #include <mutex>
+#include <string_view>
 
 #include "app/log/log_writer.h"
 #include "app/log/repeat_filter.h"
@@ -60,10 +61,24 @@ std::string PlainLine(LogLevel level, const std::string& text) {
                      now.tv_nsec / 1000000, text);
 }
 
+/// The text as one line: a quoted line end would let a name forge a second entry, of any level.
+std::string OneLine(const std::string& text) {
+  const std::size_t end = text.find_last_not_of('\n') + 1;
+  std::string line;
+  for (const char c : std::string_view(text).substr(0, end)) {
+    if (c == '\n') {
+      line += "\\u000a";
+    } else {
+      line += c;
+    }
+  }
+  return line;
+}
+
 /// Every line passes here. Texts and values come from files and devices, and must not control the
 /// reader's terminal. The caller holds the state's mutex, so that lines stay in order.
 void Put(LogState& state, LogEntry entry) {
-  entry.text = text::Visible(entry.text);
+  entry.text = OneLine(text::Visible(entry.text));
   for (LogField& field : entry.fields) field.value = text::Visible(field.value);
   const timespec now = UtcNow();
   const LogLevel level = EntryOf(entry.event).level;

@@ -403,8 +403,8 @@ TEST_CASE(
       working.Logged("probes contradict the stated 95 % radius: the mean residual of the "
                      "reference, journal rows 1 to 20, is (0.000, 42.000, 0.000) mm"));
   CHECK(working.Logged("the radius stated there is 3.000 mm"));
-  // It calls for a diagnosis; here there is no model to diagnose.
-  CHECK(Working::Eventually([&] { return working.Logged("diagnosis not started"); }));
+  CHECK(Working::Eventually(
+      [&] { return working.Logged("diagnosis started over 20 measured points"); }));
 
   working.worker.Configure(working.config, working.models);
   CHECK(Working::Eventually(
@@ -424,6 +424,24 @@ TEST_CASE(
   for (int k = 1; k < 20; ++k) working.Probe(Vec3(0, 2.9e-3, 0), false, 3e-3);
   REQUIRE(Working::Eventually([&] { return working.Recorded() == 40; }));
   CHECK(Working::Eventually([&] { return !working.Status().radius_contradicted; }));
+}
+
+TEST_CASE("a contradicted radius stays contradicted while the journal cannot be read") {
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 20;
+  monitoring.diagnose = false;
+  Working working(monitoring);
+  for (int k = 0; k < 20; ++k) working.Probe(Vec3(0, 42e-3, 0), false, 3e-3);
+  REQUIRE(Working::Eventually([&] { return working.Status().radius_contradicted; }));
+  {
+    auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
+    REQUIRE(other);
+    REQUIRE(other.value().Run("UPDATE measurement SET x_mm = 7 WHERE id = 2"));
+  }
+  working.worker.Configure(working.config, working.models);
+  REQUIRE(Working::Eventually([&] { return working.Status().fault; }));
+  CHECK_FALSE(working.Recording());
+  CHECK(working.Status().radius_contradicted);
 }
 
 TEST_CASE("no probe is recorded in a damaged journal, until it was salvaged") {

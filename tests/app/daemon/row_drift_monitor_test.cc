@@ -131,4 +131,12 @@ TEST_CASE("the reference is logged when it is learned, with its rows when it is 
   CHECK_FALSE(bad.monitor.Update(Row(16, Vec3::Zero()), false));
 }
 
+TEST_CASE("a contradiction from before, now that the model is the reference: no rows to name") {
+  Monitored m(0);
+  m.monitor.SetRadiusContradicted(true);
+  CHECK(m.monitor.radius_contradicted());
+  CHECK_FALSE(m.monitor.contradicted_by_reference());
+  CHECK(m.monitor.ReferenceRows() == "no journal rows");
+}
+
 }  // namespace plumbline::row_drift_monitor_test

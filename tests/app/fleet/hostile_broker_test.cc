@@ -70,6 +70,8 @@ TEST_CASE("a broker that announces 256 MB or floods costs little memory, and is 
   WARN(attack.name << ": " << broker.sent() / kMB << " MB sent, peak memory " << peak / kMB
                    << " MB");
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  const bool exhausted = Count(station.Log(), "sent a packet for which there is no memory") == 1;
+  CHECK(exhausted != attack.once.empty());
   CHECK(peak > 0);
   CHECK(peak < 80 * kMB);
 #endif

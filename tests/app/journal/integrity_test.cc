@@ -162,7 +162,6 @@ TEST_CASE("salvage keeps every intact row under its number, and records which ar
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   WriteJournal(path);
-  const double epoch_s = Journal::OpenForReading(path).value().EpochUtc_s();
   const auto untouched = SalvageJournal(path, 1800000000000);
   REQUIRE_FALSE(untouched);
   CHECK_THAT(untouched.error(), Catch::Contains("is intact; there is nothing to salvage"));
@@ -182,7 +181,6 @@ TEST_CASE("salvage keeps every intact row under its number, and records which ar
   auto journal = Journal::Open(path);
   REQUIRE(journal);
   CHECK(journal->EpochUtc_s() == 1800000000);  // from the probes' times
-  static_cast<void>(epoch_s);
   const auto rows = journal.value().Read({.rows = JournalFilter::Rows::kAll}, Joints());
   REQUIRE(rows);
   CHECK(static_cast<std::int64_t>(rows->size()) == salvaged->saved);
@@ -215,6 +213,137 @@ TEST_CASE(
   const auto refused = Journal::Open(path);
   REQUIRE_FALSE(refused);
   CHECK_THAT(refused.error(), Catch::Contains(fmt::format("row {} changed", before + 1)));
+}
+
+TEST_CASE("salvage with a damaged epoch keeps the rows from before there were checksums") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteReleased("journal", 8, path);
+  std::int64_t before = 0;
+  {
+    auto journal = Journal::Open(path);
+    REQUIRE(journal);
+    before = *journal.value().Count();
+    JournalRow row;
+    row.q = model::JointVector::Zero(2);
+    REQUIRE(journal.value().Append({row}, std::vector<model::Joint>(2)));
+  }
+  const char* const damage = GENERATE(
+      "UPDATE epoch SET utc_s = 17", "UPDATE epoch SET unchecked_through = 0", "DELETE FROM epoch");
+  CAPTURE(damage);
+  ChangeBehindItsBack(path, damage);
+  REQUIRE_FALSE(Journal::Open(path));
+  const auto salvaged = SalvageJournal(path, 1800000000000);
+  INFO((salvaged ? "" : salvaged.error()));
+  REQUIRE(salvaged);
+  CHECK(salvaged->saved == before + 1);
+  auto journal = Journal::Open(path);
+  REQUIRE(journal);
+  CHECK(journal.value().Check().unchecked == before);
+}
+
+TEST_CASE("salvage without an epoch and without a row from which to compute it") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  {
+    auto journal = Journal::Open(path);
+    REQUIRE(journal);
+    JournalRow row;
+    row.source = JournalRow::Source::kImport;
+    row.q = model::JointVector::Zero(2);
+    REQUIRE(journal.value().Append({row}, std::vector<model::Joint>(2)));
+  }
+  ChangeBehindItsBack(path, "DELETE FROM epoch");
+  const auto salvaged = SalvageJournal(path, 1800000000000);
+  INFO((salvaged ? "" : salvaged.error()));
+  REQUIRE(salvaged);
+  CHECK(salvaged->saved == 1);
+  CHECK(Journal::Open(path));
+}
+
+TEST_CASE("salvage leaves a file of an older schema as it is") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteReleased("journal", 8, path);
+  const std::string whole = FileText(path);
+  const auto untouched = SalvageJournal(path, 1800000000000);
+  REQUIRE_FALSE(untouched);
+  CHECK_THAT(untouched.error(), Catch::Contains("is intact; there is nothing to salvage"));
+  CHECK(FileText(path) == whole);
+
+  // The page of an index, which no conversion reads.
+  std::int64_t page = 0, page_bytes = 0;
+  {
+    auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
+    REQUIRE(database);
+    page = *database.value().IntegerOf(
+        "SELECT rootpage FROM sqlite_master WHERE name = 'quarantine_waiting'");
+    page_bytes = *database.value().IntegerOf("PRAGMA page_size");
+  }
+  std::string bytes = whole;
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>((page - 1) * page_bytes), page_bytes,
+              '\0');
+  WriteBytes(path, bytes);
+  const auto salvaged = SalvageJournal(path, 1800000000000);
+  INFO((salvaged ? "" : salvaged.error()));
+  REQUIRE(salvaged);
+  CHECK(salvaged->saved == 9);
+  CHECK_FALSE(salvaged->found.other.empty());
+  CHECK(FileText(salvaged->damaged_file) == bytes);
+  CHECK_FALSE(std::filesystem::exists(path + ".converted"));
+  CHECK(Journal::Open(path));
+}
+
+TEST_CASE("the salvaged journal has the mode of the damaged one, whose copy is not overwritten") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteJournal(path);
+  const auto mode = std::filesystem::perms{0660};
+  std::filesystem::permissions(path, mode);
+  ChangeBehindItsBack(path, "UPDATE measurement SET x_mm = 0 WHERE id = 5");
+  const auto first = SalvageJournal(path, 1800000000000);
+  INFO((first ? "" : first.error()));
+  REQUIRE(first);
+  CHECK(std::filesystem::status(path).permissions() == mode);
+  const std::string kept = FileText(first->damaged_file);
+  ChangeBehindItsBack(path, "UPDATE measurement SET x_mm = 0 WHERE id = 6");
+  CHECK_FALSE(SalvageJournal(path, 1800000000000));  // in the same second
+  CHECK(FileText(first->damaged_file) == kept);
+  CHECK(std::filesystem::exists(path));
+  CHECK_FALSE(std::filesystem::exists(path + ".salvaged"));
+}
+
+namespace {
+
+/// Appends a row before each statement of another connection.
+struct Intruder {
+  Journal journal;
+  int appended = 0;
+};
+
+int AppendBefore(unsigned /*kind*/, void* self, void* /*statement*/, void* /*sql*/) {
+  auto* const intruder = static_cast<Intruder*>(self);
+  intruder->appended += intruder->journal.Append({Probe(999)}, Joints()) ? 1 : 0;
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("rows that are recorded during the check are no damage") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteJournal(path);
+  auto opened = Journal::Open(path);
+  REQUIRE(opened);
+  Intruder intruder{std::move(opened).value()};
+  auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
+  REQUIRE(database);
+  REQUIRE(AddChecksumFunction(database.value()));
+  sqlite3_trace_v2(database.value().get(), SQLITE_TRACE_STMT, &AppendBefore, &intruder);
+  const IntegrityReport report = CheckIntegrity(database.value(), {});
+  INFO(DamageText(report));
+  CHECK(report.intact());
+  CHECK(intruder.appended > 3);
 }
 
 }  // namespace plumbline::integrity_test

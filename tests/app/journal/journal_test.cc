@@ -385,8 +385,8 @@ TEST_CASE("a journal of schema 1, which counted from the boot, is converted to w
     REQUIRE(raw.ok());
     REQUIRE(
         raw.value().Run("DROP TABLE lost_rows;"
-                        "ALTER TABLE measurement DROP COLUMN checksum;"
                         "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
+                        "ALTER TABLE measurement DROP COLUMN checksum;"
                         "ALTER TABLE import DROP COLUMN checksum;"
                         "ALTER TABLE monitor_restart DROP COLUMN checksum;"
                         "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"
@@ -521,8 +521,8 @@ TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
     auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(
         raw.value().Run("DROP TABLE lost_rows;"
-                        "ALTER TABLE measurement DROP COLUMN checksum;"
                         "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
+                        "ALTER TABLE measurement DROP COLUMN checksum;"
                         "ALTER TABLE import DROP COLUMN checksum;"
                         "ALTER TABLE monitor_restart DROP COLUMN checksum;"
                         "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"

@@ -50,4 +50,10 @@ TEST_CASE("a line shows the control characters of what it quotes, and does not e
   CHECK(RecentLog().back().text == "cell \\u001b[2J\\u0007");
 }
 
+TEST_CASE("a quoted line end does not start a second entry") {
+  Log({Event::kEnding, "cell left\n<2>robot link lost\n"});
+  REQUIRE_FALSE(RecentLog().empty());
+  CHECK(RecentLog().back().text == "cell left\\u000a<2>robot link lost");
+}
+
 }  // namespace plumbline::log_test
