@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "app/daemon/camera_supervisors.h"
@@ -36,6 +37,18 @@ void LogNeededRestarts(const ConfigInForce& fresh_in_force, const config::Daemon
               fmt::format("needs a restart: state_directory changed, {} stays in use",
                           started.state_directory)});
   }
+}
+
+/// Logs the faults that are not in `logged`.
+void LogFurtherFaults(const config::FaultList& faults, const config::FaultList& logged) {
+  config::FaultList further;
+  for (const config::Fault& fault : faults.All()) {
+    const auto same = [text = config::FaultText(fault)](const config::Fault& other) {
+      return config::FaultText(other) == text;
+    };
+    if (std::none_of(logged.All().begin(), logged.All().end(), same)) further.Add(fault);
+  }
+  log::LogFaults(further);
 }
 
 }  // namespace
@@ -80,12 +93,20 @@ void Reloader::StartReading() {
   pending_.reset();
   std::optional<loads::Payload> carried;
   if (const auto now = running_.cycle.ReadSnapshot(); now->payload_valid) carried = now->payload;
-  reading_ = std::async(std::launch::async, [this, carried] { return Read(carried); });
+  reading_ = RunOnThread<std::optional<PendingReload>>([this, carried] { return Read(carried); });
 }
 
 void Reloader::FinishReading() {
   if (reading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  pending_ = reading_.get();
+  Result<std::optional<PendingReload>> read = reading_.get();
+  if (!read) {
+    log::Log({log::Event::kNotReloaded,
+              fmt::format("Configuration not reloaded: {}. The previous one stays in force. Check "
+                          "the machine's free memory and the limit of threads, then reload.",
+                          read.error())});
+    return Finish();
+  }
+  pending_ = std::move(read).value();
   if (!pending_) return Finish();
   if (reread_ && !WaitedForTooLong()) StartReading();
 }
@@ -113,15 +134,8 @@ std::optional<Reloader::PendingReload> Reloader::Read(
     in_force.reset();
   }
   log::LogFaults(faults);
-  const auto refused = [&] {
-    return RefusesModel(*in_force, running_.state, running_.cycle.parts().machine.config().cell,
-                        carried);
-  };
-  if (in_force && refused()) {
-    faults = {};                                                 // logged already
-    in_force = ReadConfigInForce(file, faults, running_.state);  // with the model in force
-    if (in_force && refused()) in_force.reset();
-  }
+  if (in_force) in_force = WithAcceptedModel(std::move(*in_force), faults, carried);
+  if (stop_.stop_requested()) return std::nullopt;
   // The cameras are those of the start until a restart, and so is what requires them.
   if (in_force) {
     in_force->config.machine.required_lenses = running_.started.machine.required_lenses;
@@ -135,6 +149,23 @@ std::optional<Reloader::PendingReload> Reloader::Read(
     return std::nullopt;
   }
   return PendingReload{std::move(*in_force), std::move(parts)};
+}
+
+std::optional<ConfigInForce> Reloader::WithAcceptedModel(
+    ConfigInForce in_force, const config::FaultList& logged,
+    const std::optional<loads::Payload>& carried) const {
+  const auto decide = [&](const ConfigInForce& fresh) {
+    return DecideOnModel(fresh, running_.state, running_.cycle.parts().machine.config().cell,
+                         carried, stop_.get_token());
+  };
+  const ModelDecision decision = decide(in_force);
+  if (decision == ModelDecision::kAccepted) return in_force;
+  if (decision != ModelDecision::kWithdrawn || stop_.stop_requested()) return std::nullopt;
+  config::FaultList faults;
+  std::optional<ConfigInForce> again = ReadConfigInForce(running_.file, faults, running_.state);
+  LogFurtherFaults(faults, logged);
+  if (!again || decide(*again) != ModelDecision::kAccepted) return std::nullopt;
+  return again;
 }
 
 void Reloader::PutInForce(PendingReload reload) {

@@ -79,6 +79,9 @@ std::string JsonFrom(const ModelState& state) {
                            {"changes", aside->changes},
                            {"withdrawn", aside->withdrawn}};
   }
+  if (state.edit) {
+    object["edit"] = {{"withdrawn", state.edit->withdrawn}, {"accepted", state.edit->accepted}};
+  }
   return text::JsonText(object, 1) + "\n";
 }
 
@@ -135,6 +138,11 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
     if (!version || !declared) return std::nullopt;
     state.set_aside = SupersededVersion{*version, *declared, TextsIn(*aside, "changes"),
                                         WholeIn(*aside, "withdrawn").value_or(0)};
+  }
+  if (const auto edit = object.find("edit"); edit != object.end()) {
+    const auto withdrawn = WholeIn(*edit, "withdrawn"), accepted = WholeIn(*edit, "accepted");
+    if (!withdrawn || !accepted || *withdrawn < 0 || *accepted < 0) return std::nullopt;
+    state.edit = CellEdit{*withdrawn, *accepted};
   }
   const auto confirmed = object.find("confirmed");
   state.confirmed = confirmed != object.end() && *confirmed == true;

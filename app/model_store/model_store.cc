@@ -32,6 +32,16 @@ Result<void> CheckSchema(const std::string& path, const std::string& text) {
                   path, schema, kModelSchema)};
 }
 
+std::vector<std::string> ChangesSince(const Result<std::string>& then, const std::string& now) {
+  if (!then) return {"unknown: " + then.error()};
+  return Abbreviated(CellTextDifferences(*then, now), kMaxStoredChanges);
+}
+
+/// After a person has chosen a version: the edit can no longer be refused, unless it was before.
+void ForgetEdit(ModelState& state) {
+  if (state.applied == state.declared || state.Accepted() == state.declared) state.edit.reset();
+}
+
 }  // namespace
 
 std::string ModelCommand(const std::string& words, const std::string& state_directory) {
@@ -230,11 +240,16 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   if (!read) return read.failure();
   ModelState state = std::move(read).value();
   if (describes_same_cell(state.declared)) return state.declared;
-  if (describes_same_cell(state.applied)) {  // after a withdrawn edit, or a copy of that version
-    state.declared = state.applied;
+  if (state.Accepted() != state.declared) {  // the refused edit was undone, or replaced by another
+    state.declared = state.Accepted();
+    state.edit.reset();
+  }
+  for (const int known : {state.declared, state.applied}) {
+    if (!describes_same_cell(known)) continue;
+    state.declared = known;
     const Result<void> stored = WriteState(state);
     if (!stored) return stored.failure();
-    return state.declared;
+    return known;
   }
   const bool lost = expected == Expected::kVersions && state == ModelState{};
   const Result<void> initialized = InitializeState();
@@ -259,14 +274,13 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   }
   if (state.set_aside && !lost) {
     SupersededVersion& aside = *state.set_aside;
-    const Result<std::string> then = Text(aside.declared);
-    aside.changes = then ? Abbreviated(CellTextDifferences(*then, text), kMaxStoredChanges)
-                         : std::vector<std::string>{"unknown: " + then.error()};
+    aside.changes = ChangesSince(Text(aside.declared), text);
     if (state.proposed != 0) aside.withdrawn = state.proposed;
   }
   // A person chose none of the versions declared since: a rollback skips them.
   if (was_set_aside && !state.history.empty()) state.history.pop_back();
   state.history.push_back(*number);
+  if (state.declared != 0) state.edit = CellEdit{.withdrawn = state.proposed};
   state.declared = *number;
   state.applied = *number;
   state.confirmed = false;
@@ -319,6 +333,7 @@ Result<void> ModelStore::Apply(int number, bool confirmed) {
     state.applied = number;
     state.history.push_back(number);
   }
+  ForgetEdit(state);
   return WriteState(state);
 }
 
@@ -333,6 +348,7 @@ Result<int> ModelStore::RollBack(bool confirmed) {
   state.value().applied = history.back();
   state.value().set_aside.reset();
   state.value().confirmed = confirmed;
+  ForgetEdit(state.value());
   const Result<std::string> text = Text(history.back());
   if (!text) return text.failure();
   const Result<void> stored = WriteState(*state);
@@ -353,7 +369,17 @@ Result<void> ModelStore::Withdraw(int refused, int in_force) {
   if (state.history.empty() || state.history.back() != in_force) state.history.push_back(in_force);
   state.applied = in_force;
   state.confirmed = false;
-  if (state.set_aside && state.set_aside->version == in_force) state.set_aside.reset();
+  std::optional<SupersededVersion>& aside = state.set_aside;
+  const bool was_set_aside = aside && aside->version == in_force;
+  if (state.edit && state.declared == refused) {
+    state.edit->accepted = was_set_aside ? aside->declared : in_force;
+    if (state.proposed == 0) state.proposed = state.edit->withdrawn;
+    if (aside) {
+      aside->changes = ChangesSince(Text(aside->declared), *text);
+      if (aside->withdrawn == state.proposed) aside->withdrawn = 0;
+    }
+  }
+  if (was_set_aside) aside.reset();
   return WriteState(state);
 }
 

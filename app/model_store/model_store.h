@@ -49,6 +49,16 @@ struct SupersededVersion {
   bool operator==(const SupersededVersion&) const = default;
 };
 
+/// The edit of the cell file that declared the latest version.
+struct CellEdit {
+  int withdrawn = 0;  ///< a proposal that the edit withdrew; 0: none
+  /// The declared version that the version in force belongs to, if Withdraw() refused the edit;
+  /// otherwise 0.
+  int accepted = 0;
+
+  bool operator==(const CellEdit&) const = default;
+};
+
 /// The version in each role, or 0 if there is none.
 struct ModelState {
   int declared = 0;          ///< the latest content of the configured cell file
@@ -59,6 +69,11 @@ struct ModelState {
   std::optional<SupersededVersion> set_aside = std::nullopt;
   /// A person put the applied version in force although there are Objections() to it.
   bool confirmed = false;
+  /// Cleared when any version is applied; a refused edit only when that edit is applied.
+  std::optional<CellEdit> edit = std::nullopt;
+
+  /// The declared version that the version in force belongs to: not `declared` if that was refused.
+  int Accepted() const { return edit && edit->accepted != 0 ? edit->accepted : declared; }
 
   bool operator==(const ModelState&) const = default;
 };
@@ -107,11 +122,11 @@ class ModelStore {
   std::string ReportFile(int number) const;
 
   /// Records the content of the configured cell file. If it describes the same cell as the version
-  /// declared before, nothing is written; if the same as the version in force, that is the declared
-  /// one from then on. Otherwise somebody has edited the cell: the text becomes
-  /// a new version, which is in force from then on. If a version other than the declared one was
-  /// applied, that version is set aside; but a version applied before any cell file was declared
-  /// stays in force.
+  /// declared before, nothing is written; if the same as the version in force, or as the one
+  /// declared before a refused edit, that is the declared one from then on. Otherwise somebody has
+  /// edited the cell: the text becomes a new version, which is in force from then on. If a version
+  /// other than the declared one was applied, that version is set aside; but a version applied
+  /// before any cell file was declared stays in force.
   /// @param expected  kVersions: the state directory was used before. If the store holds no
   ///                  version, that is recorded as `set_aside`, because an applied one may have
   ///                  been lost
@@ -134,7 +149,9 @@ class ModelStore {
   Result<int> RollBack(bool confirmed = false);
 
   /// Undoes that `refused` was applied or declared: `in_force` stays in force, also after a
-  /// restart. Changes nothing if another version has been applied since.
+  /// restart. A refused edit of the cell file remains the declared version, so that the same text
+  /// is not declared again; undoing or replacing it does not set `in_force` aside, and the proposal
+  /// that it withdrew waits again. Changes nothing if another version has been applied since.
   Result<void> Withdraw(int refused, int in_force);
 
  private:

@@ -272,7 +272,7 @@ std::vector<std::string> Objections(const PointMoves& moves) {
 PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel& before,
                              const model::CellModel& after, double utc_s,
                              const std::vector<ReportedLoad>& reported,
-                             const std::function<void()>& step) {
+                             const std::function<void()>& step, const std::stop_token& stop) {
   PointMoves moves;
   moves.frame = config::PointFrameText(after);
   for (const model::CellModel* const cell : {&before, &after}) {
@@ -300,6 +300,7 @@ PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel
     if (!fits) continue;  // a fault of the configuration, reported when it is read
     if (!point.near_q) without_posture.push_back(point.id);
     for (const Load& load : LoadsAt(point, config.payload, configured, model_before, model_after)) {
+      if (stop.stop_requested()) return moves;
       if (step) step();
       moves.all.push_back(MoveOf(point, load, model_before, model_after));
     }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -68,10 +69,12 @@ std::vector<std::string> Objections(const PointMoves& moves);
 /// @param before  used as CellOfPoints(), like `after`
 /// @param step    progress callback, called before each point and load, which takes up to tens of
 ///                milliseconds
+/// @param stop    if requested, the remaining points are left out
 PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel& before,
                              const model::CellModel& after, double utc_s,
                              const std::vector<ReportedLoad>& reported = {},
-                             const std::function<void()>& step = {});
+                             const std::function<void()>& step = {},
+                             const std::stop_token& stop = {});
 
 /// A table of the displacements, the largest one, points that cannot be compared and why, and
 /// notes.

@@ -120,9 +120,12 @@ std::optional<model::CellModel> AddFaultsOfApplied(const ModelStore& store, cons
 /// Warns of an edited cell file that the daemon has not loaded yet.
 void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::string& cell_file,
                 config::FaultList& faults) {
-  const Result<std::string> declared = store.Text(state.declared),
+  if (state.Accepted() == state.applied) return;  // an edit would set no version aside
+  const Result<std::string> declared = store.Text(state.Accepted()),
                             now = files::ReadTextFile(cell_file);
   if (!declared || !now) return;
+  const Result<std::string> refused = store.Text(state.declared);
+  if (refused && CellTextDifferences(*refused, *now).empty()) return;  // stays refused
   std::vector<std::string> changes = CellTextDifferences(*declared, *now);
   if (changes.empty()) return;
   faults.Add(

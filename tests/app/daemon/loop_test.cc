@@ -4,14 +4,17 @@
 // here: a script replaces it, which writes the correct answer or misbehaves.
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <new>
 #include <thread>
 
+#include "app/daemon/reload.h"
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
 #include "app/service/utc_clock.h"
@@ -180,6 +183,37 @@ struct Station {
   }
 };
 
+/// A daemon with a cell file of its own, which is in force.
+struct EditableCell {
+  TemporaryFolder folder;
+  RunningCell cell{Idle()};
+  std::string file = folder.path() + "/cell.toml", state = folder.path() + "/state";
+  std::string declared = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
+  DaemonProcess daemon;
+  RegisterClient plc;
+
+  explicit EditableCell(const std::string& further_points = "")
+      : daemon(Config() + further_points), plc("plumblined", daemon.Plc(), 1, 10) {
+    INFO(daemon.Log());
+    REQUIRE(Eventually([&] { return PointIsValid(); }));
+  }
+
+  std::string Config() const {
+    std::ofstream(file) << declared;
+    const std::string config =
+        WithLine(LoopConfigText(cell.robot(), ""), "", "cell", '"' + file + '"');
+    return WithLine(config, "", "state_directory", '"' + state + '"');
+  }
+  bool PointIsValid() { return (plc.Read(2000, 20).Word(1) & 1) != 0; }
+  void ReloadWithBaseAt(const std::string& z_mm) const {
+    std::ofstream(file) << WithLine(declared, "", "base_xyz_mm", "[0.0, 0.0, " + z_mm + "]");
+    daemon.Signal(SIGHUP);
+  }
+  model_store::ModelState Models() const {
+    return model_store::ModelStore::Open(state)->State().value();
+  }
+};
+
 int Plumbline(const std::string& arguments) {
   return WEXITSTATUS(system((std::string(PLUMBLINE) + " " + arguments + " > /dev/null").c_str()));
 }
@@ -315,31 +349,118 @@ TEST_CASE("a model that moves points farther than its data explain waits for a p
 }
 
 TEST_CASE("an edited cell file that costs a point its correction does not come into force") {
-  RunningCell cell(Idle());
-  const TemporaryFolder folder;
-  const std::string file = folder.path() + "/cell.toml", state = folder.path() + "/state";
-  const std::string declared = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
-  std::ofstream(file) << declared;
-  const std::string config = LoopConfigText(cell.robot(), "");
-  DaemonProcess daemon(WithLine(WithLine(config, "", "cell", '"' + file + '"'), "",
-                                "state_directory", '"' + state + '"'));
-  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
-  REQUIRE(Eventually([&] { return (plc.Read(2000, 20).Word(1) & 1) != 0; }));
-  std::ofstream(file) << WithLine(declared, "", "base_xyz_mm", "[0.0, 0.0, 9000.0]");
-  daemon.Signal(SIGHUP);
+  EditableCell edited;
+  const DaemonProcess& daemon = edited.daemon;
+  edited.ReloadWithBaseAt("9000.0");
   INFO(daemon.Log());
   REQUIRE(daemon.Awaits("model version 2 is not put in force: point 1 (assembly 1) at "));
   REQUIRE(daemon.Awaits(" reloaded"));
   CHECK(daemon.Says("would lose its correction: out of reach"));
-  CHECK((plc.Read(2000, 20).Word(1) & 1) != 0);
-  const auto models = model_store::ModelStore::Open(state)->State().value();
-  CHECK(models.declared == 2);  // recorded, and not in force
-  CHECK(models.applied == 1);
+  CHECK(
+      daemon.Says("Version 1 stays in force, also after a restart. Undo the edit of the cell "
+                  "file, or accept it with `plumbline model apply 2 --force --state "));
+  CHECK_FALSE(daemon.Says("fitted to"));
+  CHECK(edited.PointIsValid());
+  CHECK(edited.Models().declared == 2);  // recorded, and not in force
+  CHECK(edited.Models().applied == 1);
 
-  std::ofstream(file) << declared;  // the edit is undone
-  daemon.Signal(SIGHUP);
-  REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
+  SECTION("the edit is undone") {
+    edited.ReloadWithBaseAt("0.0");
+    REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
+    CHECK(edited.Models().declared == 1);
+  }
+  SECTION("the edit is corrected") {
+    edited.ReloadWithBaseAt("0.5");
+    REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
+    CHECK(edited.Models().applied == 3);
+    CHECK_FALSE(daemon.Says("is set aside"));
+  }
   CHECK(daemon.Count("is not put in force") == 1);
+}
+
+TEST_CASE("a model is refused once, and the fault that prevents the reload is logged") {
+  EditableCell edited;
+  const DaemonProcess& daemon = edited.daemon;
+  const std::string in_force = edited.state + "/models/0001.toml";
+  REQUIRE(std::filesystem::remove(in_force));
+  SECTION("the version in force is damaged") {
+    std::ofstream(in_force) << "no cell";
+    edited.ReloadWithBaseAt("9000.0");
+    REQUIRE(daemon.Awaits("Configuration not reloaded"));
+    INFO(daemon.Log());
+    CHECK(daemon.Says("version 1 is in force, but cannot be used"));
+    CHECK(edited.Models().applied == 1);
+  }
+  SECTION("it is missing, so the refused version cannot be withdrawn") {
+    edited.ReloadWithBaseAt("9000.0");
+    REQUIRE(daemon.Awaits("Configuration not reloaded"));
+    INFO(daemon.Log());
+    CHECK(
+        daemon.Says("Version 1 stays in force, but only until a restart, because version 2 could "
+                    "not be withdrawn ("));
+    CHECK(daemon.Says("`plumbline model apply 1 --force --state " + edited.state +
+                      "` keeps version 1 in force after a restart"));
+  }
+  CHECK(daemon.Count("is not put in force") == 1);
+  CHECK(edited.PointIsValid());
+}
+
+TEST_CASE("SIGTERM ends the daemon while it checks a model that is to come into force") {
+  std::string many;  // out of reach of the edited cell: each takes tens of milliseconds
+  for (int id = 3; id < 200; ++id) {
+    many += "\n[[point]]\nid = " + std::to_string(id) + "\nname = \"" + std::to_string(id) +
+            "\"\nframe = \"body\"\nxyz_mm = [433.0, -424.0, -76.3]\nrpy_deg = [0.0, 90.0, 0.0]\n"
+            "near_deg = [18.5, -83.5, 126.0, 26.0, -46.0, -19.0]\n";
+  }
+  EditableCell edited(many);
+  edited.ReloadWithBaseAt("9000.0");
+  REQUIRE(Eventually([&] { return edited.Models().declared == 2; }));
+  edited.daemon.Signal(SIGTERM);
+  CHECK(edited.daemon.Wait() == 0);
+  INFO(edited.daemon.Log());
+  CHECK_FALSE(edited.daemon.Says("is not put in force"));  // not decided
+  CHECK_FALSE(edited.daemon.Says("not reloaded"));
+}
+
+namespace {
+
+/// While it exists, this process can start no thread.
+class NoThreads {
+ public:
+  NoThreads() {
+    getrlimit(RLIMIT_NPROC, &before_);
+    rlimit none = before_;
+    none.rlim_cur = 0;
+    setrlimit(RLIMIT_NPROC, &none);
+    dropped_ = getuid() == 0 && setresuid(kNobody, kNobody, 0) == 0;  // root has no such limit
+  }
+  ~NoThreads() {
+    if (dropped_ && setresuid(0, 0, 0) != 0) std::abort();
+    setrlimit(RLIMIT_NPROC, &before_);
+  }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  rlimit before_{};
+  bool dropped_ = false;
+};
+
+}  // namespace
+
+TEST_CASE("a reload that runs out of threads or memory is an error, and the daemon goes on") {
+  const auto read = [] { return daemon::RunOnThread<int>([] { return 7; }).get(); };
+  const auto thrown = daemon::RunOnThread<int>([]() -> int { throw std::bad_alloc(); }).get();
+  REQUIRE_FALSE(thrown);
+  CHECK(thrown.error() == "std::bad_alloc");
+  {
+    const NoThreads none;
+    const auto not_started = read();
+    REQUIRE_FALSE(not_started);
+    CHECK_THAT(not_started.error(), Catch::Contains("unavailable"));
+  }
+  CHECK(read().value() == 7);
 }
 
 TEST_CASE("a model that is unexplained or does not help is never applied automatically") {

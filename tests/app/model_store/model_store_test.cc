@@ -788,6 +788,12 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     const PointMoves moves = ComputePointMoves(config, before, after, 0, {}, [&steps] { ++steps; });
     CHECK(moves.all.size() == 5);
     CHECK(steps == 5);
+    std::stop_source stop;  // a daemon that is to end does not compute the remaining ones
+    const auto stop_at_second = [&] {
+      if (++steps == 7) stop.request_stop();
+    };
+    CHECK(ComputePointMoves(config, before, after, 0, {}, stop_at_second, stop.get_token())
+              .all.size() == 2);
   }
   SECTION("a point that a model cannot correct is listed, not left out") {
     config.payload.source = PayloadPolicy::Source::kFixed;
@@ -904,10 +910,95 @@ TEST_CASE("a version that the daemon refuses is withdrawn, and a confirmation is
   REQUIRE(store.Declare("cell 1 edited", "cell.toml").ok());  // sets version 2 aside
   REQUIRE(StateOf(store).applied == 3);
   REQUIRE(store.Withdraw(3, 2).ok());
-  CHECK(StateOf(store) == ModelState{3, 2, 0, {1, 2}});
+  CHECK(StateOf(store) ==
+        ModelState{3, 2, 0, {1, 2}, std::nullopt, false, CellEdit{.withdrawn = 0, .accepted = 1}});
   REQUIRE(store.RollBack(true).ok());
   CHECK(StateOf(store).applied == 1);
   CHECK(StateOf(store).confirmed);
+}
+
+TEST_CASE("after a refused edit of the cell file, another edit or none leaves the model in force") {
+  const TemporaryFolder folder;
+  const std::string cell = DemoCell();
+  const auto moved = [&](const char* z_mm) {
+    return With(cell, kBase, fmt::format("base_xyz_mm = [0.0, 0.0, {}]", z_mm));
+  };
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Declare(cell, "cell.toml") == 1);
+  SECTION("a fitted model is in force") {
+    REQUIRE(*store.Propose(cell + "# fitted\n", {}, "") == 2);
+    REQUIRE(store.Apply(2).ok());
+    REQUIRE(*store.Propose(cell + "# fitted anew\n", {}, "") == 3);
+    REQUIRE(*store.Declare(moved("9000.0"), "cell.toml") == 4);
+    REQUIRE(store.Withdraw(4, 2).ok());
+    CHECK(StateOf(store).proposed == 3);                         // it waits again
+    REQUIRE(*store.Declare(moved("9000.0"), "cell.toml") == 4);  // at the next reload
+    CHECK(StateOf(store).applied == 2);
+    const auto warnings = [&](const std::string& text) {
+      const std::string file = folder.path() + "/cell.toml";
+      std::ofstream(file) << text;
+      config::FaultList faults;
+      CheckModelStore(folder.path(), file, faults);
+      return config::FaultsText(faults);
+    };
+    CHECK_THAT(warnings(moved("9000.0")), !Catch::Contains("aside"));
+    CHECK_THAT(warnings(cell), !Catch::Contains("aside"));
+    CHECK_THAT(warnings(moved("1.5")), Catch::Contains("the daemon sets version 2 aside"));
+
+    SECTION("the edit is undone") {
+      if (GENERATE(false, true)) REQUIRE(store.Apply(3).ok());
+      const int applied = StateOf(store).applied;
+      CHECK(*store.Declare(cell, "cell.toml") == 1);
+      CHECK(StateOf(store).applied == applied);
+      CHECK(StateOf(store).proposed == (applied == 2 ? 3 : 0));
+      CHECK_FALSE(StateOf(store).set_aside);
+      CHECK_FALSE(StateOf(store).edit);
+    }
+    SECTION("the edit is corrected: the reason is what changed since the model was in force") {
+      CHECK(*store.Declare(moved("1.5"), "cell.toml") == 5);
+      REQUIRE(StateOf(store).set_aside);
+      CHECK(StateOf(store).set_aside->version == 2);
+      CHECK(StateOf(store).set_aside->declared == 1);
+      CHECK(StateOf(store).set_aside->withdrawn == 3);
+      REQUIRE(store.Withdraw(5, 2).ok());  // refused, too
+      CHECK(*store.Declare(cell, "cell.toml") == 1);
+      CHECK(StateOf(store) == ModelState{1, 2, 3, {1, 2}});
+    }
+    SECTION("the edit is accepted") {
+      REQUIRE(store.Apply(4, true).ok());
+      CHECK(*store.Declare(cell, "cell.toml") == 5);  // an edit like any other
+      CHECK(StateOf(store).applied == 5);
+    }
+  }
+  SECTION("the cell file is in force") {
+    REQUIRE(*store.Propose(cell + "# fitted\n", {}, "") == 2);
+    REQUIRE(*store.Declare(moved("9000.0"), "cell.toml") == 3);
+    REQUIRE(store.Withdraw(3, 1).ok());
+    CHECK(StateOf(store).proposed == 2);
+    SECTION("the edit is undone") {
+      CHECK(*store.Declare(cell, "cell.toml") == 1);
+      CHECK(StateOf(store) == ModelState{1, 1, 2, {1}});
+    }
+    SECTION("the edit is corrected: no version is set aside") {
+      CHECK(*store.Declare(moved("1.5"), "cell.toml") == 4);
+      CHECK(StateOf(store).applied == 4);
+      CHECK_FALSE(StateOf(store).set_aside);
+    }
+  }
+  SECTION("a model stays set aside, with what changed in the cell file in force") {
+    REQUIRE(*store.Propose(cell + "# fitted\n", {}, "") == 2);
+    REQUIRE(store.Apply(2).ok());
+    REQUIRE(*store.Declare(moved("1.5"), "cell.toml") == 3);
+    REQUIRE(*store.Declare(moved("9000.0"), "cell.toml") == 4);
+    REQUIRE(store.Withdraw(4, 3).ok());
+    const auto aside = StateOf(store).set_aside;
+    REQUIRE(aside);
+    CHECK(aside->version == 2);
+    REQUIRE(aside->changes.size() == 1);
+    CHECK_THAT(aside->changes[0], Catch::Contains("1.5]"));
+    CHECK(*store.Declare(moved("1.5"), "cell.toml") == 3);
+    CHECK(StateOf(store).applied == 3);
+  }
 }
 
 TEST_CASE("the configuration of a daemon is recorded with its absolute path") {
