@@ -63,7 +63,10 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   // A restart of the monitoring takes the journal's place in this cycle.
   if (input.gauge && !snapshot_.probe_taken && !snapshot_.monitor_restart)
     snapshot_.gauge_code = RecordGaugePress(input);
-  if (input.radius_contradicted) WithdrawBasis();
+  // Refresh() has stated the bases again, and counted only its own changes.
+  if (basis_withdrawn_ != input.radius_contradicted) ++snapshot_.point_changes;
+  basis_withdrawn_ = input.radius_contradicted;
+  if (basis_withdrawn_) WithdrawBasis();
   ReportStatus(input);
   return snapshot_;
 }

@@ -150,6 +150,7 @@ class Machine {
   double utc_s_ = 0;
   bool acknowledged_ = false;  ///< level of the acknowledge coil in the previous cycle
   Snapshot snapshot_;
+  bool basis_withdrawn_ = false;  ///< of the points in the snapshot
 };
 
 }  // namespace plumbline

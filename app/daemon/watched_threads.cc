@@ -1,5 +1,7 @@
 #include "app/daemon/watched_threads.h"
 
+#include <algorithm>
+
 #include "app/daemon/device_wait.h"
 #include "drivers/robot/host_name.h"
 
@@ -13,11 +15,20 @@ constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTi
 }  // namespace
 
 double RobotTimeout_s(const config::DaemonConfig& config) {
-  constexpr double kRequestsPerPush = 7;
-  if (config.robot.transport == "tcp" && !robot::IsAddress(config.robot.connection.tcp.host)) {
+  constexpr int kRequestsPerPush = 7, kPassesPerReading = 3;
+  const robot::RobotConnection& link = config.robot.connection;
+  if (config.robot.transport == "tcp" && !robot::IsAddress(link.tcp.host)) {
     return kNameLookupTimeout_s;
   }
-  return kThreadTimeout_s + kRequestsPerPush * config.robot.connection.timeout_s;
+  const int per_pass = static_cast<int>(link.profile.blocks.size()) + 1;  // and a marker
+  const double requests = std::max(kRequestsPerPush, kPassesPerReading * per_pass);
+  if (config.robot.transport != "rtu") return kThreadTimeout_s + requests * link.timeout_s;
+  // The line is synchronised first: three times silence, a marker, silence. See ModbusClient.
+  constexpr double kLongestFrame_bits = 256 * 11, kSynchronisations = 3;
+  const double frame_s = kLongestFrame_bits / link.serial.baud;
+  const double request_s = link.timeout_s + frame_s;
+  return kThreadTimeout_s + requests * request_s +
+         kSynchronisations * (2 * request_s + 4 * frame_s);
 }
 
 void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,

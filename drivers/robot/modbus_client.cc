@@ -72,6 +72,8 @@ LinkResult ResultOfErrno(int error) {
     case ETIMEDOUT:
       return LinkResult::kTimeout;
     case ECONNREFUSED:
+    case EHOSTUNREACH:
+    case ENETUNREACH:
       return LinkResult::kRefused;
     case ENOENT:
     case EACCES:
@@ -83,14 +85,15 @@ LinkResult ResultOfErrno(int error) {
 
 std::string TextOf(const modbus::ResponseCheck& mismatch, bool serial) {
   const std::string_view what = mismatch.what;
-  std::string_view remedy;
-  if (what == "unit id") remedy = ": another device answers, or robot.unit_id is wrong";
-  if (serial && (what == "byte count" || what == "function code"))
-    remedy = ": a late response; if it recurs, increase robot.timeout_ms";
+  const std::string_view remedy =
+      what == "unit id" ? "another device answers, or robot.unit_id is wrong"
+      : serial ? "a late response, another master or a disturbance; if it recurs, increase "
+                 "robot.timeout_ms and check the line"
+               : "check that robot.port is that of the controller's Modbus server";
   if (mismatch.found == mismatch.expected)
-    return fmt::format("not the response to the request: wrong {}", what);
-  return fmt::format("not the response to the request, {} {} instead of {}{}", what, mismatch.found,
-                     mismatch.expected, remedy);
+    return fmt::format("not the response to the request, wrong {}: {}", what, remedy);
+  return fmt::format("not the response to the request, {} {} instead of {}: {}", what,
+                     mismatch.found, mismatch.expected, remedy);
 }
 
 }  // namespace
@@ -163,6 +166,7 @@ LinkResult ModbusClient::Connect() {
   connected_ = true;
   ++connections_;
   synchronised_ = false;
+  request_size_ = 0;
   return serial_ ? Synchronise() : LinkResult::kOk;
 }
 
@@ -226,7 +230,9 @@ LinkResult ModbusClient::DiscardUnread() {
     unread += static_cast<std::size_t>(count);
     // A disturbance when the transmitters change; anything longer may have been a response.
     if (!serial_ || unread >= kMinRtuResponseBytes) {
-      return Fail(LinkResult::kProtocol, "bytes that no request has asked for");
+      return Fail(LinkResult::kProtocol,
+                  "bytes that no request has asked for: does another program use the line, or "
+                  "does the controller answer twice?");
     }
   }
   return LinkResult::kOk;

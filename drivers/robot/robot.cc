@@ -46,14 +46,10 @@ std::string_view LinkRemedy(LinkResult result) {
     case LinkResult::kNoDevice:
       return "check robot.device, that the adapter is plugged in, and its permissions";
     case LinkResult::kLost:
-      return "check the cable, that the controller is on, and robot.host";
-    case LinkResult::kProtocol:
-      return "another program answers there, or several share the line: check robot.host, "
-             "robot.port and robot.unit_id";
+      return "check the cable and that the controller is on";
     case LinkResult::kNoRegisters:
       return "the controller has no such registers: check robot.profile, and the controller's "
-             "model "
-             "and its Modbus settings";
+             "model and its Modbus settings";
     case LinkResult::kNoUnit:
       return "no controller answers to this unit id behind the gateway: check robot.unit_id";
     case LinkResult::kException:
@@ -61,6 +57,7 @@ std::string_view LinkRemedy(LinkResult result) {
     case LinkResult::kOk:
     case LinkResult::kWaiting:
     case LinkResult::kUnknownName:
+    case LinkResult::kProtocol:
     case LinkResult::kTorn:
     case LinkResult::kPushRefused:
     case LinkResult::kPushMismatch:

@@ -16,9 +16,9 @@ enum class LinkResult : std::uint8_t {
   kWaiting,       ///< not connected; the next attempt is not due yet
   kTimeout,       ///< no response, or no connection, in time
   kUnknownName,   ///< the host name cannot be resolved
-  kRefused,       ///< nothing accepts connections at this address and port
+  kRefused,       ///< no route, or nothing accepts connections at this address and port
   kNoDevice,      ///< the serial device is absent or not accessible
-  kLost,          ///< no route, or the connection was reset or closed by the peer
+  kLost,          ///< the connection was reset or closed by the peer
   kProtocol,      ///< response does not match the request; the connection was closed
   kNoRegisters,   ///< exception 1 to 3: no such function, register or count; still connected
   kNoUnit,        ///< exception 10 or 11: a gateway does not reach the unit id; still connected

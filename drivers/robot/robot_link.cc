@@ -122,7 +122,7 @@ void RobotLink::NoteReading(LinkResult result, const model::RobotState& state,
       status_.since_s = MonotonicSeconds();
       ++status_.changes;
     }
-    status_.result = result;
+    if (result != LinkResult::kWaiting) status_.result = result;
     if (!good) status_.problem.Assign(device_->problem());
     ++(good ? status_.readings : status_.failures);
     PublishStatus();

@@ -35,11 +35,11 @@ struct ShortText {
 
 /// Status of the link. A logger that remembers `changes` logs each transition exactly once.
 struct RobotLinkStatus {
-  bool connected = false;  ///< the last reading succeeded
-  LinkResult result = LinkResult::kWaiting;
-  ShortText problem;          ///< error of the last failed reading
-  std::uint64_t changes = 0;  ///< transitions from or to connected
-  double since_s = 0;         ///< MonotonicSeconds() of the last transition, or of Start()
+  bool connected = false;                    ///< the last reading succeeded
+  LinkResult result = LinkResult::kWaiting;  ///< of the last reading; between attempts, of theirs
+  ShortText problem;                         ///< error of the last failed reading
+  std::uint64_t changes = 0;                 ///< transitions from or to connected
+  double since_s = 0;  ///< MonotonicSeconds() of the last transition, or of Start()
   std::uint64_t readings = 0;
   std::uint64_t failures = 0;
   std::uint64_t reconnects = 0;  ///< transitions to connected after the first

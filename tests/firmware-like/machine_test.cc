@@ -1436,8 +1436,10 @@ TEST_CASE(
   CHECK(taken.probe.radius_m > 0);
   CHECK(taken.probe.radius_m == taken.result.correction.uncertainty_m);
 
+  const std::uint64_t changes = cell.Next().point_changes;
   cell.input.radius_contradicted = true;
   const Snapshot& withdrawn = cell.Next();
+  CHECK(withdrawn.point_changes > changes);  // so that display and page learn of it
   for (const PointResult& point : withdrawn.points) {
     CHECK(point.valid);
     CHECK(point.correction.uncertainty_m > 0);
@@ -1448,8 +1450,11 @@ TEST_CASE(
   ++cell.input.command.sequence;
   CHECK(cell.Next().probe.radius_m > 0);  // what the model states is still compared
 
+  const std::uint64_t unchanged = cell.Next().point_changes;
+  CHECK(cell.Next().point_changes == unchanged);
   cell.input.radius_contradicted = false;
   CHECK(cell.Next().points[0].correction.basis == model::RadiusBasis::kAssumed);
+  CHECK(cell.Next().point_changes > unchanged);
 }
 
 TEST_CASE("the radius of one payload is not reported for another") {

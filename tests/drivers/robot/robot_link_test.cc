@@ -344,7 +344,7 @@ TEST_CASE("the remedy for a failed reading depends on its reason") {
   CHECK(names(LinkResult::kNoRegisters, "robot.profile"));
   CHECK(names(LinkResult::kNoUnit, "robot.unit_id"));
   CHECK(names(LinkResult::kTimeout, "robot.timeout_ms"));
-  CHECK(names(LinkResult::kLost, "robot.host"));
+  CHECK(names(LinkResult::kLost, "cable"));
 }
 
 }  // namespace plumbline::robot_link_test
