@@ -20,11 +20,13 @@ bool IsHidden(const CLI::App& command) {
   return command.get_group().empty();
 }
 
+/// The short names and the first long name; further long names are previous names, kept for
+/// scripts.
 std::vector<std::string> SpellingsOf(const CLI::Option& option) {
   std::vector<std::string> spellings;
   if (option.get_group().empty()) return spellings;
   for (const std::string& name : option.get_snames()) spellings.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) spellings.push_back("--" + name);
+  if (!option.get_lnames().empty()) spellings.push_back("--" + option.get_lnames().front());
   return spellings;
 }
 

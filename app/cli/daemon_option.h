@@ -16,6 +16,7 @@ struct DaemonPlace {
 };
 
 /// From its configuration. Throws CLI::ValidationError if that cannot be read or has faults.
-DaemonPlace PlaceOfDaemon(const std::string& config_file);
+/// @param instead  the option of the command that gives the place without a configuration, "--port"
+DaemonPlace PlaceOfDaemon(const std::string& config_file, const std::string& instead);
 
 }  // namespace plumbline::cli

@@ -106,7 +106,8 @@ void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
       "postures.\n\n"
       "Examples:\n"
       "  plumbline import-urdf robot.urdf --output cell.toml\n"
-      "  plumbline import-urdf robot.urdf --base base_link --tip flange --output cell.toml\n"
+      "  plumbline import-urdf robot.urdf --base base_link --tip flange \\\n"
+      "      --output cell.toml\n"
       "  plumbline import-urdf config/ur10e/default_kinematics.yaml --output cell.toml\n\n"
       "Exit codes: 0 the cell was written, 1 faults in the file, 2 wrong arguments or unwritable\n"
       "output.");

@@ -52,14 +52,7 @@ bool Replace(std::string& text, std::string_view from, std::string_view to) {
 
 /// Rewords an error message of the CLI11 parser; messages that are not recognised stay unchanged.
 std::string Reworded(std::string what) {
-  const std::string_view unexpected = "The following argument";
   if (what == "A subcommand is required") return "the command is missing";
-  if (what.rfind(unexpected, 0) == 0) {
-    const auto colon = what.find(": ");
-    if (colon == std::string::npos) return what;
-    const std::string names = what.substr(colon + 2);
-    return names + (what[unexpected.size()] == 's' ? " are" : " is") + " not a known argument";
-  }
   if (what.rfind("Could not convert: ", 0) == 0) {  // --after = x
     what.erase(0, what.find(": ") + 2);
     Replace(what, " = ", ": ");
@@ -112,15 +105,18 @@ std::string SuggestionFor(const CLI::App& app, const std::string& word) {
 /// One-line message of a usage error that refers to the help of the command.
 std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
   std::string command = "plumbline", what = Reworded(error.what());
+  const CLI::App* const whole = app;
   for (auto given = app->get_subcommands(); !given.empty(); given = app->get_subcommands()) {
     app = given.front();
     command += " " + app->get_name();
   }
   const bool takes_commands = !app->get_subcommands([](const CLI::App*) { return true; }).empty();
-  if (const auto unknown = app->remaining(); takes_commands && !unknown.empty()) {
+  const auto unknown = app->remaining().empty() ? whole->remaining() : app->remaining();
+  if (takes_commands && !unknown.empty()) {
     what = "\"" + unknown.front() + "\" is not a command" + SuggestionFor(*app, unknown.front());
-  } else if (!unknown.empty()) {
-    what += SuggestionFor(*app, unknown.front());
+  } else if (!unknown.empty() &&
+             error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
+    what = unknown.front() + " is not a known argument" + SuggestionFor(*app, unknown.front());
   }
   return command + ": " + what + "; see " + command + " --help\n";
 }
@@ -146,7 +142,7 @@ void GroupCommands(CLI::App& app) {
   const Group groups[] = {
       {"Commissioning commands",
        {"check", "doctor", "settings", "import-urdf", "export-urdf", "mesh", "beam", "cameras",
-        "print", "calibrate-lens", "calibrate-hand-eye", "lens"}},
+        "print", "calibrate-lens", "calibrate-hand-eye", "lens", "token"}},
       {"PLC programming commands", {"registers", "predict", "distance"}},
       {"Measuring commands", {"plan", "import", "diagnose", "track"}},
       {"Operating commands", {"status", "log", "journal", "model", "snapshot"}}};

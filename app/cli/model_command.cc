@@ -262,6 +262,7 @@ int RollBack(const ModelOptions& options) {
   const auto cell =
       text ? config::CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
+  // Another arm is not refused here, since it was in force before.
   if (cell && in_force && !model_store::DifferentArmReason(*in_force, *cell)) {
     if (const auto may = MayReplaceModelInForce(options, *store, *cell, true); !may) {
       return Fail(fmt::format("not rolled back to version {}: {}", before, may.error()),
@@ -319,19 +320,18 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
           "was set aside because the\ncell file was edited, applying the declared "
           "version confirms the edit.\n\n"
           "Example:\n  plumbline model apply 4\n\n"
-          "Exit codes: 0 in force, 1 no such version or it has faults, 2 it could not "
-          "be applied, or\nthe daemon could not be notified.");
+          "Exit codes: 0 in force, 1 no such version, it has faults, or it was refused without\n"
+          "--force, 2 it could not be applied, or the daemon could not be notified.");
   apply->add_option("version", options->number, "Version number")->required();
   apply->add_flag("--force", options->force,
                   "Put it in force although it describes another arm, or there are warnings about\n"
                   "the points");
 
-  CLI::App* rollback = add(
-      "rollback", "Put the previous version in force again", RollBack,
-      "Example:\n  plumbline model rollback\n\n"
-      "Exit codes: 0 in force, 1 there is no previous version, 2 it could not be applied, or the "
-      "daemon\n"
-      "could not be notified.");
+  CLI::App* rollback =
+      add("rollback", "Put the previous version in force again", RollBack,
+          "Example:\n  plumbline model rollback\n\n"
+          "Exit codes: 0 in force, 1 there is no previous version, or it was refused without\n"
+          "--force, 2 it could not be applied, or the daemon could not be notified.");
   rollback->add_option("--to", options->number, "Roll back to this version");
   rollback->add_flag(
       "--force", options->force,

@@ -124,7 +124,7 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,
 int RunPlan(PlanOptions options) {
   if (options.csv.empty() && options.svg.empty() && options.urscript.empty() &&
       options.points.empty()) {
-    std::cerr << "plumbline plan: give --out, --svg, --urscript or --points\n";
+    std::cerr << "plumbline plan: give --output, --svg, --urscript or --points\n";
     return kExitUsage;
   }
   const OutputPaths outputs = {{"--output", options.csv},
@@ -218,7 +218,8 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
       "are within the joint limits, away from singularities, and free of collisions with the arm\n"
       "itself, the floor and the planes of the cell.\n\n"
       "Examples:\n"
-      "  plumbline plan config/cells/ur10.toml --rows 30 --output plan.csv --svg plan.svg\n"
+      "  plumbline plan config/cells/ur10.toml --rows 30 \\\n"
+      "      --output plan.csv --svg plan.svg\n"
       "  plumbline plan cell.toml --artefacts left_0 left_1 --urscript plan.script\n"
       "  plumbline plan cell.toml --tool 2 --payload-items 0 1 --output plan.csv\n\n"
       "Exit codes: 0 the files were written, 1 faults in the cell, or no such postures, 2 wrong\n"

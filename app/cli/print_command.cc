@@ -193,7 +193,8 @@ void AddPrintTagCommand(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  plumbline print tag --id 7 --size-mm 80 --output tag7.pdf\n"
       "  plumbline print tag --id 0-3 10 11 --size-mm 60 --page A3 --output tags.pdf\n"
-      "  plumbline print tag --family aruco-4x4-50 --id 7 --size-mm 120 --output tag7.svg\n\n"
+      "  plumbline print tag --family aruco-4x4-50 --id 7 --size-mm 120 \\\n"
+      "      --output tag7.svg\n\n"
       "Exit codes: 0 the file was written, 2 wrong arguments, or the file cannot be written.");
   command->callback([options, &exit_code] { exit_code = PrintTags(*options); });
 }

@@ -24,7 +24,7 @@ CLI::App* AddStateSubcommand(CLI::App& parent, const char* name, const char* wha
       "--config",
       [options, state](const std::string& path) {
         if constexpr (requires { options->config; }) options->config = path;
-        if (state->count() == 0) options->state = PlaceOfDaemon(path).state_directory;
+        if (state->count() == 0) options->state = PlaceOfDaemon(path, "--state").state_directory;
       },
       kDaemonOptionText);
   command->footer(footer);

@@ -69,7 +69,7 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
       ->add_option_function<std::string>(
           "--config",
           [options](const std::string& path) {
-            const DaemonPlace place = PlaceOfDaemon(path);
+            const DaemonPlace place = PlaceOfDaemon(path, "--port");
             options->host = place.host;
             options->port = place.port;
             options->state = place.state_directory;

@@ -8,10 +8,7 @@ namespace plumbline::config {
 std::optional<std::string> WhyExposed(const std::string& file) {
   struct stat about {};
   if (stat(file.c_str(), &about) != 0 || (about.st_mode & S_IROTH) == 0) return std::nullopt;
-  return fmt::format(
-      "is readable by every user of this computer; restrict it: chown root:plumbline {0} && chmod "
-      "640 {0}",
-      file);
+  return fmt::format("is readable by every user of this computer; restrict it: chmod o-r {}", file);
 }
 
 }  // namespace plumbline::config

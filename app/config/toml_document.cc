@@ -35,6 +35,16 @@ bool HasKeyBetween(const toml::table& table, int after, int before) {
 
 }  // namespace
 
+bool IsToml(std::string_view text) {
+  if (text::LineNestedTooDeepInToml(text)) return false;
+  try {
+    static_cast<void>(toml::parse(text));
+    return true;
+  } catch (const toml::parse_error&) {
+    return false;
+  }
+}
+
 TomlDocument::TomlDocument(std::string_view text, std::string file, FaultList& faults)
     : file_(std::move(file)), faults_(faults) {
   if (const auto line = text::LineNestedTooDeepInToml(text)) {

@@ -9,6 +9,7 @@
 
 #include "app/config/header_lines.h"
 #include "app/config/toml_line.h"
+#include "app/config/toml_reader.h"
 
 namespace plumbline::config {
 namespace {
@@ -31,13 +32,11 @@ bool MentionsSecret(std::string_view line) {
   return lower.find("token") != std::string::npos || lower.find("password") != std::string::npos;
 }
 
-/// A line as quoted in a message: without comment and secrets, printable, of limited length.
-std::string Quoted(std::string_view line) {
+/// Without control characters, of limited length.
+std::string Printable(std::string_view line) {
   constexpr std::size_t kMaxQuoted = 80;
-  std::string text(Trimmed(line.substr(0, CommentAt(line))));
-  if (MentionsSecret(text)) text = text.substr(0, text.find_first_of("=: ")) + " = \"...\"";
-  if (text.size() > kMaxQuoted) {
-    text.resize(kMaxQuoted);
+  std::string text(line.substr(0, kMaxQuoted));
+  if (line.size() > kMaxQuoted) {
     while (!text.empty() && (text.back() & 0x80) != 0) text.pop_back();
     text += "...";
   }
@@ -45,6 +44,26 @@ std::string Quoted(std::string_view line) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
   }
   return text;
+}
+
+/// The key at the start of a line, perhaps in quotes; whatever follows may be a secret.
+std::string_view KeyOf(std::string_view line) {
+  const std::size_t begin = std::min(line.find_first_not_of("\"'"), line.size());
+  return line.substr(begin, line.find_first_of("=: \t\"'", begin) - begin);
+}
+
+/// A line as quoted in a message: without comment and secrets, printable, of limited length.
+std::string Quoted(std::string_view line) {
+  std::string text(Trimmed(line.substr(0, CommentAt(line))));
+  if (MentionsSecret(text)) text = std::string(KeyOf(text)) + " = \"...\"";
+  return Printable(text);
+}
+
+/// The same; a line that is only a comment is quoted with it, unless that may hold a secret.
+std::string QuotedRepair(std::string_view line) {
+  const std::string_view comment = Trimmed(line);
+  if (!comment.starts_with('#')) return Quoted(line);
+  return MentionsSecret(comment) ? "# ..." : Printable(comment);
 }
 
 /// Column, in characters, at which the repaired line differs.
@@ -168,7 +187,7 @@ TomlError ExplainTomlError(std::string_view text, int line, int column, std::str
     if (IsToml(one)) continue;
     if (const auto repair = RepairOf(one)) {
       return {at, ColumnOf(one, repair->line),
-              fmt::format("{}; write: {}", repair->what, Quoted(repair->line))};
+              fmt::format("{}; write: {}", repair->what, QuotedRepair(repair->line))};
     }
   }
   if (open) return *open;

@@ -1,14 +1,13 @@
 #include "app/config/toml_line.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cctype>
 #include <utility>
 #include <vector>
 
-#include "app/text/nesting.h"
+#include "app/config/toml_reader.h"
 
 namespace plumbline::config {
 namespace {
@@ -236,16 +235,6 @@ TomlLine::TomlLine(std::string_view line) {
   head = line.substr(0, begin);
   value = line.substr(begin, end - begin);
   rest = line.substr(end);
-}
-
-bool IsToml(std::string_view line) {
-  if (text::LineNestedTooDeepInToml(line)) return false;
-  try {
-    static_cast<void>(toml::parse(line));
-    return true;
-  } catch (const toml::parse_error&) {
-    return false;
-  }
 }
 
 std::optional<TomlRepair> RepairOf(std::string_view line) {

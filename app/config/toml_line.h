@@ -26,9 +26,6 @@ struct TomlLine {
   std::string With(std::string_view changed) const { return head + std::string(changed) + rest; }
 };
 
-/// True if the line alone is a TOML text.
-bool IsToml(std::string_view line);
-
 /// A repaired line, and what was wrong.
 struct TomlRepair {
   std::string line, what;

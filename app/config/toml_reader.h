@@ -145,6 +145,9 @@ class TomlTable {
   std::string path_;
 };
 
+/// True if the parser accepts the text.
+bool IsToml(std::string_view text);
+
 /// A parsed TOML text. `faults` must outlive the document, and the document its tables.
 class TomlDocument {
  public:

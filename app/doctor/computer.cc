@@ -57,7 +57,8 @@ CheckResults CheckJournal(const std::string& state_directory) {
   constexpr const char* kSubject = "journal";
   Result<journal::Journal> journal = journal::Journal::OpenForReading(file);
   if (!journal) {
-    return {{Health::kFault, kSubject, journal.error(), "as it says; plumbline journal check"}};
+    return {{Health::kFault, kSubject, journal.error(),
+             "run `plumbline journal check` to see what is damaged"}};
   }
   const journal::IntegrityReport report = journal.value().Check();
   if (!report.intact()) {

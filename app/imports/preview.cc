@@ -95,7 +95,7 @@ Result<std::string> RobotCalibrationText(std::string_view yaml) {
   return "results of robot_calibration (joint offsets in rad or m, frames in m and rad):\n" +
          parameters + (files.empty() ? "" : "files:\n" + files) +
          "These are parameters, not measurements. Import the URDF that was written beside this "
-         "file:\n  plumbline import-urdf calibrated.urdf --apply-rising --out cell.toml\n";
+         "file:\n  plumbline import-urdf calibrated.urdf --apply-rising --output cell.toml\n";
 }
 
 }  // namespace plumbline::imports

@@ -201,9 +201,8 @@ bool TableReader::ReportExcessivePayloads() {
   }
   const auto& [line, value] = *std::find_if(excessive.begin(), excessive.end(), too_large);
   const std::string what = fmt::format(
-      "{:g} and the payloads of {} further rows are above the {:g} kg of the largest "
-      "robot",
-      value, rows - 1, loads::kMaxPayload_kg);
+      "{:g} and other payloads ({} rows in all) are above the {:g} kg of the largest robot", value,
+      rows, loads::kMaxPayload_kg);
   if (all_large) {
     faults_.Add({config::Fault::Severity::kFault, table_.file, line, "payload_kg",
                  what + ": the column is in grams; divide it by 1000, or import the table with "

@@ -1,11 +1,13 @@
 #include "app/view_process/distance_report.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
 #include <set>
 
+#include "app/cli/terminal_output.h"
 #include "app/text/json_text.h"
 #include "app/view/health_message.h"
 #include "app/view_process/await_state.h"
@@ -95,6 +97,8 @@ class DistanceReport {
 }  // namespace
 
 int PrintDistances(const DistanceOptions& options) {
+  const cli::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
+  std::cerr << cli::ForReading;
   config::FaultList faults;
   std::optional<view::ViewModel> model = view::ReadViewModel(options.config_file, 0, faults);
   if (!model) {

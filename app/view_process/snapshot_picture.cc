@@ -1,10 +1,13 @@
 #include "app/view_process/snapshot_picture.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
+#include <mutex>
 
+#include "app/cli/terminal_output.h"
 #include "app/text/json_text.h"
 #include "app/view/health_message.h"
 #include "app/view/panels.h"
@@ -21,7 +24,12 @@ namespace {
 
 constexpr int kFault = 1, kUsage = 2;
 
+/// Guards standard output and error: the scene worker's thread prints, too, and every insertion
+/// into std::cerr flushes std::cout.
+std::mutex printing;
+
 int Refuse(int code, const std::string& why) {
+  const std::lock_guard lock(printing);
   std::cerr << "plumbline snapshot: " << why << '\n';
   return code;
 }
@@ -67,6 +75,8 @@ void Print(const SnapshotOptions& options, const view::ViewFacts& facts) {
 }  // namespace
 
 int TakeSnapshot(const SnapshotOptions& options) {
+  const cli::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
+  std::cerr << cli::ForReading;
   config::FaultList faults;
   std::optional<view::ViewModel> model = view::ReadViewModel(options.config_file, 0, faults);
   if (!model) {
@@ -93,7 +103,9 @@ int TakeSnapshot(const SnapshotOptions& options) {
   Viewer viewer(options.config_file, std::move(*model), [](const log::LogEntry& entry) {
     // A missing connection is reported at the end, if it is not established in time.
     const bool bad = log::EntryOf(entry.event).level <= log::LogLevel::kWarning;
-    if (bad && entry.event != log::Event::kViewLinkLost) std::cerr << entry.text << '\n';
+    if (!bad || entry.event == log::Event::kViewLinkLost) return;
+    const std::lock_guard lock(printing);
+    std::cerr << entry.text << '\n';
   });
   if (!AwaitState(viewer, options.state_wait_s)) {
     return Refuse(kUsage, viewer.Facts().link_problem + "; " +
@@ -112,6 +124,7 @@ int TakeSnapshot(const SnapshotOptions& options) {
   }
   const auto written = WritePng(options.out, drawing.renderer().ReadBack());
   if (!written) return Refuse(kUsage, written.error());
+  const std::lock_guard lock(printing);
   Print(options, facts);
   std::cout.flush();
   return std::cout.good() ? 0 : kUsage;

@@ -41,6 +41,7 @@ NOT_HERE = [
     (r"--artefacts left_0", "needs a cell with artefacts; measurement_plan_test has one"),
     (r"plan cell.toml --tool 2", "needs a cell with numbered tools; numbered_tools_test has one"),
     (r"plumbline journal quarantine (accept|reject)", "needs rows in quarantine; loop_test has some"),
+    (r"plumbline journal salvage", "needs a damaged journal; integrity_test damages one"),
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
     (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),

@@ -67,7 +67,12 @@ class EmptyDebian:
 
 def run(place, command):
     process = place.start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    out, errors = process.communicate(timeout=120)
+    try:
+        out, errors = process.communicate(timeout=120)
+    except BaseException:
+        process.kill()
+        process.wait()
+        raise
     assert process.returncode == 0, "%s: exit %d\n%s%s" % (command, process.returncode, out, errors)
     return out
 
@@ -145,7 +150,12 @@ def follow(place, folder):
         assert os.path.exists(re.search(r"\]\((docs/.*\.png)\)", SECTION).group(1))
     finally:
         daemon.send_signal(signal.SIGINT)
-    assert daemon.wait(60) == 0, open(log).read()
+        try:
+            daemon.wait(60)
+        finally:
+            daemon.kill()
+            daemon.wait()
+    assert daemon.returncode == 0, open(log).read()
     print("point 1: corrected by %.2f mm, radius %.2f mm, read by Modbus" % (correction, radius))
 
 

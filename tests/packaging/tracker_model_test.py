@@ -20,13 +20,14 @@ import time
 from station import Modbus
 
 BIN = os.path.abspath(sys.argv[1])
+RUN_LIMIT_S = 120  # then subprocess.run() kills the program
 LIMIT_MM = 0.25  # of the point's shift against the truth
 FAMILY = "joint_compliance@q2,q3"
 FRAMES = ("base", "measurement")  # the same in the declared cell
 
 
 def run(*words, code=0):
-    done = subprocess.run([BIN + "/" + words[0], *words[1:]], capture_output=True, text=True)
+    done = subprocess.run([BIN + "/" + words[0], *words[1:]], capture_output=True, text=True, timeout=RUN_LIMIT_S)
     assert done.returncode == code, "%s: exit %d\n%s%s" % (words, done.returncode, done.stdout, done.stderr)
     return done.stdout + done.stderr
 
@@ -92,8 +93,10 @@ near_deg = [%s]
 
 class Daemon:
     def __init__(self, folder):
-        self.log = folder + "/log"
-        self.process = subprocess.Popen([BIN + "/plumblined", "--config", folder + "/plumbline.toml"],
+        self.log, self.ports = folder + "/log", folder + "/ports"
+        if os.path.exists(self.ports):
+            os.remove(self.ports)
+        self.process = subprocess.Popen([BIN + "/plumblined", "--config", folder + "/plumbline.toml", "--port-file", self.ports],
                                         stderr=open(self.log, "w"))
 
     def read(self):
@@ -101,9 +104,8 @@ class Daemon:
         give_up = time.monotonic() + 60
         while time.monotonic() < give_up:
             assert self.process.poll() is None, open(self.log).read()
-            port = re.search(r"PLC server on 127\.0\.0\.1:(\d+)", open(self.log).read())
-            if port:
-                plc = Modbus(int(port.group(1)))
+            if os.path.exists(self.ports):
+                plc = Modbus(int(open(self.ports).read().split()[1]))
                 blocks = [plc.read(2000 + 20 * k, 20) for k in range(len(FRAMES))]
                 pending = any(block[2] in (8, 11) for block in blocks)  # no robot yet, not computed yet
                 if not pending and any(block[1] & 1 for block in blocks):
@@ -118,7 +120,11 @@ class Daemon:
 
     def end(self):
         self.process.terminate()
-        self.process.wait(60)
+        try:
+            self.process.wait(60)
+        finally:
+            self.process.kill()
+            self.process.wait()
 
 
 def points_of(folder):

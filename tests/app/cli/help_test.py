@@ -63,6 +63,8 @@ def check_help_text(name, text):
 
 
 check_help()
+if "Subcommands:" in printed("--help"):
+    faults.append("plumbline --help: a command is in no group of GroupCommands() in app/cli/main.cc")
 check_help("completion")
 for service in SERVICES:
     said = subprocess.run([BIN + service, "--help"], capture_output=True, text=True, timeout=60).stdout

@@ -40,8 +40,9 @@ def in_pipe(words):
     return ended.stdout + ended.stderr
 
 
-def check(words, shows=False):
-    """shows: the hostile text must be part of the output."""
+def check(words, shows=False, usage=False):
+    """shows: the hostile text must be part of the output. usage: the command line itself is hostile, and wrong;
+    that of every other entry must be right, or its file would not be read."""
     for where, text in (("terminal", on_terminal(words)), ("pipe", in_pipe(words))):
         name = "plumbline %s (%s)" % (" ".join(words), where)
         left = OWN.sub(b"", text) if where == "terminal" else text
@@ -49,8 +50,10 @@ def check(words, shows=False):
             faults.append("%s: prints %r in %r" % (name, found.group(), left[max(0, found.start() - 40):][:120]))
         if b"\x1b[31mred" in text:
             faults.append("%s: a file's colour reached the terminal" % name)
-        if shows and b"u001b]0;owned" not in text.replace(b"\r\n", b""):
+        if shows and b"]0;owned" not in b"".join(text.split()):  # some readers write ? for the escape character
             faults.append("%s: the hostile text is not shown: %r" % (name, text[:300]))
+        if (b"; see plumbline" in b" ".join(text.split())) != usage:
+            faults.append("%s: %s usage error: %r" % (name, "no" if usage else "a", text[:300]))
         if not text:
             faults.append("%s: prints nothing" % name)
 
@@ -67,11 +70,13 @@ with tempfile.TemporaryDirectory() as folder:
     cell = write("cell.toml", unknown + ur10)
     raw = write("raw.toml", "x = " + ESCAPE + "\n")
     daemon = write("plumbline.toml", 'cell = "cell.toml"\n' + unknown)
-    table = write("table.csv", "q1;q2;q3;q4;q5;q6;x;y;z;" + ESCAPE + "\n" + "\n".join(
-        "%d;-90;90;0;90;0;1000;200;%d;%s" % (k, 300 + k, ESCAPE) for k in range(8)) + "\n")
+    table = write("table.csv", "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm," + ESCAPE + "\n" + "\n".join(
+        "%d,-90,90,0,90,0,1000,200,%d,%s" % (k, 300 + k, ESCAPE) for k in range(8)) + "\n")
     urdf = write("arm.urdf", '<robot name="%s"><link name="a"/><link name="b"/><joint name="%s" type="revolute">'
                  '<parent link="a"/><child link="%s"/></joint></robot>' % (ESCAPE, ESCAPE, ESCAPE))
     json = write("model.json", '{"%s": "%s"}' % (TOML, TOML))
+    lens = write("lens.json", '{"schema": 1, "accepted": true, "image_size": [8, 8], "fx": 8.0, "fy": 8.0, "cx": 4.0, '
+                 '"cy": 4.0, "distortion": [0, 0, 0, 0, 0], "%s": 1}' % TOML)
     mesh = write("part.stl", "solid %s\nfacet %s\n" % (ESCAPE, ESCAPE))
     named = os.path.join(folder, ESCAPE.replace("/", ""))
     write(os.path.basename(named), "q1,q2\n1,2\n")
@@ -83,27 +88,31 @@ with tempfile.TemporaryDirectory() as folder:
     check(["import", table, "--preview"], shows=True)
     check(["import", table, "--output", "-"])
     check(["import-urdf", urdf], shows=True)
-    check(["predict", cell, table, "--out", "-"], shows=True)
-    check(["predict", "config/cells/ur10.toml", table, "--out", "-"])
+    check(["predict", cell, table, "--output", "-"], shows=True)
+    check(["predict", "config/cells/ur10.toml", table, "--output", "-"], shows=True)
     check(["diagnose", "config/cells/ur10.toml", table], shows=True)
     check(["diagnose", cell, table], shows=True)
-    check(["plan", cell, "--out", os.path.join(folder, "plan.csv")], shows=True)
-    check(["export-urdf", cell, "--urdf", urdf, "--out", "-"])
+    check(["plan", cell, "--output", os.path.join(folder, "plan.csv")], shows=True)
+    check(["export-urdf", cell, urdf, "--output", "-"], shows=True)
     check(["journal", "import", table, "--cell", "config/cells/ur10.toml", "--state", folder], shows=True)
-    check(["journal", "export", "--cell", cell, "--state", folder, "--out", "-"], shows=True)
+    check(["journal", "export", "--cell", cell, "--state", folder, "--output", "-"], shows=True)
     check(["journal", "show", "--state", named], shows=True)
-    check(["model", "propose", cell, "--state", folder])
+    check(["model", "propose", cell, "--state", folder], shows=True)
     check(["model", "list", "--state", named], shows=True)
-    check(["lens", "list", "--state", named])
-    check(["mesh", mesh])
-    check(["mesh", named], shows=True)
-    check(["print", named])
+    check(["lens", "list", "--state", named], shows=True)
+    check(["mesh", "check", mesh])
+    check(["mesh", "check", named], shows=True)
+    check(["print", "tag", "--id", "7", "--size-mm", "80", "--output", os.path.join(named, "a.pdf")], shows=True)
     check(["doctor", "--config", daemon])
-    check(["calibrate-hand-eye", table, json])
-    check(["calibrate-lens", named])
-    check(["track", named])
-    check(["beam", "--material", ESCAPE])
-    check([ESCAPE], shows=True)
+    check(["calibrate-hand-eye", "--images", folder, "--poses", table, "--intrinsics", lens])
+    check(["calibrate-hand-eye", "--images", folder, "--poses", named, "--intrinsics", lens], shows=True)
+    check(["calibrate-lens", "--images", named], shows=True)
+    check(["track", "--image", named, "--intrinsics", lens, "--tag-size-mm", "80"], shows=True)
+    check(["track", "--image", named, "--intrinsics", json, "--tag-size-mm", "80"])
+    check(["distance", daemon], shows=True)
+    check(["snapshot", daemon, "--output", os.path.join(folder, "a.png")], shows=True)
+    check(["beam", "--material", ESCAPE], shows=True, usage=True)
+    check([ESCAPE], shows=True, usage=True)
 
 print("\n".join(faults) or "no file's escape sequence reaches the terminal")
 sys.exit(1 if faults else 0)

@@ -232,7 +232,7 @@ TEST_CASE("export-urdf and plan overwrite none of their files") {
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.err, Contains("--output would overwrite " + out));
   }
-  for (const char* option : {"--out", "--svg", "--urscript", "--points"}) {
+  for (const char* option : {"--output", "--svg", "--urscript", "--points"}) {
     const Answer answer =
         RunCommand(cli::AddPlanCommand, "plan " + cell + " " + option + " " + cell);
     CHECK(answer.exit_code == 2);

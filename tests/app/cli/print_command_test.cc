@@ -93,7 +93,7 @@ TEST_CASE("wrong options of print are refused, and nothing is written") {
   const std::string pdf = " --out " + folder.path() + "/a.pdf",
                     svg = " --out " + folder.path() + "/a.svg";
   refused("tag --id 7 --size-mm 80 --out a.png", "a.png must end in .pdf or .svg");
-  refused("tag --id 7 --size-mm 80", "--out is required");
+  refused("tag --id 7 --size-mm 80", "--output is required");
   refused("tag --id seven --size-mm 80" + pdf, "seven is neither an id, such as 7, nor a range");
   refused("tag --id 8-3 --size-mm 80" + pdf, "8-3 is neither an id");
   refused("tag --id 7 --size-mm 4" + pdf, "4 is not a number from 5 to 2000");

@@ -185,6 +185,9 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
       {"status --prot 1502",
        "plumbline status: --prot is not a known argument; did you mean \"--port\"?; see plumbline "
        "status --help\n"},
+      {"--bogus status",
+       "plumbline status: --bogus is not a known argument; see plumbline status --help\n"},
+      {"check --jsno", "plumbline check: file is missing; see plumbline check --help\n"},
       {"check", "plumbline check: file is missing; see plumbline check --help\n"},
       {"beam --bogus",
        "plumbline beam: --bogus is not a known argument; see plumbline beam --help\n"},

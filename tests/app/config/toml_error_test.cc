@@ -85,7 +85,7 @@ TEST_CASE("A syntax error names line, column, the mistake and what to write") {
       {"xyz_mm = (1, 2)\n", "f:1:10: a list is in square brackets; write: xyz_mm = [1, 2]"},
       {"port = 1]\n", "f:1:9: the closing bracket has no opening one; write: port = 1"},
       {"port = 1;\n", "f:1:9: nothing follows the value, not even a comma or ;; write: port = 1"},
-      {"// note\n", "f:1:1: a comment starts with #; write: "},
+      {"// note\n", "f:1:1: a comment starts with #; write: # note"},
       {"port = 1 // note\n", "f:1:10: a comment starts with #; write: port = 1"},
       {"port: 1\n", "f:1:5: a key is followed by =, not by a colon; write: port = 1"},
       {"host: robot\n",
@@ -126,6 +126,14 @@ TEST_CASE("A syntax error names line, column, the mistake and what to write") {
 
 TEST_CASE("A syntax error repeats neither a token nor control characters") {
   CHECK(FaultOf("token = 0123abcd\n") == "f:1:9: a text is in quotes; write: token = \"...\"");
+  for (const char* line : {"token\"9f86d081\"", "token\t'9f86d081'", "token'9f86d081'",
+                           "\"token\"\"9f86d081\"", "  token\"9f86d081"}) {
+    CAPTURE(line);
+    const std::string fault = FaultOf(std::string(line) + "\n");
+    CAPTURE(fault);
+    CHECK(fault.find("9f86") == std::string::npos);
+    CHECK(fault.find("token") != std::string::npos);
+  }
   CHECK(FaultOf("host = a\x1B[2Jb\n").find('\x1B') == std::string::npos);
 }
 
@@ -140,7 +148,10 @@ TEST_CASE("A key below a commented-out header belongs to that table, also where 
       old.insert(header->begin, "# ");
     }
   }
-  CHECK(FaultsOf(old).find("fault") == std::string::npos);
+  FaultList faults;
+  DaemonConfigFromText(old, "config/plumbline.toml", files::ReadTextFile, "/nonexistent", faults);
+  CAPTURE(FaultsText(faults));
+  CHECK_FALSE(faults.HasFaults());
   const std::string port = FaultsOf(Replaced(old, "# port = 8080", "port = 8080"));
   CAPTURE(port);
   CHECK(port.find("port: this key belongs to [page], whose header in line") != std::string::npos);

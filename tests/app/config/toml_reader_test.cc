@@ -137,7 +137,9 @@ TEST_CASE("A table of the wrong kind is told how to be written") {
 
 TEST_CASE("All faults of a text are told at once, in the order of its lines") {
   FaultList faults;
-  ReadThing("[thing]\nmass_kg = 900\nangle_deg = inf\non = 2\ncolor = \"red\"\n[[part]]\na_mm = 11\n", faults);
+  ReadThing(
+      "[thing]\nmass_kg = 900\nangle_deg = inf\non = 2\ncolor = \"red\"\n[[part]]\na_mm = 11\n",
+      faults);
   CHECK(FaultsText(faults) ==
         "thing.toml:1 thing.name: missing; expected a string in quotes\nthing.toml:2 "
         "thing.mass_kg: 900 is outside 0..300\nthing.toml:3 thing.angle_deg: inf is not a finite "

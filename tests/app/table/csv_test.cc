@@ -395,8 +395,9 @@ TEST_CASE("Payloads in grams are one fault, not a warning for each row") {
   config::FaultList faults;
   CHECK_FALSE(Read(text, faults));
   CHECK(FaultsText(faults) ==
-        "measured.csv:3 payload_kg: 20700 and the payloads of 9 further rows are above the 5000 kg "
-        "of the largest robot: the column is in grams; divide it by 1000, or import the table with "
+        "measured.csv:3 payload_kg: 20700 and other payloads (10 rows in all) are above the 5000 "
+        "kg of "
+        "the largest robot: the column is in grams; divide it by 1000, or import the table with "
         "the unit g\n");
   // Grams in some rows only: one warning; the diagnosis finds where the unit changes.
   config::FaultList mixed;

@@ -18,6 +18,7 @@
 #include <stdexcept>
 
 #include "tests/evaluation/hostile/hostile_robot.h"
+#include "tests/port_file.h"
 
 namespace hostile {
 namespace {
@@ -44,35 +45,26 @@ double SinceStart_s() {
   return Now_s() - g_start_s;
 }
 
-int FreePort() {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  auto* raw = reinterpret_cast<sockaddr*>(&address);
-  if (bind(fd, raw, size) != 0 || getsockname(fd, raw, &size) != 0)
-    throw std::runtime_error("no free port");
-  close(fd);
-  return ntohs(address.sin_port);
-}
-
 /// A folder with the configuration, and the daemon in it.
 class Daemon {
  public:
-  Daemon(const std::string& program, const HostileRobot& robot, bool serial, bool one_block)
-      : port_(FreePort()) {
+  Daemon(const std::string& program, const HostileRobot& robot, bool serial, bool one_block) {
     std::string pattern = std::filesystem::temp_directory_path() / "plumbline-hostile-XXXXXX";
     if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
     folder_ = pattern;
     WriteFiles(robot, serial, one_block);
-    const std::string file = folder_ + "/plumbline.toml", log = folder_ + "/log";
+    const std::string file = folder_ + "/plumbline.toml", log = folder_ + "/log",
+                      ports = folder_ + "/ports";
     pid_ = fork();
-    if (pid_ != 0) return;
+    if (pid_ != 0) {
+      port_ = plumbline::test::AwaitPort(ports, "plc", [this] { return Runs(); });
+      return;
+    }
     const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     dup2(out, STDOUT_FILENO);
     dup2(out, STDERR_FILENO);
-    execl(program.c_str(), program.c_str(), "--config", file.c_str(), nullptr);
+    execl(program.c_str(), program.c_str(), "--config", file.c_str(), "--port-file", ports.c_str(),
+          nullptr);
     _exit(127);
   }
   ~Daemon() {
@@ -82,9 +74,16 @@ class Daemon {
   }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
+  /// 0 if the daemon ended before it wrote its port.
   int port() const { return port_; }
 
  private:
+  /// Leaves an ended daemon for the destructor to reap.
+  bool Runs() const {
+    siginfo_t ended{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0;
+  }
   void WriteFiles(const HostileRobot& robot, bool serial, bool one_block) const {
     std::ofstream(folder_ + "/profile.toml") << fmt::format(
         "schema = 1\nname = \"hostile\"\nsource = \"this evaluation\"\n"
@@ -100,16 +99,15 @@ class Daemon {
     std::ofstream(folder_ + "/plumbline.toml") << fmt::format(
         "cell = \"{}/config/cells/ur10.toml\"\nstate_directory = \"state\"\n"
         "[robot]\nprofile = \"profile.toml\"\n{}timeout_ms = 100\nstale_after_ms = 400\n"
-        "[payload]\nsource = \"robot\"\n[plc]\nlisten = \"127.0.0.1\"\nport = {}\n",
+        "[payload]\nsource = \"robot\"\n[plc]\nlisten = \"127.0.0.1\"\nport = 0\n",
         std::filesystem::current_path().string(),
         serial
             ? fmt::format("transport = \"rtu\"\ndevice = \"{}\"\nbaud = 115200\n", robot.device())
-            : fmt::format("host = \"127.0.0.1\"\nport = {}\n", robot.port()),
-        port_);
+            : fmt::format("host = \"127.0.0.1\"\nport = {}\n", robot.port()));
   }
 
   std::string folder_;
-  int port_;
+  int port_ = 0;
   pid_t pid_ = -1;
 };
 
