@@ -94,9 +94,11 @@ constexpr EventEntry kEntries[] = {
      "name: check the name server, or configure the address"},
     {Event::kRobotLinkLost, "robot-link-lost", LogLevel::kError, "ce96ecdb51cc4de99c4135e9858fa864",
      "robot", "robot link lost: ...",
-     "no answer within `timeout_ms`; corrected points are withdrawn. \"(before: ...)\": the link "
-     "is still down, now for another reason",
-     "check cable, address and controller; the daemon reconnects by itself"},
+     "no answer within `timeout_ms`, or one that is not the response to the request; corrected "
+     "points are withdrawn. \"(before: ...)\": the link is still down, now for another reason",
+     "check cable, address and controller, or what the line names; the daemon reconnects by "
+     "itself. \"refreshes its registers faster\": "
+     "see \"Reading the robot\""},
     {Event::kRobotLinkInterrupted, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",
      "interrupted for less than 100 ms", "check the cable if it recurs"},

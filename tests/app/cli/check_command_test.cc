@@ -93,8 +93,10 @@ TEST_CASE("Two cameras are listed separately; sharing a device is a fault") {
     text.replace(text.find('"' + file), 1, '"' + here);
   }
   // The shipped file shows one camera; two are written [[camera]].
-  for (std::size_t at = 0; (at = text.find("\n[camera", at)) != std::string::npos; at += 3)
-    text.insert(at + 1, "# ");
+  for (const std::string header : {"\n[camera", "\n[tags"}) {
+    for (std::size_t at = 0; (at = text.find(header, at)) != std::string::npos; at += 3)
+      text.insert(at + 1, "# ");
+  }
   text +=
       "\n[[camera]]\nname = \"side\"\ndevice = \"A1\"\n[camera.zoom]\nkind = \"v4l2\"\n"
       "[[camera]]\nname = \"rear\"\ndevice = \"B2\"\n[tags]\nfile = \"" +
