@@ -112,9 +112,11 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   std::optional<TomlTable> zoom;
   if (tables.size() == 1) {
     zoom = root.Table("zoom");
-  } else if (root.Has("zoom")) {
-    root.AddFault("zoom",
-                  "is allowed for a single camera only; write [camera.zoom] below each [[camera]]");
+  } else {
+    if (root.Has("zoom")) {
+      root.AddFault(
+          "zoom", "is allowed for a single camera only; write [camera.zoom] below each [[camera]]");
+    }
     root.Ignore({"zoom"});
   }
   vision.cameras = CamerasFromToml(tables, zoom, files, faults);
