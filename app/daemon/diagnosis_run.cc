@@ -184,7 +184,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   config::FaultList faults;
   const auto cell = config::CellFromText(*model, folder + "/corrected.toml", faults);
   if (!cell) {
-    return Error{fmt::format("the corrected model has {} faults, first: {}", faults.All().size(),
+    return Error{fmt::format("the corrected model has faults ({}), first: {}", faults.All().size(),
                              faults.All().empty() ? "" : config::FaultText(faults.All().front()))};
   }
   std::vector<model_store::ModelPose> poses;
