@@ -1,4 +1,4 @@
-// File with the ports that a program listens on, for whoever started it.
+// File with the ports that a program listens on, for the program that started it.
 #pragma once
 
 #include <string>

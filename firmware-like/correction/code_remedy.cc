@@ -40,7 +40,7 @@ const char* RemedyOf(CorrectionCode code) {
     case CorrectionCode::kProbeImplausible:
       return "send the measured tip in mm";
     case CorrectionCode::kRobotMoving:
-      return "send the probe while the robot stands still";
+      return "send the probe while the robot is at standstill";
     case CorrectionCode::kStorageUnavailable:
       return "free disk space, or check the permissions of the state directory";
     case CorrectionCode::kProbeQuarantined:

@@ -123,7 +123,8 @@ TEST_CASE("a sector of zeros anywhere in a journal: no change goes unnoticed") {
   CHECK(accepted == 0);
 }
 
-TEST_CASE("a changed, a lost and a foreign row are told by number; the last row is not forgotten") {
+TEST_CASE(
+    "a changed, a lost and a foreign row are reported by number; the last row is not forgotten") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   WriteJournal(path);

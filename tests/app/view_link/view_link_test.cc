@@ -357,7 +357,7 @@ TEST_CASE("points are sent when they change, to a viewer that came later as well
   CHECK(seen.state.points.at(0).id == 8);
   REQUIRE(link.client.Read(1, view));
   CHECK(view.state.points.at(0).id == 8);
-  // The lists of two clients are told apart, also in one View.
+  // The lists of two clients are distinguished, also in one View.
   REQUIRE_FALSE(view.state.points_number == seen.state.points_number);
 }
 
