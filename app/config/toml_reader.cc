@@ -179,6 +179,11 @@ std::optional<std::string> TomlTable::StringFrom(const toml::node& node,
     AddAt(node, path, string == nullptr ? "is not a string in quotes" : "is empty");
     return std::nullopt;
   }
+  if (string->get().find_first_of("\r\n") != std::string::npos) {  // could forge a line of a report
+    document_->faults_.Add({Fault::Severity::kFault, document_->file_, LineOfNode(node), path,
+                            "contains a line break; write the text in one line"});
+    return std::nullopt;
+  }
   return string->get();
 }
 

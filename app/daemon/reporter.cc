@@ -25,8 +25,7 @@ constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
      log::Event::kJointsUnchecked,
      {},
-     "the robot profile offers no tool pose: joint values cannot be checked against forward "
-     "kinematics",
+     "no tool pose is read: joint values cannot be checked against forward kinematics",
      nullptr},
     {warning::kPlcHeartbeatLost, log::Event::kHeartbeatLost, log::Event::kHeartbeatBack,
      "PLC heartbeat lost", "PLC heartbeat is back"},

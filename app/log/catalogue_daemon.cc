@@ -120,8 +120,9 @@ constexpr EventEntry kEntries[] = {
      "meanwhile",
      "if it recurs, check the profile's types and word order, and the cable"},
     {Event::kJointsUnchecked, "joints-unchecked", LogLevel::kWarning,
-     "7eab7372ab354a169accf9e001d7d074", "robot", "the robot profile offers no tool pose",
-     "joint values cannot be checked against forward kinematics",
+     "7eab7372ab354a169accf9e001d7d074", "robot", "no tool pose is read",
+     "the robot profile has none, or joints are played back from a table: joint values cannot be "
+     "checked against forward kinematics",
      "compare `plumbline status` with the teach pendant"},
     {Event::kJointsCoarse, "joints-coarse", LogLevel::kWarning, "32d1aa3a97184adb8f7f095b08f46635",
      "robot", "joint registers are coarse", "their resolution costs the stated accuracy at the tip",

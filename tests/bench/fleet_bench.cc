@@ -174,11 +174,12 @@ int main(int argc, char** argv) {
 
   auto publisher = view_link::ViewPublisher::Open(view_link::ViewSocketOf(folder + "/state"));
   if (!publisher) return 1;
-  std::ifstream shipped(argv[2]);
-  std::ofstream(folder + "/plumbline.toml")
-      << "state_directory = \"" << folder << "/state\"\n"
-      << shipped.rdbuf() << "\n[mqtt]\nhost = \"127.0.0.1\"\ngroup = \"bench\"\nport = " << port
-      << "\n";
+  std::string config = test::FileText(argv[2]);
+  constexpr std::string_view kHeader = "\n[mqtt]";  // which the supplied file has, without keys
+  config.insert(config.find('\n', config.find(kHeader) + 1),
+                fmt::format("\nhost = \"127.0.0.1\"\ngroup = \"bench\"\nport = {}", port));
+  std::ofstream(folder + "/plumbline.toml") << "state_directory = \"" << folder << "/state\"\n"
+                                            << config;
   for (const char* name : {"cells", "profiles"}) {
     std::filesystem::copy(std::filesystem::path(argv[2]).parent_path() / name, folder + "/" + name,
                           std::filesystem::copy_options::recursive);

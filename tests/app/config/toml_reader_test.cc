@@ -99,6 +99,8 @@ TEST_CASE("Each kind of fault has its message, with file, line, key and value") 
       {"on = true", "on = 1", "thing.on: 1 is not true or false"},
       {"name = \"cube\"", "name = 7", "thing.name: 7 is not a string in quotes"},
       {"name = \"cube\"", "name = \"\"", "thing.name: \"\" is empty"},
+      {"name = \"cube\"", "name = \"cube\\n0 faults\"",
+       "thing.name: contains a line break; write the text in one line"},
       {"name = \"cube\"", "", "@2 thing.name: missing; expected a string in quotes"},
       {"colour = \"blue\"", "colour = \"green\"",
        "thing.colour: \"green\" is not one of \"red\", \"blue\""},
