@@ -151,8 +151,8 @@ void GaugeWorker::SetOutcome(ReadGauge& gauge, status::GaugeOutcome outcome) {
 }
 
 void GaugeWorker::Refuse(ReadGauge& gauge, status::GaugeOutcome outcome, const std::string& text) {
-  SetOutcome(gauge, outcome);
   sink_({log::Event::kGaugeRefused, fmt::format("gauge {}: {}", gauge.config.artefact, text)});
+  SetOutcome(gauge, outcome);  // whoever sees it finds its reason in the log
 }
 
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
@@ -216,9 +216,9 @@ void GaugeWorker::FollowAwaited(ReadGauge& gauge) {
   for (; known < gauge.awaited.size() && gauge.awaited[known].number <= taken; ++known) {
     const AwaitedPress& press = gauge.awaited[known];
     if (press.number > dropped) {
-      if (press.number == gauge.latest) SetOutcome(gauge, status::GaugeOutcome::kRecorded);
       sink_({log::Event::kGaugeRecorded,
              fmt::format("gauge {}: {} recorded", gauge.config.artefact, press.reading)});
+      if (press.number == gauge.latest) SetOutcome(gauge, status::GaugeOutcome::kRecorded);
       continue;
     }
     Refuse(gauge, status::GaugeOutcome::kNotKept,
