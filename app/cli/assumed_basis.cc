@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "app/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/diagnosis_text.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/priors.h"
 
@@ -24,11 +24,12 @@ void AddJointsThatLack(const char* key, int joints, Lacks lacks, std::vector<std
     list.push_back(fmt::format("{} of all joints", key));
   } else {
     list.push_back(fmt::format("{} of joint{} {}", key, numbers.size() == 1 ? "" : "s",
-                               diagnosis::Listed(numbers)));
+                               measure::Listed(numbers)));
   }
 }
 
-std::vector<std::string> Undeclared(const model::CellModel& cell, const table::MeasuredTable& poses,
+std::vector<std::string> Undeclared(const model::CellModel& cell,
+                                    const measure::MeasuredTable& poses,
                                     const deflection::DeflectionPriors& priors) {
   std::vector<std::string> list;
   const int joints = cell.robot.size();
@@ -68,7 +69,7 @@ std::vector<std::string> Assumptions(const deflection::DeflectionPriors& priors,
 
 }  // namespace
 
-std::string AssumedBasisText(const model::CellModel& cell, const table::MeasuredTable& poses,
+std::string AssumedBasisText(const model::CellModel& cell, const measure::MeasuredTable& poses,
                              bool deviation_stated) {
   const deflection::LoadedArm arm(cell);
   const deflection::DeflectionPriors priors = deflection::PriorsOf(cell, arm);
@@ -79,12 +80,12 @@ std::string AssumedBasisText(const model::CellModel& cell, const table::Measured
                   : "fit the model to measured points with `plumbline diagnose`";
   if (!undeclared.empty()) {
     return fmt::format("typical values replace what the cell does not declare. Declare {}, or {}",
-                       diagnosis::Listed(undeclared), measure);
+                       measure::Listed(undeclared), measure);
   }
   return fmt::format(
       "the cell declares its joints, links and payload; the radii rest on {}. To replace the "
       "assumptions, {}",
-      diagnosis::Listed(Assumptions(priors, deviation_stated)), measure);
+      measure::Listed(Assumptions(priors, deviation_stated)), measure);
 }
 
 }  // namespace plumbline::cli

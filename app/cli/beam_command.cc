@@ -7,10 +7,10 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/terminal/terminal_output.h"
 #include "app/cli/beam_options.h"
 #include "app/cli/beam_print.h"
 #include "app/cli/exit_codes.h"
-#include "app/cli/terminal_output.h"
 #include "firmware-like/deflection/linear_range.h"
 
 namespace plumbline::cli {
@@ -136,7 +136,7 @@ void WarnAboutLinearTheory(const BeamSeries& series) {
 
 int Run(const BeamOptions& options) {
   if (options.paper_table2) {
-    PrintPaperTable2(std::cout << ForReading);
+    PrintPaperTable2(std::cout << terminal::ForReading);
     return kExitOk;
   }
   try {
@@ -148,7 +148,7 @@ int Run(const BeamOptions& options) {
     } else if (options.json) {
       PrintBeamJson(series, std::cout);
     } else {
-      PrintBeamTable(series, std::cout << ForReading);
+      PrintBeamTable(series, std::cout << terminal::ForReading);
     }
   } catch (const BeamCellError& error) {
     std::cerr << "plumbline beam: " << error.what() << '\n';

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/tool_reader.h"
 #include "app/cli/number_option.h"
 #include "app/cli/tool_option.h"
-#include "app/config/cell_reader.h"
-#include "app/config/tool_reader.h"
 #include "firmware-like/model/materials.h"
 
 namespace plumbline::cli {

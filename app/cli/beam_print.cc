@@ -5,8 +5,8 @@
 
 #include <cstddef>
 
+#include "app/base/text/json_text.h"
 #include "app/cli/rounded.h"
-#include "app/text/json_text.h"
 #include "firmware-like/beam/stress.h"
 
 namespace plumbline::cli {

@@ -7,16 +7,16 @@
 #include <utility>
 
 #include "app/cli/interruption.h"
-#include "app/lens/board_detection.h"
-#include "app/lens/chessboard_detection.h"
+#include "app/vision/lens/board_detection.h"
+#include "app/vision/lens/chessboard_detection.h"
 #include "drivers/camera/image_file.h"
 
 namespace plumbline::cli {
 
 BoardFrames DetectBoards(const std::string& folder, const std::vector<std::string>& names,
-                         const lens::Board& board, Progress& progress) {
+                         const target::Board& board, Progress& progress) {
   struct Found {
-    lens::BoardView view;
+    vision::BoardView view;
     image::ImageSize size;
   };
   std::vector<Found> found;
@@ -31,7 +31,7 @@ BoardFrames DetectBoards(const std::string& folder, const std::vector<std::strin
       continue;
     }
     ++sizes[{image->width, image->height}];
-    const Result<lens::BoardView> view = lens::DetectBoard(image->View(), board);
+    const Result<vision::BoardView> view = vision::DetectBoard(image->View(), board);
     if (!view) {
       frames.refused.push_back({names[k], view.error()});
       continue;
@@ -68,15 +68,15 @@ BoardFrames DetectBoards(const std::string& folder, const std::vector<std::strin
 }
 
 std::string OtherBoardHint(const std::string& folder, const std::vector<std::string>& names,
-                           const lens::Board& board) {
-  if (board.kind != lens::BoardKind::kChessboard) return "";
+                           const target::Board& board) {
+  if (board.kind != target::BoardKind::kChessboard) return "";
   std::map<std::pair<int, int>, std::size_t> seen;
   std::size_t readable = 0;
   for (const std::string& name : names) {
     const auto image = camera::ReadImage((std::filesystem::path(folder) / name).string());
     if (!image || Interruption::Requested()) continue;
     ++readable;
-    if (const auto size = lens::WholeChessboardIn(image->View())) ++seen[*size];
+    if (const auto size = vision::WholeChessboardIn(image->View())) ++seen[*size];
   }
   for (const auto& [size, count] : seen) {
     if (2 * count <= readable) continue;

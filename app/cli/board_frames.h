@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "app/cli/progress.h"
-#include "app/lens/calibration.h"
+#include "app/vision/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 
 struct BoardFrames {
-  std::vector<lens::BoardView> views;
-  std::vector<lens::RefusedFrame> refused;
+  std::vector<vision::BoardView> views;
+  std::vector<vision::RefusedFrame> refused;
   image::ImageSize size;
   std::string size_conflict;  ///< no size is the most frequent one; empty: none
 };
@@ -21,10 +21,10 @@ struct BoardFrames {
 /// refused.
 /// @param names  of the images in the folder
 BoardFrames DetectBoards(const std::string& folder, const std::vector<std::string>& names,
-                         const lens::Board& board, Progress& progress);
+                         const target::Board& board, Progress& progress);
 
 /// Hint if most images show a complete chessboard of another size than requested; else empty.
 std::string OtherBoardHint(const std::string& folder, const std::vector<std::string>& names,
-                           const lens::Board& board);
+                           const target::Board& board);
 
 }  // namespace plumbline::cli

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "app/base/target/tag_family.h"
 #include "app/cli/number_option.h"
-#include "app/tracking/tag_family.h"
 
 namespace plumbline::cli {
 namespace {
@@ -57,11 +57,11 @@ void AddBoardOptions(CLI::App& command, BoardOptions& options) {
       ->check(NumberWithin(0.01, 10000));
   command
       .add_option("--family", options.family,
-                  "Family of a ChArUco board's tags, one of " + tracking::TagFamilyNames())
+                  "Family of a ChArUco board's tags, one of " + target::TagFamilyNames())
       ->capture_default_str();
 }
 
-void AddDeclarationOptions(CLI::App& command, lens::DeclaredFacts& declared) {
+void AddDeclarationOptions(CLI::App& command, target::DeclaredFacts& declared) {
   command.add_flag(
       "--no-window", declared.no_window,
       "Declare that no pane of glass is in front of the lens: no window, door or filter");
@@ -70,17 +70,17 @@ void AddDeclarationOptions(CLI::App& command, lens::DeclaredFacts& declared) {
                    "drive that moves by itself");
 }
 
-lens::Board BoardOf(const BoardOptions& options) {
+target::Board BoardOf(const BoardOptions& options) {
   const auto points = PointsFromText(options.points);
   return {points->first,
           points->second,
           1e-3 * options.square_mm,
-          *lens::BoardKindOfName(options.kind),
+          *target::BoardKindOfName(options.kind),
           1e-3 * options.mark_mm,
           options.family};
 }
 
-std::string BoardOptionProblem(const lens::Board& board) {
+std::string BoardOptionProblem(const target::Board& board) {
   const auto fault = FaultOf(board);
   if (!fault) return {};
   std::string option(fault->key == "columns" ? "board" : fault->key);

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "app/lens/board.h"
-#include "app/lens/declared_facts.h"
+#include "app/base/target/board.h"
+#include "app/base/target/declared_facts.h"
 
 namespace CLI {
 class App;
@@ -15,7 +15,7 @@ namespace plumbline::cli {
 
 /// The option values as entered.
 struct BoardOptions {
-  std::string kind = "chessboard", points = "17x11", family = lens::Board{}.family;
+  std::string kind = "chessboard", points = "17x11", family = target::Board{}.family;
   double square_mm = 10, mark_mm = 0;
 };
 
@@ -23,12 +23,12 @@ struct BoardOptions {
 void AddBoardOptions(CLI::App& command, BoardOptions& options);
 
 /// Adds --no-window and --fixed-focus.
-void AddDeclarationOptions(CLI::App& command, lens::DeclaredFacts& declared);
+void AddDeclarationOptions(CLI::App& command, target::DeclaredFacts& declared);
 
 /// The board described by the options, which must have been parsed.
-lens::Board BoardOf(const BoardOptions& options);
+target::Board BoardOf(const BoardOptions& options);
 /// Error message with the option that makes the board invalid and the requirement; empty if it is
 /// valid.
-std::string BoardOptionProblem(const lens::Board& board);
+std::string BoardOptionProblem(const target::Board& board);
 
 }  // namespace plumbline::cli

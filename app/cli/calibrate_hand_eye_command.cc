@@ -7,6 +7,9 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/required_file.h"
+#include "app/base/terminal/terminal_output.h"
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
@@ -16,11 +19,8 @@
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
-#include "app/cli/terminal_output.h"
-#include "app/config/cell_reader.h"
-#include "app/config/required_file.h"
-#include "app/hand_eye/hand_eye_json.h"
-#include "app/hand_eye/target_views.h"
+#include "app/vision/hand_eye/hand_eye_json.h"
+#include "app/vision/hand_eye/target_views.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
@@ -39,9 +39,9 @@ struct CalibrateHandEyeOptions {
 /// Everything that the command reads.
 struct Inputs {
   std::optional<model::CellModel> cell;
-  std::map<std::string, hand_eye::RobotPose> poses;
-  tracking::TagDatabase database;
-  hand_eye::Target target;
+  std::map<std::string, vision::RobotPose> poses;
+  target::TagDatabase database;
+  vision::Target target;
   std::vector<std::string> names;
 };
 
@@ -56,7 +56,7 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     return true;
   }
-  auto family = tracking::TagFamilyOfName(options.tag_family);
+  auto family = target::TagFamilyOfName(options.tag_family);
   if (!family) {
     std::cerr << "plumbline calibrate-hand-eye: --tag-family: " << family.error() << '\n';
     return false;
@@ -65,7 +65,7 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   auto database = ReadBodies(options.bodies);
   if (!database) return false;
   inputs.database = std::move(*database);
-  for (const tracking::Body& body : inputs.database.bodies) {
+  for (const target::Body& body : inputs.database.bodies) {
     if (body.name == options.body) inputs.target.body = &body;
   }
   if (inputs.target.body == nullptr) {
@@ -86,9 +86,9 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     faults = {};
   }
-  std::optional<std::map<std::string, hand_eye::RobotPose>> poses;
+  std::optional<std::map<std::string, vision::RobotPose>> poses;
   if (const auto text = config::ReadRequiredFile(options.poses, faults, files::kTableSize)) {
-    poses = hand_eye::RobotPosesFromCsv(
+    poses = vision::RobotPosesFromCsv(
         *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
         faults);
   }
@@ -136,38 +136,38 @@ int Run(const CalibrateHandEyeOptions& options) {
   Interruption interruption;
   Progress progress(std::cerr, options.quiet);
   std::size_t seen = 0;
-  hand_eye::TargetViews found =
-      hand_eye::FindTargets(options.images, inputs.names, inputs.poses, inputs.target, *lens, [&] {
+  vision::TargetViews found =
+      vision::FindTargets(options.images, inputs.names, inputs.poses, inputs.target, *lens, [&] {
         progress.ShowCount(seen++, inputs.names.size(), "images");
         return Interruption::Requested();
       });
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
-  hand_eye::HandEyeOptions how;
-  how.setup = options.setup == "eye-in-hand" ? hand_eye::HandEyeSetup::kEyeInHand
-                                             : hand_eye::HandEyeSetup::kEyeToHand;
+  vision::HandEyeOptions how;
+  how.setup = options.setup == "eye-in-hand" ? vision::HandEyeSetup::kEyeInHand
+                                             : vision::HandEyeSetup::kEyeToHand;
   how.image = lens->size;
   how.free_lens = options.free_lens;
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
-  const lens::BoardKind kind = inputs.target.board.kind;
+  const target::BoardKind kind = inputs.target.board.kind;
   how.half_turn_symmetric =
       inputs.target.body == nullptr &&
-      (kind == lens::BoardKind::kChessboard || kind == lens::BoardKind::kCircles);
+      (kind == target::BoardKind::kChessboard || kind == target::BoardKind::kCircles);
   how.acceptable_m = 1e-3 * options.acceptable_mm;
   std::optional<kinematics::Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
   how.chain = chain ? &*chain : nullptr;
-  hand_eye::HandEye answer = hand_eye::CalibrateHandEye(std::move(found.views), *lens, how);
+  vision::HandEye answer = vision::CalibrateHandEye(std::move(found.views), *lens, how);
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
-      hand_eye::HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
+      vision::HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
   if (!interruption.Disarm()) return Interrupted();
   if (!options.json.empty() && !PrintOrWriteOutput(options.json, json, "--json")) return kExitUsage;
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout)
-        << ForReading << hand_eye::HandEyeText(answer, how);
+        << terminal::ForReading << vision::HandEyeText(answer, how);
   return kExitOk;
 }
 

@@ -8,6 +8,8 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/printed_digits.h"
 #include "app/cli/board_frames.h"
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
@@ -17,12 +19,10 @@
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/same_file.h"
-#include "app/cli/terminal_output.h"
-#include "app/lens/board_detection.h"
-#include "app/lens/lens_json.h"
-#include "app/lens_files/artoolkit_file.h"
-#include "app/lens_files/opencv_file.h"
-#include "app/text/printed_digits.h"
+#include "app/vision/lens/board_detection.h"
+#include "app/vision/lens/lens_json.h"
+#include "app/vision/lens_files/artoolkit_file.h"
+#include "app/vision/lens_files/opencv_file.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/image/image_size.h"
@@ -33,8 +33,8 @@ namespace {
 struct CalibrateLensOptions {
   std::string images, match = "*", json, yaml, xml, dat;
   BoardOptions board;
-  double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
-  lens::DeclaredFacts declared;
+  double acceptable_px = vision::CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  target::DeclaredFacts declared;
   bool quiet = false;
 
   /// Options that name an output and their files, which may be empty.
@@ -57,15 +57,15 @@ std::string DistortionText(const lens::Lens& lens) {
   return model == lens::LensModel::kUsual ? text : fmt::format("{} ({})", text, ModelName(model));
 }
 
-std::string Summary(const lens::LensCalibration& c, std::size_t images) {
+std::string Summary(const vision::LensCalibration& c, std::size_t images) {
   std::string text = c.accepted ? "accepted\n" : "refused\n";
   for (const auto* lines : {&c.reasons, &c.notes}) {
     for (const std::string& line : *lines) text += "  " + line + "\n";
   }
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
-    const int f = text::DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
-              centre = text::DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
+    const int f = text::DecimalsFor({sd(vision::kFx), sd(vision::kFy)}, 2),
+              centre = text::DecimalsFor({sd(vision::kCx), sd(vision::kCy)}, 2);
     text += fmt::format(
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
@@ -73,8 +73,8 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
         "  standard deviation of the projection at most {:.3g} px over {} ({})\n"
         "  RMS residual {:.3f} px per point; board bow {:.2f} mm; corners cover {:.0f} % of the "
         "image\n",
-        c.lens.fx, f, c.lens.fy, f, sd(lens::kFx), f, sd(lens::kFy), f, c.lens.cx, centre,
-        c.lens.cy, centre, sd(lens::kCx), centre, sd(lens::kCy), centre, DistortionText(c.lens),
+        c.lens.fx, f, c.lens.fy, f, sd(vision::kFx), f, sd(vision::kFy), f, c.lens.cx, centre,
+        c.lens.cy, centre, sd(vision::kCx), centre, sd(vision::kCy), centre, DistortionText(c.lens),
         c.uncertainty.max_px, UsableEverywhere(c) ? "the image" : "the usable region",
         c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
                                  : std::string("at infinity"),
@@ -85,13 +85,13 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
                       images > used + refused
                           ? fmt::format(", {} valid but not used", images - used - refused)
                           : "");
-  for (const lens::RefusedFrame& frame : c.frames_refused)
+  for (const vision::RefusedFrame& frame : c.frames_refused)
     text += fmt::format("    {}: {}\n", frame.name, frame.reason);
   return text;
 }
 
-lens_store::LensEntry EntryOf(const lens::LensCalibration& calibration) {
-  lens_store::LensEntry entry;
+vision::LensEntry EntryOf(const vision::LensCalibration& calibration) {
+  vision::LensEntry entry;
   static_cast<lens::KnownLens&>(entry) = calibration;
   entry.rms_px = calibration.rms_px;
   return entry;
@@ -110,7 +110,7 @@ std::string WithoutDashes(std::string text) {
 /// @param verdict  the verdict's line, `{}` being 0 or 1
 /// @param comment  a comment's line, `{}` being its text
 std::string WithVerdict(std::string text, std::string_view begin, const char* verdict,
-                        const char* comment, const lens::LensCalibration& calibration) {
+                        const char* comment, const vision::LensCalibration& calibration) {
   std::string mark = fmt::format(fmt::runtime(verdict), calibration.accepted ? 1 : 0);
   for (const std::string& reason : calibration.reasons) {
     const std::string words =
@@ -123,13 +123,13 @@ std::string WithVerdict(std::string text, std::string_view begin, const char* ve
   return text;
 }
 
-std::string Yaml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_files::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
-                     "# {}\n", calibration);
+std::string Yaml(const vision::LensCalibration& calibration) {
+  return WithVerdict(vision::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n", "# {}\n",
+                     calibration);
 }
 
-std::string Xml(const lens::LensCalibration& calibration) {
-  return WithVerdict(lens_files::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
+std::string Xml(const vision::LensCalibration& calibration) {
+  return WithVerdict(vision::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
                      "<accepted>{}</accepted>\n", "<!-- {} -->\n", calibration);
 }
 
@@ -139,7 +139,7 @@ bool Write(const std::string& option, const std::string& path, const std::string
 }
 
 int Run(const CalibrateLensOptions& options) {
-  const lens::Board board = BoardOf(options.board);
+  const target::Board board = BoardOf(options.board);
   if (const std::string problem = BoardOptionProblem(board); !problem.empty()) {
     std::cerr << "plumbline calibrate-lens: " << problem << '\n';
     return kExitUsage;
@@ -187,12 +187,12 @@ int Run(const CalibrateLensOptions& options) {
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
-  lens::CalibrationOptions criteria;
+  vision::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
   criteria.declared = options.declared;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
-  lens::LensCalibration calibration =
-      lens::CalibrateLens(board, frames.views, frames.size, criteria);
+  vision::LensCalibration calibration =
+      vision::CalibrateLens(board, frames.views, frames.size, criteria);
   if (!frames.size_conflict.empty()) {
     calibration.accepted = false;
     calibration.reasons = {frames.size_conflict};
@@ -204,12 +204,12 @@ int Run(const CalibrateLensOptions& options) {
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
   if (!interruption.Disarm()) return Interrupted();
-  if (!Write("--json", options.json, lens::LensJson(calibration)) ||
+  if (!Write("--json", options.json, vision::LensJson(calibration)) ||
       !Write("--yaml", options.yaml, Yaml(calibration)) ||
       !Write("--xml", options.xml, Xml(calibration)))
     return kExitUsage;
   if (calibration.accepted) {
-    const Result<std::string> dat = lens_files::ArToolKitBytes(calibration);
+    const Result<std::string> dat = vision::ArToolKitBytes(calibration);
     if (!options.dat.empty() && !dat) {
       std::cerr << fmt::format("{}: not written: {}\n", options.dat, dat.error());
     } else if (dat && !Write("--dat", options.dat, *dat)) {
@@ -220,10 +220,10 @@ int Run(const CalibrateLensOptions& options) {
         "{}: not written: the calibration was refused, which this format cannot state\n",
         options.dat);
   }
-  if (options.json == "-") std::cout << lens::LensJson(calibration);
+  if (options.json == "-") std::cout << vision::LensJson(calibration);
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout)
-        << ForReading << Summary(calibration, names->size());
+        << terminal::ForReading << Summary(calibration, names->size());
   return kExitOk;
 }
 

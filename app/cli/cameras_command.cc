@@ -11,10 +11,10 @@
 #include <set>
 #include <vector>
 
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/terminal_output.h"
-#include "app/text/json_text.h"
 #include "drivers/camera/v4l2_capabilities.h"
 
 namespace plumbline::cli {
@@ -224,7 +224,7 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
       exit_code = lines ? kExitOk : Fail("plumbline cameras: " + lines.error());
       return;
     }
-    if (!*json) std::cout << ForReading;
+    if (!*json) std::cout << terminal::ForReading;
     std::cout << (*json ? CamerasJson({}) : CamerasText({}));
     exit_code = kExitOk;
   });

@@ -11,20 +11,20 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/config/carried_numbers.h"
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_config_reader.h"
+#include "app/base/config/file_kind.h"
+#include "app/base/config/required_file.h"
+#include "app/base/terminal/terminal.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/cell/model_store/usable_model.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
 #include "app/cli/progress.h"
-#include "app/cli/terminal_output.h"
-#include "app/config/carried_numbers.h"
-#include "app/config/cell_reader.h"
-#include "app/config/daemon_config_reader.h"
-#include "app/config/file_kind.h"
-#include "app/config/required_file.h"
-#include "app/model_store/usable_model.h"
-#include "app/scene/object_table.h"
-#include "app/table/replay_file.h"
-#include "app/terminal/terminal.h"
-#include "app/text/json_text.h"
+#include "app/display/scene/object_table.h"
+#include "app/measure/table/replay_file.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/kinematics/chain.h"
@@ -128,11 +128,11 @@ bool CheckObjects(const config::DaemonConfig& config, config::FaultList& faults)
   if (file.empty()) return true;
   const auto text = config::ReadRequiredFile(file, faults);
   if (!text) return false;
-  const tracking::TagDatabase* const tags =
+  const target::TagDatabase* const tags =
       !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
-  const auto table = scene::ObjectTableFromText(*text, file, tags, faults);
+  const auto table = display::ObjectTableFromText(*text, file, tags, faults);
   if (!table) return false;
-  for (const scene::SceneObject& object : table->objects) {
+  for (const display::SceneObject& object : table->objects) {
     if (access(object.file.c_str(), R_OK) == 0) continue;
     faults.Add({config::Fault::Severity::kWarning, file, 0, "object.file",
                 fmt::format("{} of \"{}\" {}", object.file, object.name,
@@ -147,9 +147,9 @@ CheckedFile Check(const std::string& text, const std::string& file) {
   if (checked.is_configuration) {
     checked.config = config::DaemonConfigFromText(text, file, checked.faults);
     const bool replay = checked.config && checked.config->robot.transport == "replay";
-    if (replay && !table::ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
+    if (replay && !measure::ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
     if (checked.config) {
-      if (const auto why_not = model_store::ModelUnusableReason(checked.config->machine.cell)) {
+      if (const auto why_not = cell::ModelUnusableReason(checked.config->machine.cell)) {
         checked.faults.Add(
             {config::Fault::Severity::kFault, checked.config->cell_file, 0, "effect", *why_not});
         checked.config.reset();
@@ -158,8 +158,8 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     if (checked.config) {
       config::FaultList applied;
       checked.in_force = checked.config->machine;
-      if (auto model = model_store::CheckModelStore(checked.config->state_directory,
-                                                    checked.config->cell_file, applied)) {
+      if (auto model = cell::CheckModelStore(checked.config->state_directory,
+                                             checked.config->cell_file, applied)) {
         checked.in_force.cell = deflection::CellOfPoints(*model);
         checked.model_applied = true;
       }
@@ -180,7 +180,7 @@ CheckedFile Check(const std::string& text, const std::string& file) {
   } else {
     checked.cell = config::CellFromText(text, file, checked.faults);
     if (const auto why_not =
-            checked.cell ? model_store::ModelUnusableReason(*checked.cell) : std::nullopt) {
+            checked.cell ? cell::ModelUnusableReason(*checked.cell) : std::nullopt) {
       checked.faults.Add({config::Fault::Severity::kWarning, file, 0, "effect",
                           "the daemon refuses this model: " + *why_not});
     }
@@ -317,7 +317,8 @@ int Run(const CheckOptions& options) {
   if (options.json) {
     std::cout << text::JsonText(JsonOf(checked, options.file), 2) << '\n';
   } else {
-    std::cout << ForReading << FaultLines(checked.faults, ShowsColours(std::cout));
+    std::cout << terminal::ForReading
+              << FaultLines(checked.faults, terminal::ShowsColours(std::cout));
     for (const SummaryLine& line : Summary(checked)) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
@@ -327,7 +328,8 @@ int Run(const CheckOptions& options) {
                                                              : terminal::Tone::kWarning;
     std::cout << '\n'
               << options.file << ": "
-              << terminal::Painted(CountText(checked.faults), tone, ShowsColours(std::cout))
+              << terminal::Painted(CountText(checked.faults), tone,
+                                   terminal::ShowsColours(std::cout))
               << '\n';
   }
   return checked.cell ? kExitOk : kExitFault;

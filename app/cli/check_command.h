@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/config/fault.h"
+#include "app/base/config/fault.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace CLI {

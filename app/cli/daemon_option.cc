@@ -4,8 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/config/daemon_config_reader.h"
-#include "app/config/page_config.h"
+#include "app/base/config/daemon_config_reader.h"
+#include "app/base/config/page_config.h"
 
 namespace plumbline::cli {
 

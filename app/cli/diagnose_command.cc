@@ -7,32 +7,32 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/utc_text.h"
 #include "app/cli/diagnose_input.h"
 #include "app/cli/diagnose_outputs.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
-#include "app/cli/terminal_output.h"
-#include "app/diagnosis/summary.h"
-#include "app/siblings/siblings.h"
-#include "app/text/utc_text.h"
+#include "app/measure/diagnosis/summary.h"
+#include "app/measure/siblings/siblings.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::cli {
 namespace {
 
 /// Runs the engine, with siblings if any are given.
-Result<diagnosis::Diagnosis> Diagnosed(const DiagnosisEngine& engine,
-                                       const diagnosis::DiagnosisOptions& options,
-                                       DiagnoseInput& input) {
+Result<measure::Diagnosis> Diagnosed(const DiagnosisEngine& engine,
+                                     const measure::DiagnosisOptions& options,
+                                     DiagnoseInput& input) {
   if (input.siblings.empty()) return engine(input.cell, std::move(input.measured), options);
-  return siblings::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
-                                        engine, options);
+  return measure::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
+                                       engine, options);
 }
 
-diagnosis::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress& progress) {
-  diagnosis::DiagnosisOptions options;
+measure::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress& progress) {
+  measure::DiagnosisOptions options;
   options.threads = arguments.threads;
   options.time_zero_s = arguments.time_zero_s;
   options.order_unknown = arguments.order_unknown;
@@ -44,7 +44,7 @@ diagnosis::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progre
 }
 
 /// The first given option that only the report states; null if none is given.
-const char* OptionForReport(const report::CertificateDetails& details) {
+const char* OptionForReport(const measure::CertificateDetails& details) {
   if (details.tolerance_m) return "--tolerance-mm";
   if (!details.instrument.empty()) return "--instrument";
   if (!details.serial.empty()) return "--serial";
@@ -74,7 +74,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   }
   Interruption interruption;
   Progress progress(err, arguments.quiet);
-  const Result<diagnosis::Diagnosis> diagnosis =
+  const Result<measure::Diagnosis> diagnosis =
       Diagnosed(engine, OptionsOf(arguments, progress), input.value());
   progress.Clear();
   if (Interruption::Requested()) return Interrupted(err);
@@ -87,7 +87,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   const bool written = WriteDiagnoseOutputs(outputs, out, err);
   if (!arguments.quiet) {
     (arguments.json == "-" ? err : out)
-        << ForReading << diagnosis::SummaryText(*diagnosis, input->cell) << std::flush;
+        << terminal::ForReading << measure::SummaryText(*diagnosis, input->cell) << std::flush;
   }
   const auto missing = [&](const std::string& path, const std::string& option) {
     return !path.empty() && std::none_of(outputs.begin(), outputs.end(), [&](const auto& output) {
@@ -174,7 +174,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "cannot be read, or the corrected model would not be a valid cell; 2 wrong arguments,\n"
       "or a file cannot be written; 130 interrupted, no file was changed.");
   command->callback([arguments, &exit_code] {
-    exit_code = RunDiagnose(*arguments, diagnosis::Diagnose, std::cout, std::cerr);
+    exit_code = RunDiagnose(*arguments, measure::Diagnose, std::cout, std::cerr);
   });
 }
 

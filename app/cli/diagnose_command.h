@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "app/cli/diagnose_arguments.h"
-#include "app/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/diagnosis.h"
 
 namespace CLI {
 class App;
@@ -15,8 +15,8 @@ namespace plumbline::cli {
 
 void AddDiagnoseCommand(CLI::App& app, int& exit_code);
 
-using DiagnosisEngine = std::function<Result<diagnosis::Diagnosis>(
-    const model::CellModel&, table::MeasuredTable, const diagnosis::DiagnosisOptions&)>;
+using DiagnosisEngine = std::function<Result<measure::Diagnosis>(
+    const model::CellModel&, measure::MeasuredTable, const measure::DiagnosisOptions&)>;
 
 /// Reads the input, runs the engine, writes every file atomically and prints the summary. SIGINT
 /// and SIGTERM cancel it; no file is changed then.

@@ -5,10 +5,10 @@
 #include <map>
 #include <optional>
 
-#include "app/config/cell_reader.h"
-#include "app/siblings/repeated_rows.h"
-#include "app/siblings/sibling_folder.h"
-#include "app/text/sha256.h"
+#include "app/base/config/cell_reader.h"
+#include "app/base/text/sha256.h"
+#include "app/measure/siblings/repeated_rows.h"
+#include "app/measure/siblings/sibling_folder.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
 
@@ -17,37 +17,36 @@ namespace {
 
 /// Error if many rows of a sibling are also rows of the arm or of an earlier sibling.
 Result<void> CheckRepeatedRows(const DiagnoseArguments& arguments, const DiagnoseInput& input,
-                               const std::vector<siblings::Arm>& earlier,
-                               const siblings::Arm& sibling) {
+                               const std::vector<measure::Arm>& earlier,
+                               const measure::Arm& sibling) {
   const auto check = [&](const std::string& owner,
-                         const table::MeasuredTable& rows) -> Result<void> {
-    const std::size_t repeated =
-        siblings::RepeatedRows(rows, sibling.rows, input.cell.robot.joints);
-    if (!siblings::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
+                         const measure::MeasuredTable& rows) -> Result<void> {
+    const std::size_t repeated = measure::RepeatedRows(rows, sibling.rows, input.cell.robot.joints);
+    if (!measure::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
     return Error{fmt::format(
         "{}: {} of its {} rows are also rows of {} (same joints, same readings): a copy is not "
         "another arm, and would count twice; leave the folder out, or measure that arm",
         sibling.name, repeated, sibling.rows.rows.size(), owner)};
   };
   if (const Result<void> own = check(arguments.measured, input.measured); !own) return own;
-  for (const siblings::Arm& arm : earlier) {
+  for (const measure::Arm& arm : earlier) {
     if (const Result<void> other = check(arm.name, arm.rows); !other) return other;
   }
   return {};
 }
 
 /// Reads the siblings; each must be another arm, declared like this one.
-Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
-                                                const DiagnoseInput& input, std::ostream& err) {
-  std::vector<siblings::Arm> arms;
+Result<std::vector<measure::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
+                                               const DiagnoseInput& input, std::ostream& err) {
+  std::vector<measure::Arm> arms;
   std::map<std::string, std::string> owner_of_rows = {{input.data_sha256, arguments.measured}};
   for (const std::string& folder : arguments.siblings) {
     config::FaultList faults;
-    Result<siblings::Arm> arm = siblings::ReadArm(folder, faults);
+    Result<measure::Arm> arm = measure::ReadArm(folder, faults);
     err << config::FaultsText(faults);
     if (!arm) return Error{arm.error()};
     const Result<std::string> rows =
-        files::ReadFileUpTo(files::kTableSize, siblings::RowsFileOf(folder));
+        files::ReadFileUpTo(files::kTableSize, measure::RowsFileOf(folder));
     const auto [owner, is_new] = owner_of_rows.emplace(text::Sha256Hex(rows ? *rows : ""), folder);
     if (!is_new) {
       return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
@@ -56,7 +55,7 @@ Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& argumen
     if (const Result<void> own = CheckRepeatedRows(arguments, input, arms, *arm); !own) {
       return Error{own.error()};
     }
-    const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
+    const std::string difference = measure::DifferenceOf(input.cell, arm->cell);
     if (!difference.empty()) {
       return Error{fmt::format("{}: cannot be compared with {}: {}; leave it out", folder,
                                arguments.cell, difference)};
@@ -78,9 +77,9 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
                  files::ReadErrorText(arguments.measured, table_text.error())};
   config::FaultList faults;
   const auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
-  std::optional<table::MeasuredTable> measured;
+  std::optional<measure::MeasuredTable> measured;
   if (cell) {
-    measured = table::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
+    measured = measure::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
@@ -88,7 +87,7 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
                       {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
-  const Result<std::vector<siblings::Arm>> arms = ReadSiblings(arguments, input, err);
+  const Result<std::vector<measure::Arm>> arms = ReadSiblings(arguments, input, err);
   if (!arms) return Error{arms.error()};
   input.siblings = *arms;
   return input;

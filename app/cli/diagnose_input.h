@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/cli/diagnose_arguments.h"
-#include "app/siblings/sibling_prior.h"
-#include "app/table/csv.h"
+#include "app/measure/siblings/sibling_prior.h"
+#include "app/measure/table/csv.h"
 #include "firmware-like/model/cell_model.h"
 #include "firmware-like/result.h"
 
@@ -19,10 +19,10 @@ struct DiagnoseInput {
   std::string cell_text;
   std::string data_sha256;
   model::CellModel cell;
-  table::MeasuredTable measured;  ///< moved into the diagnosis
+  measure::MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
   std::vector<int> unreadable_lines;
-  std::vector<siblings::Arm> siblings;
+  std::vector<measure::Arm> siblings;
 };
 
 /// Reads all input files. Faults of the cell and of the rows are printed to `err`; the error is

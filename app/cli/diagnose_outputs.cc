@@ -5,16 +5,16 @@
 #include <ctime>
 #include <filesystem>
 
+#include "app/base/config/model_fingerprint.h"
+#include "app/base/text/sha256.h"
+#include "app/base/text/utc_text.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
-#include "app/config/model_fingerprint.h"
-#include "app/diagnosis/answer.h"
-#include "app/diagnosis/model_writer.h"
-#include "app/report/pdf.h"
-#include "app/report/report.h"
-#include "app/siblings/sibling_folder.h"
-#include "app/text/sha256.h"
-#include "app/text/utc_text.h"
+#include "app/measure/diagnosis/answer.h"
+#include "app/measure/diagnosis/model_writer.h"
+#include "app/measure/report/pdf.h"
+#include "app/measure/report/report.h"
+#include "app/measure/siblings/sibling_folder.h"
 #include "app/version.h"
 #include "drivers/files/text_file.h"
 
@@ -56,9 +56,9 @@ std::string FingerprintOf(const std::string& cell_text) {
 
 /// The corrected cell; empty, with the reason in `err`, if it would not be a valid one.
 std::string CorrectedCell(const DiagnoseArguments& arguments, const DiagnoseInput& input,
-                          const diagnosis::Diagnosis& diagnosis,
-                          const diagnosis::DataOrigin& origin, std::ostream& err) {
-  const auto model = diagnosis::CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
+                          const measure::Diagnosis& diagnosis, const measure::DataOrigin& origin,
+                          std::ostream& err) {
+  const auto model = measure::CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
   if (model) return *model;
   err << arguments.model
       << ": not written, because the corrected model would not be a valid cell. A residual or "
@@ -69,9 +69,9 @@ std::string CorrectedCell(const DiagnoseArguments& arguments, const DiagnoseInpu
 }
 
 std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& input,
-                     const diagnosis::Diagnosis& diagnosis, const diagnosis::DataOrigin& origin,
+                     const measure::Diagnosis& diagnosis, const measure::DataOrigin& origin,
                      const std::string& corrected_cell) {
-  const report::ReportSource source{
+  const measure::ReportSource source{
       fs::path(arguments.cell).filename().string(),
       origin.file,
       origin.rows,
@@ -84,7 +84,7 @@ std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& in
       FingerprintOf(input.cell_text),
       corrected_cell.empty() ? std::string() : FingerprintOf(corrected_cell),
       arguments.certificate_details};
-  return report::ReportHtml(diagnosis, input.cell, source);
+  return measure::ReportHtml(diagnosis, input.cell, source);
 }
 
 }  // namespace
@@ -97,8 +97,8 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
                                {"--next-poses", NextPosesPath(arguments)}};
   std::vector<std::string> inputs = {arguments.cell, arguments.measured};
   for (const std::string& folder : arguments.siblings) {
-    inputs.push_back(siblings::CellFileOf(folder));
-    inputs.push_back(siblings::RowsFileOf(folder));
+    inputs.push_back(measure::CellFileOf(folder));
+    inputs.push_back(measure::RowsFileOf(folder));
   }
   bool writable = !OverwritesFile("diagnose", outputs, inputs, err);
   for (const auto& [option, path] : outputs) {
@@ -111,18 +111,18 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
     }
   }
   if (arguments.pdf.empty()) return writable;
-  const std::string why = report::WhyNoPdf();
+  const std::string why = measure::WhyNoPdf();
   if (!why.empty()) err << fmt::format("plumbline diagnose: --pdf: {}\n", why);
   return writable && why.empty();
 }
 
 std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
                                             const DiagnoseInput& input,
-                                            const diagnosis::Diagnosis& diagnosis,
+                                            const measure::Diagnosis& diagnosis,
                                             std::ostream& err) {
   std::vector<DiagnoseOutput> outputs;
-  const diagnosis::DataOrigin origin{fs::path(arguments.measured).filename().string(),
-                                     static_cast<int>(input.rows), Today()};
+  const measure::DataOrigin origin{fs::path(arguments.measured).filename().string(),
+                                   static_cast<int>(input.rows), Today()};
   std::string corrected_cell;
   if (!arguments.model.empty())
     corrected_cell = CorrectedCell(arguments, input, diagnosis, origin, err);
@@ -132,7 +132,7 @@ std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
     const std::string html = ReportOf(arguments, input, diagnosis, origin, corrected_cell);
     if (!arguments.report.empty()) outputs.push_back({"--report", arguments.report, html});
     if (!arguments.pdf.empty()) {
-      const Result<std::string> pdf = report::PdfFromHtml(html);
+      const Result<std::string> pdf = measure::PdfFromHtml(html);
       if (pdf) {
         outputs.push_back({"--pdf", arguments.pdf, *pdf});
       } else {
@@ -142,11 +142,11 @@ std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
   }
   std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
   if (!poses.empty()) {
-    outputs.push_back({"--next-poses", poses, diagnosis::NextPosesCsv(diagnosis, input.cell)});
+    outputs.push_back({"--next-poses", poses, measure::NextPosesCsv(diagnosis, input.cell)});
     poses = NameForJson(poses, arguments.json);
   }
   if (!arguments.json.empty())
-    outputs.push_back({"--json", arguments.json, diagnosis::AnswerJson(diagnosis, poses)});
+    outputs.push_back({"--json", arguments.json, measure::AnswerJson(diagnosis, poses)});
   return outputs;
 }
 

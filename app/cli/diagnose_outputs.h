@@ -7,7 +7,7 @@
 
 #include "app/cli/diagnose_arguments.h"
 #include "app/cli/diagnose_input.h"
-#include "app/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/diagnosis.h"
 
 namespace plumbline::cli {
 
@@ -24,8 +24,7 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
 /// that cannot be made is missing, and `err` receives the reason.
 std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
                                             const DiagnoseInput& input,
-                                            const diagnosis::Diagnosis& diagnosis,
-                                            std::ostream& err);
+                                            const measure::Diagnosis& diagnosis, std::ostream& err);
 
 /// Writes each file atomically, and the text of path "-" to `out`.
 /// @return  whether all could be written; `err` receives the failures

@@ -7,11 +7,11 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/terminal/terminal.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/cli/doctor/examine.h"
 #include "app/cli/exit_codes.h"
-#include "app/cli/terminal_output.h"
-#include "app/doctor/examine.h"
-#include "app/terminal/terminal.h"
-#include "app/text/json_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -21,10 +21,10 @@ struct DoctorOptions {
   bool json = false;
 };
 
-std::string ResultsJson(const doctor::CheckResults& found) {
+std::string ResultsJson(const CheckResults& found) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const doctor::CheckResult& result : found) {
-    list.push_back({{"health", doctor::HealthText(result.health)},
+  for (const CheckResult& result : found) {
+    list.push_back({{"health", HealthText(result.health)},
                     {"what", result.subject},
                     {"detail", result.finding},
                     {"told", result.finding},  // its previous name
@@ -34,19 +34,19 @@ std::string ResultsJson(const doctor::CheckResults& found) {
 }
 
 /// The health in its colour, padded to a column.
-std::string HealthColumn(doctor::Health health, bool colours) {
-  const std::string word = doctor::HealthText(health);
+std::string HealthColumn(Health health, bool colours) {
+  const std::string word = HealthText(health);
   const std::string padding(word.size() < 8 ? 8 - word.size() : 0, ' ');
-  if (health == doctor::Health::kFault)
+  if (health == Health::kFault)
     return terminal::Painted(word, terminal::Tone::kFault, colours) + padding;
-  if (health == doctor::Health::kWarning)
+  if (health == Health::kWarning)
     return terminal::Painted(word, terminal::Tone::kWarning, colours) + padding;
   return word + padding;
 }
 
-std::string ResultsText(const doctor::CheckResults& found, bool colours) {
+std::string ResultsText(const CheckResults& found, bool colours) {
   std::string text;
-  for (const doctor::CheckResult& result : found) {
+  for (const CheckResult& result : found) {
     text += fmt::format("{} {:<16}  {}\n", HealthColumn(result.health, colours), result.subject,
                         result.finding);
     if (!result.remedy.empty()) text += fmt::format("{:<25}  do: {}\n", "", result.remedy);
@@ -55,17 +55,16 @@ std::string ResultsText(const doctor::CheckResults& found, bool colours) {
 }
 
 int RunDoctor(const DoctorOptions& options) {
-  const doctor::CheckResults found = doctor::Examine(options.config, options.user);
-  const auto count = [&](doctor::Health health) {
-    return std::count_if(found.begin(), found.end(), [&](const doctor::CheckResult& result) {
-      return result.health == health;
-    });
+  const CheckResults found = Examine(options.config, options.user);
+  const auto count = [&](Health health) {
+    return std::count_if(found.begin(), found.end(),
+                         [&](const CheckResult& result) { return result.health == health; });
   };
-  const auto faults = count(doctor::Health::kFault), warnings = count(doctor::Health::kWarning);
+  const auto faults = count(Health::kFault), warnings = count(Health::kWarning);
   if (options.json) {
     std::cout << ResultsJson(found);
   } else {
-    std::cout << ForReading << ResultsText(found, ShowsColours(std::cout))
+    std::cout << terminal::ForReading << ResultsText(found, terminal::ShowsColours(std::cout))
               << fmt::format("{} fault{}, {} warning{}\n", faults, faults == 1 ? "" : "s", warnings,
                              warnings == 1 ? "" : "s");
   }

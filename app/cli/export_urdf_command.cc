@@ -7,16 +7,16 @@
 #include <iostream>
 #include <set>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/required_file.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
-#include "app/config/cell_reader.h"
-#include "app/config/required_file.h"
-#include "app/urdf/chain_difference.h"
-#include "app/urdf/corrected_urdf.h"
-#include "app/urdf/static_geometry.h"
+#include "app/measure/urdf/chain_difference.h"
+#include "app/measure/urdf/corrected_urdf.h"
+#include "app/measure/urdf/static_geometry.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/geometry/angle.h"
 
@@ -33,7 +33,7 @@ constexpr int kExportedPostures = 1000;
 
 /// What the cell's model has and a URDF has no place for, one line each.
 std::vector<std::string> NotCarried(const model::CellModel& cell,
-                                    const urdf::StaticGeometry& geometry, int index) {
+                                    const measure::StaticGeometry& geometry, int index) {
   const model::Tool& tool = cell.ToolAt(index);
   std::vector<std::string> lines;
   const std::set<std::string> left(geometry.left_out.begin(), geometry.left_out.end());
@@ -67,16 +67,16 @@ std::vector<std::string> NotCarried(const model::CellModel& cell,
 
 /// Distance between the exported tip and the flange of the full model, deflected by the arm's own
 /// weight; nullopt if the model cannot be evaluated.
-std::optional<urdf::ChainDifference> LeftByUrdf(const model::CellModel& cell,
-                                                const urdf::JointChain& exported,
-                                                const Pose& X_base_B, int tool) {
+std::optional<measure::ChainDifference> LeftByUrdf(const model::CellModel& cell,
+                                                   const measure::JointChain& exported,
+                                                   const Pose& X_base_B, int tool) {
   const deflection::LoadedArm arm(cell);
   if (arm.torques_missing()) return std::nullopt;
-  urdf::ChainDifference difference;
+  measure::ChainDifference difference;
   deflection::LoadedState state;
   loads::Payload payload;
   payload.tool = tool;
-  for (const model::JointVector& q : urdf::RandomPostures(cell.robot, kExportedPostures)) {
+  for (const model::JointVector& q : measure::RandomPostures(cell.robot, kExportedPostures)) {
     if (!arm.AtCommanded(q, payload, effects::Conditions{}, state)) return std::nullopt;
     difference.Add(TipPose(exported, q), X_base_B * state.posture.X_BF());
   }
@@ -84,13 +84,14 @@ std::optional<urdf::ChainDifference> LeftByUrdf(const model::CellModel& cell,
 }
 
 void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
-                 const urdf::StaticGeometry& geometry, const urdf::CorrectedOrigins& corrected,
-                 const urdf::JointChain& exported, int tool) {
+                 const measure::StaticGeometry& geometry,
+                 const measure::CorrectedOrigins& corrected, const measure::JointChain& exported,
+                 int tool) {
   std::ostream& out = options.out == "-" ? std::cerr : std::cout;
   out << fmt::format("{}: {} of {} effects written into {} joint origin{}\n", options.out,
                      geometry.included.size(), geometry.included.size() + geometry.left_out.size(),
                      corrected.origins.size(), corrected.origins.size() == 1 ? "" : "s");
-  for (const urdf::MovedOrigin& moved : corrected.origins) {
+  for (const measure::MovedOrigin& moved : corrected.origins) {
     out << fmt::format("  {:<24} {:9.4f} mm {:9.5f} deg\n", moved.joint, 1e3 * moved.distance_m,
                        kDegPerRad * moved.angle_rad);
   }
@@ -127,11 +128,11 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
   config::FaultList faults;
   const auto cell = config::ReadCell(options.cell, faults);
   const auto text = config::ReadRequiredFile(options.file, faults);
-  const auto read = [&](const std::string& from) -> std::optional<urdf::JointChain> {
-    const auto file = urdf::UrdfFromText(from, options.file, faults);
+  const auto read = [&](const std::string& from) -> std::optional<measure::JointChain> {
+    const auto file = measure::UrdfFromText(from, options.file, faults);
     if (!file) return std::nullopt;
-    return urdf::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
-                               options.ends.rising(), faults);
+    return measure::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
+                                  options.ends.rising(), faults);
   };
   const auto chain = text ? read(*text) : std::nullopt;
   std::cerr << config::FaultsText(faults);
@@ -141,14 +142,14 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
     std::cerr << "plumbline export-urdf: " << tool.error() << '\n';
     return kExitUsage;
   }
-  const urdf::StaticGeometry geometry = urdf::StaticGeometryOf(*cell);
-  const auto file = urdf::UrdfFromText(*text, options.file, faults);
-  const auto corrected = urdf::CorrectedOriginsOf(*file, *chain, cell->robot, geometry.robot);
+  const measure::StaticGeometry geometry = measure::StaticGeometryOf(*cell);
+  const auto file = measure::UrdfFromText(*text, options.file, faults);
+  const auto corrected = measure::CorrectedOriginsOf(*file, *chain, cell->robot, geometry.robot);
   if (!corrected) {
     std::cerr << options.file << ": " << corrected.error() << '\n';
     return kExitFault;
   }
-  const std::string exported = urdf::UrdfWithOrigins(*text, corrected->origins);
+  const std::string exported = measure::UrdfWithOrigins(*text, corrected->origins);
   if (!PrintOrWriteOutput(options.out, exported, "--output")) return kExitUsage;
   if (const auto back = read(exported)) {
     PrintExport(options, *cell, geometry, *corrected, *back, *tool);

@@ -9,15 +9,15 @@
 #include <filesystem>
 #include <iostream>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/required_file.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/imported_joints.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
-#include "app/config/cell_reader.h"
-#include "app/config/required_file.h"
-#include "app/imports/ask.h"
-#include "app/imports/preview.h"
-#include "app/table/csv.h"
+#include "app/measure/imports/ask.h"
+#include "app/measure/imports/preview.h"
+#include "app/measure/table/csv.h"
 #include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
@@ -26,51 +26,51 @@ namespace {
 struct ImportCommandOptions {
   std::string file, joints, mapping, joints_mapping, out, cell, permissible_error;
   bool preview = false;
-  imports::ImportOptions units;
+  measure::ImportOptions units;
 };
 
 /// "15+6": 15 um + 6 um/m.
-std::optional<imports::PermissibleError> PermissibleErrorOf(const std::string& text) {
+std::optional<measure::PermissibleError> PermissibleErrorOf(const std::string& text) {
   const auto plus = text.find('+');
-  const auto constant = imports::NumberIn(text.substr(0, plus), '.');
+  const auto constant = measure::NumberIn(text.substr(0, plus), '.');
   const auto slope = plus == std::string::npos ? std::optional<double>(0)
-                                               : imports::NumberIn(text.substr(plus + 1), '.');
+                                               : measure::NumberIn(text.substr(plus + 1), '.');
   if (!constant || !slope || *constant < 0 || *slope < 0) return std::nullopt;
-  return imports::PermissibleError{1e-3 * *constant, 1e-3 * *slope};
+  return measure::PermissibleError{1e-3 * *constant, 1e-3 * *slope};
 }
 
 /// The mapping of a file: from the mapping file if it exists; else asked on a terminal, or what was
 /// understood, and kept in that file. Nothing is kept for a preview.
 class MappedFile {
  public:
-  MappedFile(const ImportCommandOptions& options, imports::FileRole role)
+  MappedFile(const ImportCommandOptions& options, measure::FileRole role)
       : options_(options),
         role_(role),
-        path_(role == imports::FileRole::kJoints ? options.joints : options.file),
-        mapping_path_(role == imports::FileRole::kJoints ? options.joints_mapping
+        path_(role == measure::FileRole::kJoints ? options.joints : options.file),
+        mapping_path_(role == measure::FileRole::kJoints ? options.joints_mapping
                                                          : options.mapping) {}
 
   /// @return nullopt after a fault
-  std::optional<imports::UnderstoodFile> Read(config::FaultList& faults) {
+  std::optional<measure::UnderstoodFile> Read(config::FaultList& faults) {
     const auto bytes = config::ReadRequiredFile(path_, faults, files::kTableSize);
     if (!bytes) return std::nullopt;
-    imports::Mapping mapping;
+    measure::Mapping mapping;
     const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
     if (known) {
       const auto text = config::ReadRequiredFile(mapping_path_, faults);
       const auto read =
-          text ? imports::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
+          text ? measure::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
       if (!read) return std::nullopt;
       mapping = *read;
     }
     config::FaultList own;
     auto file =
-        imports::Understand(*bytes, path_, role_, mapping, mapping_path_, options_.units, own);
+        measure::Understand(*bytes, path_, role_, mapping, mapping_path_, options_.units, own);
     if (!known && !mapping_path_.empty() && !options_.preview) {
       if (const auto asked = Asked(file)) {
         own = {};
         file =
-            imports::Understand(*bytes, path_, role_, *asked, mapping_path_, options_.units, own);
+            measure::Understand(*bytes, path_, role_, *asked, mapping_path_, options_.units, own);
         Keep(*asked);
       }
     }
@@ -79,19 +79,19 @@ class MappedFile {
   }
 
  private:
-  static std::optional<imports::Mapping> Asked(const imports::UnderstoodFile& file) {
-    if (isatty(STDIN_FILENO) == 0) return imports::MappingOf(file);
-    return imports::AskMapping(file, std::cin, std::cerr);
+  static std::optional<measure::Mapping> Asked(const measure::UnderstoodFile& file) {
+    if (isatty(STDIN_FILENO) == 0) return measure::MappingOf(file);
+    return measure::AskMapping(file, std::cin, std::cerr);
   }
-  void Keep(const imports::Mapping& mapping) const {
-    const auto written = files::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
+  void Keep(const measure::Mapping& mapping) const {
+    const auto written = files::WriteTextFile(mapping_path_, measure::TextOfMapping(mapping));
     std::cerr << (written ? fmt::format("{}: mapping written; edit it to change the import\n",
                                         mapping_path_)
                           : UnwritableText(mapping_path_, written.error(), "--mapping"));
   }
 
   const ImportCommandOptions& options_;
-  imports::FileRole role_;
+  measure::FileRole role_;
   std::string path_, mapping_path_;
 };
 
@@ -102,13 +102,13 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
   config::FaultList of_cell;
   const auto cell = config::ReadCell(options.cell, of_cell);
   if (!cell) return faults.Append(of_cell);
-  const auto table = table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
-                                         cell->robot.joints, faults);
+  const auto table = measure::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
+                                           cell->robot.joints, faults);
   if (table) CheckImportedJoints(*cell, *table, options.units.angle_unit, faults);
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.
-std::string IgnoredText(const imports::UnderstoodFile& file) {
+std::string IgnoredText(const measure::UnderstoodFile& file) {
   constexpr std::size_t kMost = 20;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
@@ -125,30 +125,30 @@ std::string IgnoredText(const imports::UnderstoodFile& file) {
 }
 
 /// Prints the columns of a file that are not used.
-void PrintIgnored(const imports::UnderstoodFile& file) {
+void PrintIgnored(const measure::UnderstoodFile& file) {
   const std::string ignored = IgnoredText(file);
   if (!ignored.empty()) std::cerr << file.file << ": " << ignored << '\n';
 }
 
 /// Faults of a table that cannot be measured.csv.
-void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFile& file,
-               const imports::ImportedTable& rows, config::FaultList& faults) {
+void CheckRows(const ImportCommandOptions& options, const measure::UnderstoodFile& file,
+               const measure::ImportedTable& rows, config::FaultList& faults) {
   const auto has = [&](auto&& test) {
     return std::any_of(rows.rows.begin(), rows.rows.end(), test);
   };
   const auto fault = [&](const std::string& what) {
     faults.Add({config::Fault::Severity::kFault, options.file, 0, "", what});
   };
-  if (!has([](const imports::ImportedRow& row) { return row.HasJoints(); })) {
+  if (!has([](const measure::ImportedRow& row) { return row.HasJoints(); })) {
     fault(
         "has no joint columns (q1, joint 1, J1, A1 ..): give the file of the joints with "
         "--joints, or map the columns to q1_deg ..");
   }
-  const bool gauge = has([](const imports::ImportedRow& row) {
+  const bool gauge = has([](const measure::ImportedRow& row) {
     return row.numbers.contains("gauge_mm") && !row.texts.contains("artefact");
   });
   if (gauge) fault("holds gauge readings: name the [[artefact]] of the cell with --artefact");
-  const bool has_length = has([](const imports::ImportedRow& row) {
+  const bool has_length = has([](const measure::ImportedRow& row) {
     const auto& n = row.numbers;
     return n.contains("x_mm") || n.contains("range_mm") || n.contains("gauge_mm");
   });
@@ -157,7 +157,7 @@ void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFil
         "holds no position, range or gauge reading to which --permissible-error-um applies; "
         "leave it out");
   }
-  if (!has([](const imports::ImportedRow& row) { return row.HasMeasurement(); })) {
+  if (!has([](const measure::ImportedRow& row) { return row.HasMeasurement(); })) {
     fault(
         "has no row with a usable measurement: a position, range, gauge reading, orientation or "
         "touched artefact" +
@@ -170,7 +170,7 @@ int PreviewYaml(const ImportCommandOptions& options) {
   const auto text = config::ReadRequiredFile(options.file, faults, files::kTableSize);
   std::cerr << config::FaultsText(faults);
   if (!text) return kExitFault;
-  const auto shown = imports::RobotCalibrationText(*text);
+  const auto shown = measure::RobotCalibrationText(*text);
   if (!shown) std::cerr << options.file << ": " << shown.error() << '\n';
   if (!shown) return kExitFault;
   std::cout << options.file << ": " << *shown;
@@ -181,16 +181,16 @@ int PreviewYaml(const ImportCommandOptions& options) {
   return kExitFault;
 }
 
-void PrintRejected(const imports::ImportedTable& rows) {
-  for (const imports::RejectedLine& line : rows.rejected) {
+void PrintRejected(const measure::ImportedTable& rows) {
+  for (const measure::RejectedLine& line : rows.rejected) {
     std::cerr << fmt::format("{}:{}: rejected: {}\n", line.file, line.line, line.reason);
   }
 }
 
-std::string CountsText(const imports::ImportedTable& rows) {
+std::string CountsText(const measure::ImportedTable& rows) {
   const auto measured =
       std::count_if(rows.rows.begin(), rows.rows.end(),
-                    [](const imports::ImportedRow& row) { return row.HasMeasurement(); });
+                    [](const measure::ImportedRow& row) { return row.HasMeasurement(); });
   const auto count = [](std::size_t number, const char* noun) {
     return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
   };
@@ -198,7 +198,7 @@ std::string CountsText(const imports::ImportedTable& rows) {
                      measured, count(rows.rejected.size(), "line"));
 }
 
-int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
+int WriteImport(const ImportCommandOptions& options, const measure::ImportedTable& rows,
                 const std::string& csv) {
   if (!PrintOrWriteOutput(options.out, csv, "--output")) return kExitUsage;
   PrintRejected(rows);
@@ -207,18 +207,18 @@ int WriteImport(const ImportCommandOptions& options, const imports::ImportedTabl
   return kExitOk;
 }
 
-void PrintPreviews(const ImportCommandOptions& options, const imports::UnderstoodFile& file,
-                   const std::optional<imports::UnderstoodFile>& joints) {
+void PrintPreviews(const ImportCommandOptions& options, const measure::UnderstoodFile& file,
+                   const std::optional<measure::UnderstoodFile>& joints) {
   std::cout << PreviewText(file, RowsOf(file, options.units));
   if (joints) std::cout << PreviewText(*joints, RowsOf(*joints, options.units));
 }
 
 int ImportFiles(const ImportCommandOptions& options) {
   config::FaultList faults;
-  const auto file = MappedFile(options, imports::FileRole::kMeasured).Read(faults);
-  std::optional<imports::UnderstoodFile> joints;
+  const auto file = MappedFile(options, measure::FileRole::kMeasured).Read(faults);
+  std::optional<measure::UnderstoodFile> joints;
   if (!options.joints.empty()) {
-    joints = MappedFile(options, imports::FileRole::kJoints).Read(faults);
+    joints = MappedFile(options, measure::FileRole::kJoints).Read(faults);
   }
   if (!file || (!options.joints.empty() && !joints)) {
     std::cerr << config::FaultsText(faults);
@@ -231,7 +231,7 @@ int ImportFiles(const ImportCommandOptions& options) {
     if (options.preview) PrintPreviews(options, *file, joints);
     return kExitFault;
   }
-  imports::ImportedTable rows = RowsOf(*file, options.units);
+  measure::ImportedTable rows = RowsOf(*file, options.units);
   if (options.preview) PrintPreviews(options, *file, joints);
   if (joints) rows = WithJoints(rows, RowsOf(*joints, options.units), options.joints, faults);
   const bool joints_given = std::any_of(rows.rows.begin(), rows.rows.end(),

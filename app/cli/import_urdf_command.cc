@@ -6,16 +6,16 @@
 #include <filesystem>
 #include <iostream>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/required_file.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/urdf_options.h"
-#include "app/config/cell_reader.h"
-#include "app/config/required_file.h"
-#include "app/urdf/cell_text.h"
-#include "app/urdf/chain_difference.h"
-#include "app/urdf/dh_table.h"
-#include "app/urdf/ur_kinematics.h"
+#include "app/measure/urdf/cell_text.h"
+#include "app/measure/urdf/chain_difference.h"
+#include "app/measure/urdf/dh_table.h"
+#include "app/measure/urdf/ur_kinematics.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline::cli {
@@ -29,26 +29,26 @@ struct ImportUrdfOptions {
 
 constexpr int kImportedPostures = 1000;
 
-std::optional<urdf::JointChain> ReadChain(const ImportUrdfOptions& options,
-                                          config::FaultList& faults) {
+std::optional<measure::JointChain> ReadChain(const ImportUrdfOptions& options,
+                                             config::FaultList& faults) {
   const auto text = config::ReadRequiredFile(options.file, faults);
   if (!text) return std::nullopt;
-  if (urdf::IsUrKinematics(*text)) {
+  if (measure::IsUrKinematics(*text)) {
     const auto angles =
-        options.ur_angles == "xyz" ? urdf::UrAngles::kXyz : urdf::UrAngles::kRollPitchYaw;
-    return urdf::ChainFromUrKinematics(*text, options.file, angles, faults);
+        options.ur_angles == "xyz" ? measure::UrAngles::kXyz : measure::UrAngles::kRollPitchYaw;
+    return measure::ChainFromUrKinematics(*text, options.file, angles, faults);
   }
-  const auto file = urdf::UrdfFromText(*text, options.file, faults);
+  const auto file = measure::UrdfFromText(*text, options.file, faults);
   if (!file) return std::nullopt;
-  return urdf::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
-                             options.ends.rising(), faults);
+  return measure::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
+                                options.ends.rising(), faults);
 }
 
 /// Reports how far the cell, read back from its text, is from the chain.
-void ReportImport(const std::string& name, const urdf::JointChain& chain,
+void ReportImport(const std::string& name, const measure::JointChain& chain,
                   const model::CellModel& cell) {
-  const urdf::ChainDifference difference =
-      DifferenceOf(chain, cell.robot, urdf::RandomPostures(cell.robot, kImportedPostures));
+  const measure::ChainDifference difference =
+      DifferenceOf(chain, cell.robot, measure::RandomPostures(cell.robot, kImportedPostures));
   std::cerr << fmt::format(
       "{}: {} joints from {} to {}; over {} postures the cell's flange is within {:.1g} mm and "
       "{:.1g} deg of {}\n",
@@ -66,8 +66,9 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
   const auto chain = ReadChain(options, faults);
   std::cerr << config::FaultsText(faults);
   if (!chain) return kExitFault;
-  const std::string text = urdf::CellText(urdf::RobotFromChain(*chain), *chain,
-                                          std::filesystem::path(options.file).filename().string());
+  const std::string text =
+      measure::CellText(measure::RobotFromChain(*chain), *chain,
+                        std::filesystem::path(options.file).filename().string());
   const std::string name = to_out ? "cell" : options.out;
   const auto cell = config::CellFromText(text, name, faults);
   if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";

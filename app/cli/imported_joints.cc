@@ -15,21 +15,21 @@
 namespace plumbline::cli {
 namespace {
 
-std::vector<const table::MeasuredRow*> AllRows(const table::MeasuredTable& table) {
-  std::vector<const table::MeasuredRow*> rows;
+std::vector<const measure::MeasuredRow*> AllRows(const measure::MeasuredTable& table) {
+  std::vector<const measure::MeasuredRow*> rows;
   for (const auto* list : {&table.rows, &table.unmeasured}) {
-    for (const table::MeasuredRow& row : *list) rows.push_back(&row);
+    for (const measure::MeasuredRow& row : *list) rows.push_back(&row);
   }
   return rows;
 }
 
 /// True if the angles were probably degrees that were read as radians: a joint is turned by more
 /// than two turns, and every row is within the limits once the factor is undone.
-bool AreDegrees(const kinematics::Chain& chain, const std::vector<const table::MeasuredRow*>& rows,
-                double margin) {
+bool AreDegrees(const kinematics::Chain& chain,
+                const std::vector<const measure::MeasuredRow*>& rows, double margin) {
   constexpr double kTwoTurns_rad = 4 * std::numbers::pi;
   double largest_rad = 0;
-  const bool fit = std::all_of(rows.begin(), rows.end(), [&](const table::MeasuredRow* row) {
+  const bool fit = std::all_of(rows.begin(), rows.end(), [&](const measure::MeasuredRow* row) {
     model::JointVector q = row->q;
     for (int j = 0; j < chain.size(); ++j) {
       if (chain.type(j) != model::JointType::kRevolute) continue;
@@ -54,16 +54,16 @@ std::string Remedy(bool are_degrees, const std::string& angle_unit) {
 
 }  // namespace
 
-void CheckImportedJoints(const model::CellModel& cell, const table::MeasuredTable& table,
+void CheckImportedJoints(const model::CellModel& cell, const measure::MeasuredTable& table,
                          const std::string& angle_unit, config::FaultList& faults) {
   const double margin = PlausibilityLimits{}.limit_margin_rad;
   const kinematics::Chain chain(cell.robot);
-  const std::vector<const table::MeasuredRow*> rows = AllRows(table);
+  const std::vector<const measure::MeasuredRow*> rows = AllRows(table);
   for (int j = 0; j < chain.size(); ++j) {
     const double low = chain.lower()[j], high = chain.upper()[j];
-    const table::MeasuredRow* first = nullptr;
+    const measure::MeasuredRow* first = nullptr;
     int outside = 0;
-    for (const table::MeasuredRow* row : rows) {
+    for (const measure::MeasuredRow* row : rows) {
       if (row->q[j] >= low - margin && row->q[j] <= high + margin) continue;
       ++outside;
       if (first == nullptr || row->line < first->line) first = row;

@@ -9,6 +9,15 @@
 #include <memory>
 #include <thread>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_config.h"
+#include "app/base/config/required_file.h"
+#include "app/base/config/toml_reader.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/base/text/utc_text.h"
+#include "app/cell/journal/journal.h"
+#include "app/cell/journal/journal_csv.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/journal_integrity.h"
@@ -17,16 +26,7 @@
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/state_subcommand.h"
-#include "app/cli/terminal_output.h"
-#include "app/config/cell_reader.h"
-#include "app/config/daemon_config.h"
-#include "app/config/required_file.h"
-#include "app/config/toml_reader.h"
-#include "app/diagnosis/observations.h"
-#include "app/journal/journal.h"
-#include "app/journal/journal_csv.h"
-#include "app/text/json_text.h"
-#include "app/text/utc_text.h"
+#include "app/measure/diagnosis/observations.h"
 
 namespace plumbline::cli {
 namespace {
@@ -43,7 +43,7 @@ struct JournalOptions {
   std::vector<std::int64_t> ids;  ///< ids of quarantined rows
 
   std::string JournalFile() const { return state + "/journal.sqlite"; }
-  journal::JournalFilter Filter(journal::JournalFilter::Rows rows) const {
+  cell::JournalFilter Filter(cell::JournalFilter::Rows rows) const {
     return {after, last, session, model_version, rows};
   }
 };
@@ -53,8 +53,8 @@ int Import(const JournalOptions& options) {
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
   const std::optional<std::string> text =
       config::ReadRequiredFile(options.file, faults, files::kTableSize);
-  std::optional<table::MeasuredTable> table;
-  if (text && cell) table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
+  std::optional<measure::MeasuredTable> table;
+  if (text && cell) table = measure::TableFromCsv(*text, options.file, cell->robot.joints, faults);
   std::cerr << config::FaultsText(faults);
   if (!table) return kExitFault;
   if (!table->recorded.position && !table->recorded.range && !table->recorded.artefact) {
@@ -70,7 +70,7 @@ int Import(const JournalOptions& options) {
                 kExitFault);
   }
   if (table->rows.empty()) return Fail(options.file + ": has no rows", kExitFault);
-  if (const auto observed = diagnosis::ObservationsOf(*cell, *table); !observed) {
+  if (const auto observed = measure::ObservationsOf(*cell, *table); !observed) {
     return Fail(options.file + ": " + observed.error(), kExitFault);
   }
   if (table->unmeasured.size() > 0) {
@@ -82,16 +82,16 @@ int Import(const JournalOptions& options) {
     std::cerr << fmt::format("{}: column {} is not stored in the journal\n", options.file, column);
   }
   std::vector<int> skipped = table->unreadable_lines;
-  for (const table::MeasuredRow& row : table->unmeasured) skipped.push_back(row.line);
+  for (const measure::MeasuredRow& row : table->unmeasured) skipped.push_back(row.line);
   std::sort(skipped.begin(), skipped.end());
   skipped.erase(std::unique(skipped.begin(), skipped.end()), skipped.end());
   std::error_code ignored;  // opening the journal reports the error
   std::filesystem::create_directories(options.state, ignored);
-  Result<journal::Journal> journal = journal::Journal::Open(options.JournalFile());
+  Result<cell::Journal> journal = cell::Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
-  const std::uint64_t hash = journal::ContentHash(*text);
+  const std::uint64_t hash = cell::ContentHash(*text);
   const Result<std::int64_t> last = journal.value().AppendImport(
-      journal::JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
+      cell::JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
   if (!last) {
     const auto before = journal.value().ImportedAs(hash);
     const bool twice = !options.again && before && before->has_value();
@@ -110,7 +110,7 @@ int Import(const JournalOptions& options) {
 }
 
 /// Opens the journal of an existing state directory for reading.
-Result<journal::Journal> ExistingJournal(const JournalOptions& options) {
+Result<cell::Journal> ExistingJournal(const JournalOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.JournalFile(), unknown)) {
     return Error{fmt::format(
@@ -118,7 +118,7 @@ Result<journal::Journal> ExistingJournal(const JournalOptions& options) {
         "first start, and so does `plumbline journal import`. Or give another --state",
         options.JournalFile())};
   }
-  return journal::Journal::OpenForReading(options.JournalFile());
+  return cell::Journal::OpenForReading(options.JournalFile());
 }
 
 int Export(const JournalOptions& options) {
@@ -133,12 +133,12 @@ int Export(const JournalOptions& options) {
   const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
-  Result<journal::Journal> journal = ExistingJournal(options);
+  Result<cell::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  const auto rows = journal.value().Read(
-      options.Filter(journal::JournalFilter::Rows::kMeasurements), cell->robot.joints);
+  const auto rows = journal.value().Read(options.Filter(cell::JournalFilter::Rows::kMeasurements),
+                                         cell->robot.joints);
   if (!rows) return Fail(rows.error(), kExitFault);
-  const journal::ExportedCsv exported = journal::CsvFromJournal(*rows, cell->robot.joints);
+  const cell::ExportedCsv exported = cell::CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
   if (exported.ids.empty()) {
     return Fail(
@@ -161,13 +161,12 @@ std::vector<model::Joint> JointsAsRecorded(int count) {
   return std::vector<model::Joint>(static_cast<std::size_t>(count));
 }
 
-Result<std::int64_t> Print(journal::Journal& journal, const journal::JournalFilter& filter,
-                           bool json) {
+Result<std::int64_t> Print(cell::Journal& journal, const cell::JournalFilter& filter, bool json) {
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
   if (!joints) return joints.failure();
   const Result<void> shown =
-      journal.ForEach(filter, JointsAsRecorded(*joints), [&](const journal::JournalRow& row) {
+      journal.ForEach(filter, JointsAsRecorded(*joints), [&](const cell::JournalRow& row) {
         std::cout << (json ? text::JsonText(JournalRowJson(row)) : JournalRowText(row)) << '\n';
         last = row.id;
       });
@@ -177,18 +176,18 @@ Result<std::int64_t> Print(journal::Journal& journal, const journal::JournalFilt
 }
 
 int Show(const JournalOptions& options) {
-  Result<journal::Journal> journal = ExistingJournal(options);
+  Result<cell::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   if (!options.json) std::cout << JournalHeader();
   const Result<std::int64_t> last =
-      Print(journal.value(), options.Filter(journal::JournalFilter::Rows::kAll), options.json);
+      Print(journal.value(), options.Filter(cell::JournalFilter::Rows::kAll), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Tail(const JournalOptions& options) {
-  Result<journal::Journal> journal = ExistingJournal(options);
+  Result<cell::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  journal::JournalFilter filter = options.Filter(journal::JournalFilter::Rows::kAll);
+  cell::JournalFilter filter = options.Filter(cell::JournalFilter::Rows::kAll);
   if (!filter.last) filter.last = 10;
   if (!options.json) std::cout << JournalHeader();
   for (;;) {
@@ -210,7 +209,7 @@ int SalvageFile(const JournalOptions& options) {
 }
 
 int ListQuarantine(const JournalOptions& options) {
-  Result<journal::Journal> journal = ExistingJournal(options);
+  Result<cell::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
@@ -220,14 +219,14 @@ int ListQuarantine(const JournalOptions& options) {
   }
   if (!options.json) std::cout << JournalHeader();
   const Result<std::int64_t> last =
-      Print(journal.value(), options.Filter(journal::JournalFilter::Rows::kWaiting), options.json);
+      Print(journal.value(), options.Filter(cell::JournalFilter::Rows::kWaiting), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Decide(const JournalOptions& options, bool accept) {
-  const Result<journal::Journal> existing = ExistingJournal(options);
+  const Result<cell::Journal> existing = ExistingJournal(options);
   if (!existing) return Fail(existing.error(), kExitFault);
-  Result<journal::Journal> journal = journal::Journal::Open(options.JournalFile());
+  Result<cell::Journal> journal = cell::Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const Result<void> decided = journal.value().Decide(
@@ -235,7 +234,7 @@ int Decide(const JournalOptions& options, bool accept) {
   if (!decided) return Fail(decided.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
-  std::cout << ForReading
+  std::cout << terminal::ForReading
             << fmt::format(
                    "{} row{} {}, {} waiting for a decision; a running daemon updates within a few "
                    "seconds\n",

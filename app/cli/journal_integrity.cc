@@ -6,32 +6,32 @@
 #include <filesystem>
 #include <iostream>
 
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/cell/journal/journal.h"
+#include "app/cell/journal/salvage.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/terminal_output.h"
-#include "app/journal/journal.h"
-#include "app/journal/salvage.h"
-#include "app/text/json_text.h"
 
 namespace plumbline::cli {
 namespace {
 
-nlohmann::json RangesJson(const std::vector<journal::RowRange>& ranges) {
+nlohmann::json RangesJson(const std::vector<cell::RowRange>& ranges) {
   nlohmann::json list = nlohmann::json::array();
-  for (const journal::RowRange& range : ranges) list.push_back({range.first, range.last});
+  for (const cell::RowRange& range : ranges) list.push_back({range.first, range.last});
   return list;
 }
 
-void PrintRanges(const std::vector<journal::RowRange>& ranges, const char* what) {
+void PrintRanges(const std::vector<cell::RowRange>& ranges, const char* what) {
   if (!ranges.empty()) std::cout << RowRangesText(ranges) << ' ' << what << '\n';
 }
 
 }  // namespace
 
 int CheckJournalFile(const std::string& file, bool json) {
-  Result<journal::Journal> journal = journal::Journal::OpenForReading(file);
+  Result<cell::Journal> journal = cell::Journal::OpenForReading(file);
   if (!journal) return Fail(journal.error(), kExitFault);
-  const journal::IntegrityReport report = journal.value().Check();
+  const cell::IntegrityReport report = journal.value().Check();
   const int code = report.intact() ? kExitOk : kExitFault;
   if (json) {
     std::cout << text::JsonText(nlohmann::json{{"intact", report.intact()},
@@ -45,7 +45,7 @@ int CheckJournalFile(const std::string& file, bool json) {
               << '\n';
     return code;
   }
-  std::cout << ForReading << fmt::format("{}: {} rows intact", file, report.rows);
+  std::cout << terminal::ForReading << fmt::format("{}: {} rows intact", file, report.rows);
   if (report.unchecked > 0) {
     std::cout << fmt::format(", {} of them unchecked: written before rows had checksums",
                              report.unchecked);
@@ -64,10 +64,10 @@ int CheckJournalFile(const std::string& file, bool json) {
 
 int SalvageJournalFile(const std::string& file) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const Result<journal::Salvage> salvage = journal::SalvageJournal(
+  const Result<cell::Salvage> salvage = cell::SalvageJournal(
       file, std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
   if (!salvage) return Fail(salvage.error(), kExitFault);
-  std::cout << ForReading
+  std::cout << terminal::ForReading
             << fmt::format("{}: {} rows saved; the damaged file is now {}\n", file, salvage->saved,
                            salvage->damaged_file);
   PrintRanges(salvage->found.damaged, "lost: changed since written, or unreadable");

@@ -10,15 +10,15 @@ namespace plumbline::cli {
 namespace {
 
 /// Null for a row that was never in quarantine.
-const char* QuarantineText(journal::JournalRow::Quarantine quarantine) {
+const char* QuarantineText(cell::JournalRow::Quarantine quarantine) {
   switch (quarantine) {
-    case journal::JournalRow::Quarantine::kNone:
+    case cell::JournalRow::Quarantine::kNone:
       return nullptr;
-    case journal::JournalRow::Quarantine::kWaiting:
+    case cell::JournalRow::Quarantine::kWaiting:
       return "waiting";
-    case journal::JournalRow::Quarantine::kAccepted:
+    case cell::JournalRow::Quarantine::kAccepted:
       return "accepted";
-    case journal::JournalRow::Quarantine::kRejected:
+    case cell::JournalRow::Quarantine::kRejected:
       return "rejected";
   }
   return nullptr;
@@ -26,7 +26,7 @@ const char* QuarantineText(journal::JournalRow::Quarantine quarantine) {
 
 }  // namespace
 
-nlohmann::json JournalRowJson(const journal::JournalRow& row) {
+nlohmann::json JournalRowJson(const cell::JournalRow& row) {
   nlohmann::json json = {{"id", row.id},
                          {"source", NameOf(row.source)},
                          {"session", row.session},
@@ -58,7 +58,7 @@ nlohmann::json JournalRowJson(const journal::JournalRow& row) {
   return json;
 }
 
-std::string JournalRowText(const journal::JournalRow& row) {
+std::string JournalRowText(const cell::JournalRow& row) {
   std::string line = fmt::format("{:>6}  ", row.id);
   if (row.unix_ms) {
     line += fmt::format("{:%Y-%m-%d %H:%M:%S}Z",

@@ -9,6 +9,10 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/config/daemon_config.h"
+#include "app/base/target/declared_facts.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/printed_digits.h"
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
@@ -16,15 +20,11 @@
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
 #include "app/cli/state_subcommand.h"
-#include "app/cli/terminal_output.h"
-#include "app/config/daemon_config.h"
-#include "app/lens/calibration.h"
-#include "app/lens/declaration_names.h"
-#include "app/lens/lens_json.h"
-#include "app/lens_files/lens_files.h"
-#include "app/lens_store/lens_store.h"
-#include "app/lens_store/stored_views.h"
-#include "app/text/printed_digits.h"
+#include "app/vision/lens/calibration.h"
+#include "app/vision/lens/lens_json.h"
+#include "app/vision/lens_files/lens_files.h"
+#include "app/vision/lens_store/lens_store.h"
+#include "app/vision/lens_store/stored_views.h"
 
 namespace plumbline::cli {
 namespace {
@@ -32,13 +32,13 @@ namespace {
 struct LensListOptions {
   std::string state = config::kDefaultStateDirectory, out;
   std::int64_t id = 0;
-  double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
-  lens::DeclaredFacts declared;
+  double acceptable_px = vision::CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  target::DeclaredFacts declared;
 
   std::string StoreFile() const { return state + "/lenses.sqlite"; }
 };
 
-Result<std::vector<lens_store::LensEntry>> StoredLenses(const LensListOptions& options) {
+Result<std::vector<vision::LensEntry>> StoredLenses(const LensListOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.StoreFile(), unknown)) {
     return Error{
@@ -46,23 +46,23 @@ Result<std::vector<lens_store::LensEntry>> StoredLenses(const LensListOptions& o
                     "give another --state",
                     options.StoreFile())};
   }
-  Result<lens_store::LensStore> store = lens_store::LensStore::OpenForReading(options.StoreFile());
+  Result<vision::LensStore> store = vision::LensStore::OpenForReading(options.StoreFile());
   if (!store) return store.failure();
   return store.value().All();
 }
 
 /// "; declared no_window"; empty if nothing is.
-std::string DeclaredWords(const lens::DeclaredFacts& declared) {
-  return declared == lens::DeclaredFacts{} ? "" : "; declared " + TextOf(declared);
+std::string DeclaredWords(const target::DeclaredFacts& declared) {
+  return declared == target::DeclaredFacts{} ? "" : "; declared " + TextOf(declared);
 }
 
-std::string Line(const lens_store::LensEntry& entry) {
+std::string Line(const vision::LensEntry& entry) {
   const auto number = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
   };
   const double fx_sd = std::sqrt(entry.covariance(0, 0));
   const int decimals = text::DecimalsFor({fx_sd}, 2);
-  const auto views = lens_store::DecodeViews(entry.corners);
+  const auto views = vision::DecodeViews(entry.corners);
   return fmt::format(
       "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}{}\n",
       entry.id, entry.utc, entry.key.zoom_counts,
@@ -76,16 +76,15 @@ std::string Line(const lens_store::LensEntry& entry) {
 int List(const LensListOptions& options) {
   const auto lenses = StoredLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
-  std::cout << ForReading
+  std::cout << terminal::ForReading
             << fmt::format("{:>5}  {:<20} {:>6} {:>6} {:>9} {:>7} {:>5} {:>5} {:>7}\n       {}\n",
                            "lens", "time", "zoom", "focus", "fx px", "+-", "sd px", "views",
                            "temp.", "camera; mode, board; declared");
-  for (const lens_store::LensEntry& entry : *lenses) std::cout << Line(entry);
+  for (const vision::LensEntry& entry : *lenses) std::cout << Line(entry);
   return kExitOk;
 }
 
-std::string ComparisonText(const lens_store::LensEntry& stored,
-                           const lens::LensCalibration& solved) {
+std::string ComparisonText(const vision::LensEntry& stored, const vision::LensCalibration& solved) {
   const auto focal = [](const lens::Lens& lens, double sd) {
     const int decimals = text::DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
@@ -98,7 +97,7 @@ std::string ComparisonText(const lens_store::LensEntry& stored,
         "solved again: {}, standard deviation of the projection {:.2g} px; differs from the stored "
         "lens by at most {:.2g} px over the image{}\n",
         focal(solved.lens, std::sqrt(solved.covariance(0, 0))), solved.uncertainty.max_px,
-        lens::LargestDifference(solved.lens, stored.lens, stored.size),
+        vision::LargestDifference(solved.lens, stored.lens, stored.size),
         DeclaredWords(solved.declared));
   }
   text += solved.accepted ? "accepted\n" : "refused:\n";
@@ -106,10 +105,10 @@ std::string ComparisonText(const lens_store::LensEntry& stored,
   return text;
 }
 
-Result<lens_store::LensEntry> StoredLens(const LensListOptions& options) {
+Result<vision::LensEntry> StoredLens(const LensListOptions& options) {
   const auto lenses = StoredLenses(options);
   if (!lenses) return lenses.failure();
-  for (const lens_store::LensEntry& entry : *lenses) {
+  for (const vision::LensEntry& entry : *lenses) {
     if (entry.id == options.id) return entry;
   }
   return Error{fmt::format("{}: no lens {}; `plumbline lens list` lists the stored lenses",
@@ -117,9 +116,9 @@ Result<lens_store::LensEntry> StoredLens(const LensListOptions& options) {
 }
 
 int Export(const LensListOptions& options) {
-  const Result<lens_store::LensEntry> stored = StoredLens(options);
+  const Result<vision::LensEntry> stored = StoredLens(options);
   if (!stored) return Fail(stored.error(), kExitFault);
-  const Result<std::string> content = lens_files::LensFileOf(*stored, options.out);
+  const Result<std::string> content = vision::LensFileOf(*stored, options.out);
   if (!content) {
     return Fail(fmt::format("plumbline lens export: {}: {}", options.out, content.error()),
                 kExitUsage);
@@ -130,7 +129,7 @@ int Export(const LensListOptions& options) {
 }
 
 int Solve(const LensListOptions& options) {
-  const Result<lens_store::LensEntry> stored = StoredLens(options);
+  const Result<vision::LensEntry> stored = StoredLens(options);
   if (!stored) return Fail(stored.error(), kExitFault);
   if (stored->corners.empty()) {
     return Fail(
@@ -138,7 +137,7 @@ int Solve(const LensListOptions& options) {
                     stored->id),
         kExitFault);
   }
-  const auto views = lens_store::DecodeViews(stored->corners);
+  const auto views = vision::DecodeViews(stored->corners);
   if (!views) {
     return Fail(fmt::format("the views of lens {}: {}", stored->id, views.error()), kExitFault);
   }
@@ -146,16 +145,16 @@ int Solve(const LensListOptions& options) {
     return Fail("plumbline lens solve: --json would overwrite the lens store; choose another file",
                 kExitUsage);
   }
-  lens::CalibrationOptions criteria;
+  vision::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
   criteria.declared = options.declared;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
-  const lens::LensCalibration solved =
-      lens::CalibrateLens(views->board, views->views, stored->size, criteria);
-  if (!options.out.empty() && !WriteOutput(options.out, lens::LensJson(solved), "--json")) {
+  const vision::LensCalibration solved =
+      vision::CalibrateLens(views->board, views->views, stored->size, criteria);
+  if (!options.out.empty() && !WriteOutput(options.out, vision::LensJson(solved), "--json")) {
     return kExitUsage;
   }
-  std::cout << ForReading << ComparisonText(*stored, solved);
+  std::cout << terminal::ForReading << ComparisonText(*stored, solved);
   return kExitOk;
 }
 

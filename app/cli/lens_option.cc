@@ -2,18 +2,18 @@
 
 #include <fmt/format.h>
 
+#include "app/base/config/body_reader.h"
+#include "app/base/config/required_file.h"
 #include "app/cli/failure.h"
-#include "app/config/body_reader.h"
-#include "app/config/required_file.h"
 
 namespace plumbline::cli {
 
-std::optional<lens::LensFile> ReadUsableLens(const std::string& path, bool force) {
+std::optional<vision::LensFile> ReadUsableLens(const std::string& path, bool force) {
   config::FaultList faults;
   const auto text = config::ReadRequiredFile(path, faults);
   std::cerr << config::FaultsText(faults);
   if (!text) return std::nullopt;
-  const auto lens = lens_files::LensFromFile(*text);
+  const auto lens = vision::LensFromFile(*text);
   if (!lens) {
     Fail(fmt::format("{}: {}", path, lens.error()));
     return std::nullopt;
@@ -28,7 +28,7 @@ std::optional<lens::LensFile> ReadUsableLens(const std::string& path, bool force
   return *lens;
 }
 
-std::optional<tracking::TagDatabase> ReadBodies(const std::string& path) {
+std::optional<target::TagDatabase> ReadBodies(const std::string& path) {
   config::FaultList faults;
   const auto text = config::ReadRequiredFile(path, faults);
   auto bodies = text ? config::TagDatabaseFromText(*text, path, faults) : std::nullopt;

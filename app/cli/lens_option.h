@@ -4,16 +4,16 @@
 #include <optional>
 #include <string>
 
-#include "app/lens_files/lens_files.h"
-#include "app/tracking/bodies.h"
+#include "app/vision/lens_files/lens_files.h"
+#include "app/vision/tracking/bodies.h"
 
 namespace plumbline::cli {
 
 /// Reads a lens; prints the reason on failure.
 /// @param force  accept a lens whose calibration was refused
-std::optional<lens::LensFile> ReadUsableLens(const std::string& path, bool force);
+std::optional<vision::LensFile> ReadUsableLens(const std::string& path, bool force);
 
 /// Reads tags and bodies; prints the faults and warnings of the file.
-std::optional<tracking::TagDatabase> ReadBodies(const std::string& path);
+std::optional<target::TagDatabase> ReadBodies(const std::string& path);
 
 }  // namespace plumbline::cli

@@ -10,7 +10,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
-#include "app/tracking/track_json.h"
+#include "app/vision/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/clock.h"
 
@@ -36,13 +36,13 @@ class MessagePrinter {
 };
 
 /// Warns about tags that are missing in a frame although the camera works.
-void WarnAboutFrame(const tracking::TrackedFrame& frame, MessagePrinter& messages) {
+void WarnAboutFrame(const vision::TrackedFrame& frame, MessagePrinter& messages) {
   if (frame.limited) {
     messages.Print(
         "the image has too many dark regions to inspect all of them; tags may be missing; try "
         "--threshold");
   }
-  for (const tracking::SeenBody& body : frame.bodies) {
+  for (const vision::SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
       messages.Print(
           fmt::format("tag {} of \"{}\" contradicts the other tags of this body and is ignored: it "
@@ -54,7 +54,7 @@ void WarnAboutFrame(const tracking::TrackedFrame& frame, MessagePrinter& message
 
 }  // namespace
 
-int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::LensFile& lens,
+int TrackLive(camera::Camera& camera, vision::Tracker& tracker, const vision::LensFile& lens,
               const LiveTrackOptions& options) {
   const Interruption interruption;
   MessagePrinter messages;
@@ -99,14 +99,14 @@ int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::Le
       return kExitFault;
     }
     if (!first_s) first_s = frame.time_s;
-    const tracking::TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
+    const vision::TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
     WarnAboutFrame(seen, messages);
     const double t_s = frame.time_s - *first_s;
     if (options.json) {
-      std::cout << tracking::TrackJsonLine(seen, t_s, frame.sequence);
+      std::cout << vision::TrackJsonLine(seen, t_s, frame.sequence);
     } else {
       std::cout << fmt::format("frame {}, {:.3f} s: ", frame.sequence, t_s)
-                << tracking::TrackText(seen);
+                << vision::TrackText(seen);
     }
     std::cout << std::flush;
     ++tracked;

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "app/lens/lens_json.h"
-#include "app/tracking/tracker.h"
+#include "app/vision/lens/lens_json.h"
+#include "app/vision/tracking/tracker.h"
 #include "drivers/camera/camera.h"
 
 namespace plumbline::cli {
@@ -19,7 +19,7 @@ struct LiveTrackOptions {
 /// Prints the tracked tags and bodies to standard output, and each problem once to standard error.
 /// Ctrl-C stops it after the current frame.
 /// @return the exit code
-int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::LensFile& lens,
+int TrackLive(camera::Camera& camera, vision::Tracker& tracker, const vision::LensFile& lens,
               const LiveTrackOptions& options);
 
 }  // namespace plumbline::cli

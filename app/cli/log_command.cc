@@ -10,18 +10,18 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/log/catalogue_text.h"
+#include "app/base/log/journal_reader.h"
+#include "app/base/log/level_text.h"
+#include "app/base/service/utc_clock.h"
+#include "app/base/terminal/terminal.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/base/text/utc_text.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
-#include "app/cli/terminal_output.h"
-#include "app/log/catalogue_text.h"
-#include "app/log/journal_reader.h"
-#include "app/log/level_text.h"
-#include "app/service/utc_clock.h"
-#include "app/terminal/terminal.h"
-#include "app/text/json_text.h"
-#include "app/text/utc_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -98,13 +98,14 @@ int PrintJournal(const LogOptions& options) {
   Result<log::JournalReader> reader = log::JournalReader::Open(options.query);
   if (!reader) return Fail(reader.error());
   bool any = false;
-  if (!options.json) std::cout << ForReading;
+  if (!options.json) std::cout << terminal::ForReading;
   while (!Interruption::Requested()) {
     const auto entry = reader.value().Next();
     if (entry) {
       any = true;
-      std::cout << (options.json ? KeptJson(*entry)
-                                 : KeptText(*entry, options.explain, ShowsColours(std::cout)));
+      std::cout << (options.json
+                        ? KeptJson(*entry)
+                        : KeptText(*entry, options.explain, terminal::ShowsColours(std::cout)));
       continue;
     }
     if (!options.follow) break;
@@ -135,7 +136,7 @@ std::string EventText(const log::EventEntry& entry) {
 
 int PrintEvents(const LogOptions& options) {
   const log::EventEntry* const one = log::FindEvent(options.query.event);
-  if (!options.tables && !options.catalogue && !options.json) std::cout << ForReading;
+  if (!options.tables && !options.catalogue && !options.json) std::cout << terminal::ForReading;
   std::cout << (options.tables      ? log::EventTables()
                 : options.catalogue ? log::JournalCatalogue()
                 : options.json      ? log::EventsJson()

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <iostream>
 
+#include "app/base/terminal/help_formatter.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/nearest_word.h"
 #include "app/cli/beam_command.h"
 #include "app/cli/board_worker_command.h"
 #include "app/cli/calibrate_hand_eye_command.h"
@@ -33,11 +36,8 @@
 #include "app/cli/snapshot_command.h"
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
-#include "app/cli/terminal_output.h"
 #include "app/cli/token_command.h"
 #include "app/cli/track_command.h"
-#include "app/terminal/help_formatter.h"
-#include "app/text/nearest_word.h"
 #include "app/version.h"
 
 namespace {
@@ -177,8 +177,8 @@ int main(int argc, char** argv) {
   using namespace plumbline;
   using namespace plumbline::cli;
   ReserveClosedOutputs();
-  const TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
-  std::cerr << ForReading;
+  const terminal::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
+  std::cerr << terminal::ForReading;
   FLAGS_minloglevel = google::GLOG_FATAL;  // failures of Ceres are reported by the commands
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
   app.set_version_flag("--version", PLUMBLINE_VERSION);

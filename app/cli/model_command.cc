@@ -7,20 +7,20 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_config.h"
+#include "app/base/config/required_file.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/cell/model_store/daemon_signal.h"
+#include "app/cell/model_store/model_change.h"
+#include "app/cell/model_store/model_json.h"
+#include "app/cell/model_store/usable_model.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
 #include "app/cli/model_print.h"
 #include "app/cli/state_subcommand.h"
-#include "app/cli/terminal_output.h"
-#include "app/config/cell_reader.h"
-#include "app/config/daemon_config.h"
-#include "app/config/required_file.h"
-#include "app/model_store/daemon_signal.h"
-#include "app/model_store/model_change.h"
-#include "app/model_store/model_json.h"
-#include "app/model_store/usable_model.h"
-#include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
 
@@ -35,15 +35,15 @@ struct ModelOptions {
 };
 
 /// Opens the store; while waiting for its lock, prints who holds it to standard error.
-Result<model_store::ModelStore> OpenReporting(const std::string& state_directory) {
-  Result<model_store::ModelStore> store = model_store::ModelStore::Open(state_directory);
+Result<cell::ModelStore> OpenReporting(const std::string& state_directory) {
+  Result<cell::ModelStore> store = cell::ModelStore::Open(state_directory);
   if (!store) return store;
   store.value().OnLockWait([](const std::string& what) { std::cerr << what << std::endl; });
   return store;
 }
 
 /// Opens the store of an existing state directory; does not create one.
-Result<model_store::ModelStore> ExistingStore(const ModelOptions& options) {
+Result<cell::ModelStore> ExistingStore(const ModelOptions& options) {
   if (!std::filesystem::exists(options.state + "/models")) {
     return Error{
         fmt::format("{}/models: the model store does not exist yet; the daemon creates it at its "
@@ -54,7 +54,7 @@ Result<model_store::ModelStore> ExistingStore(const ModelOptions& options) {
 }
 
 /// Prints an error if there is no such version.
-bool Exists(const model_store::ModelStore& store, int number) {
+bool Exists(const cell::ModelStore& store, int number) {
   std::error_code unknown;
   if (std::filesystem::exists(store.ModelFile(number), unknown)) return true;
   std::cerr << fmt::format("no version {}; `plumbline model list` lists all versions\n", number);
@@ -62,16 +62,16 @@ bool Exists(const model_store::ModelStore& store, int number) {
 }
 
 int List(const ModelOptions& options) {
-  const Result<model_store::ModelStore> store = ExistingStore(options);
+  const Result<cell::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<model_store::ModelState> known = store->State();
+  const Result<cell::ModelState> known = store->State();
   const auto versions = store->Versions();
   if (!versions) return Fail(versions.error(), kExitFault);
   // If the state cannot be read, a person must choose a version: list them anyway, without marks.
-  const model_store::ModelState state = known ? *known : model_store::ModelState{};
+  const cell::ModelState state = known ? *known : cell::ModelState{};
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
-    for (const model_store::ModelVersion& version : *versions) {
+    for (const cell::ModelVersion& version : *versions) {
       nlohmann::json one = VersionJson(version, state);
       for (const char* mark : {"applied", "proposed", "declared", "set_aside"}) {
         if (!known) one[mark] = nullptr;
@@ -81,20 +81,20 @@ int List(const ModelOptions& options) {
     std::cout << text::JsonText(list, 1) << '\n';
     return known ? kExitOk : Fail(known.error(), kExitFault);
   }
-  std::cout << ForReading;
+  std::cout << terminal::ForReading;
   PrintVersions(*versions, state, std::cout);
   PrintSetAside(state, options.state, std::cout);
   return known ? kExitOk : Fail(known.error(), kExitFault);
 }
 
 int Show(const ModelOptions& options) {
-  const Result<model_store::ModelStore> store = ExistingStore(options);
+  const Result<cell::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<model_store::ModelState> state = store->State();
+  const Result<cell::ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
   const int number = options.number.value_or(state->applied);
   if (!Exists(*store, number)) return kExitFault;
-  const Result<model_store::ModelFacts> facts = store->Facts(number);
+  const Result<cell::ModelFacts> facts = store->Facts(number);
   if (!facts) return Fail(facts.error(), kExitFault);
   const Result<std::string> text = store->Text(number);
   if (!text) return Fail(text.error(), kExitFault);
@@ -110,8 +110,8 @@ int Show(const ModelOptions& options) {
 }
 
 /// The model in force; nullopt if there is none yet or it cannot be read.
-std::optional<model::CellModel> ModelInForce(const model_store::ModelStore& store) {
-  const Result<model_store::ModelState> state = store.State();
+std::optional<model::CellModel> ModelInForce(const cell::ModelStore& store) {
+  const Result<cell::ModelState> state = store.State();
   if (!state || state->applied == 0) return std::nullopt;
   const Result<std::string> text = store.Text(state->applied);
   config::FaultList ignored;
@@ -137,15 +137,14 @@ Result<std::vector<std::string>> PrintMoves(const ModelOptions& options,
 /// @param applying  it comes into force now, so that objections count
 /// @return why it must not: it describes another arm, there are objections to its moves, or the
 ///         given configuration cannot be used; --force accepts the first two
-Result<void> MayReplaceModelInForce(const ModelOptions& options,
-                                    const model_store::ModelStore& store,
+Result<void> MayReplaceModelInForce(const ModelOptions& options, const cell::ModelStore& store,
                                     const model::CellModel& cell, bool applying) {
   const std::optional<model::CellModel> in_force = ModelInForce(store);
   if (!in_force) {
     std::cerr << "how far the points move is unknown: there is no model in force to compare with\n";
     return {};
   }
-  if (const auto why = model_store::DifferentArmReason(*in_force, cell)) {
+  if (const auto why = cell::DifferentArmReason(*in_force, cell)) {
     const std::string what = "this cell describes another arm: " + *why;
     if (!options.force) return Error{what + "; use --force to accept it anyway"};
     std::cerr << fmt::format("warning: {}\n", what);
@@ -167,11 +166,11 @@ int Propose(const ModelOptions& options) {
   const auto cell = text ? config::CellFromText(*text, options.file, faults) : std::nullopt;
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
-  model_store::ModelFacts facts;
+  cell::ModelFacts facts;
   if (!options.diagnosis.empty()) {
     const Result<std::string> diagnosis = files::ReadFileUpTo(files::kTableSize, options.diagnosis);
-    const Result<model_store::ModelFacts> read =
-        diagnosis ? model_store::ModelFactsFromDiagnosis(*diagnosis)
+    const Result<cell::ModelFacts> read =
+        diagnosis ? cell::ModelFactsFromDiagnosis(*diagnosis)
                   : Error{files::ReadErrorText(options.diagnosis, diagnosis.error())};
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
@@ -190,28 +189,27 @@ int Propose(const ModelOptions& options) {
                     options.state),
         kExitUsage);
   }
-  Result<model_store::ModelStore> store = OpenReporting(options.state);
+  Result<cell::ModelStore> store = OpenReporting(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
   if (const auto may = MayReplaceModelInForce(options, *store, *cell, false); !may) {
     return Fail("not proposed: " + may.error(), kExitFault);
   }
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
-  std::cout << fmt::format(
-      "version {} proposed; {} puts it in force\n", *number,
-      model_store::ModelCommand(fmt::format("apply {}", *number), options.state));
+  std::cout << fmt::format("version {} proposed; {} puts it in force\n", *number,
+                           cell::ModelCommand(fmt::format("apply {}", *number), options.state));
   return kExitOk;
 }
 
 int NotifyAndReport(const ModelOptions& options, int number) {
-  const Result<model_store::Notified> notified = model_store::NotifyDaemon(options.state);
+  const Result<cell::Notified> notified = cell::NotifyDaemon(options.state);
   if (!notified) {
     return Fail(fmt::format("version {} is applied, but {}; send the daemon SIGHUP, or restart it",
                             number, notified.error()),
                 kExitUsage);
   }
   std::cout << fmt::format("version {} is applied{}\n", number,
-                           *notified == model_store::Notified::kYes
+                           *notified == cell::Notified::kYes
                                ? "; the running daemon was notified to load it (`plumbline status` "
                                  "shows the model in force)"
                                : "; no daemon is running, so it takes effect at the next start");
@@ -219,7 +217,7 @@ int NotifyAndReport(const ModelOptions& options, int number) {
 }
 
 int ApplyVersion(const ModelOptions& options, int number) {
-  Result<model_store::ModelStore> store = ExistingStore(options);
+  Result<cell::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
   if (!Exists(*store, number)) return kExitFault;
   const Result<std::string> text = store->Text(number);
@@ -231,9 +229,9 @@ int ApplyVersion(const ModelOptions& options, int number) {
     return Fail("not applied", kExitFault);
   }
   config::FaultList changed;
-  model_store::AppendChangedModelWarning(faults, store->ModelFile(number), changed);
+  cell::AppendChangedModelWarning(faults, store->ModelFile(number), changed);
   std::cerr << config::FaultsText(changed);
-  if (const auto why_not = model_store::ModelUnusableReason(*cell)) {
+  if (const auto why_not = cell::ModelUnusableReason(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }
   if (const auto may = MayReplaceModelInForce(options, *store, *cell, true); !may) {
@@ -250,9 +248,9 @@ int Apply(const ModelOptions& options) {
 
 int RollBack(const ModelOptions& options) {
   if (options.number) return ApplyVersion(options, *options.number);
-  Result<model_store::ModelStore> store = ExistingStore(options);
+  Result<cell::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<model_store::ModelState> state = store->State();
+  const Result<cell::ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
   const std::vector<int>& history = state->history;
   const int before = history.size() < 2 ? 0 : history[history.size() - 2];
@@ -263,7 +261,7 @@ int RollBack(const ModelOptions& options) {
       text ? config::CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
   // Another arm is not refused here, since it was in force before.
-  if (cell && in_force && !model_store::DifferentArmReason(*in_force, *cell)) {
+  if (cell && in_force && !cell::DifferentArmReason(*in_force, *cell)) {
     if (const auto may = MayReplaceModelInForce(options, *store, *cell, true); !may) {
       return Fail(fmt::format("not rolled back to version {}: {}", before, may.error()),
                   kExitFault);

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/base/config/daemon_config_reader.h"
+#include "app/cell/model_store/configuration_note.h"
+#include "app/cell/model_store/model_change.h"
+#include "app/cell/model_store/point_moves.h"
 #include "app/cli/reported_loads.h"
-#include "app/config/daemon_config_reader.h"
-#include "app/model_store/configuration_note.h"
-#include "app/model_store/model_change.h"
-#include "app/model_store/point_moves.h"
 
 namespace plumbline::cli {
 namespace {
@@ -18,8 +18,7 @@ namespace {
 /// Report for the case that the configured points are unknown.
 ModelMoves UnloadedTip(const model::CellModel& in_force, const model::CellModel& next,
                        const std::string& why) {
-  const auto change_m =
-      model_store::LargestTipChange(in_force, next, model_store::PosesWithinLimits(in_force));
+  const auto change_m = cell::LargestTipChange(in_force, next, cell::PosesWithinLimits(in_force));
   return {
       fmt::format("{}{}. How far its points move under load is therefore unknown\n",
                   change_m
@@ -42,7 +41,7 @@ Result<ModelMoves> MovesOfPoints(const std::string& state_directory, const std::
                                  const model::CellModel& in_force, const model::CellModel& next) {
   const bool given = !config_file.empty();
   const std::optional<std::string> file =
-      given ? std::optional(config_file) : model_store::RecordedConfigurationPath(state_directory);
+      given ? std::optional(config_file) : cell::RecordedConfigurationPath(state_directory);
   if (!file) {
     return UnloadedTip(in_force, next,
                        fmt::format("No daemon has recorded its configuration in {}; give it "
@@ -68,13 +67,13 @@ Result<ModelMoves> MovesOfPoints(const std::string& state_directory, const std::
   if (config->machine.points.empty()) {
     return UnloadedTip(in_force, next, fmt::format("{} has no [[point]]", *file));
   }
-  const model_store::PointMoves moves = model_store::ComputePointMoves(
-      config->machine, in_force, next, static_cast<double>(std::time(nullptr)),
-      LoadsReportedByRobot(*config));
-  return ModelMoves{model_store::TextOf(moves, *file) +
+  const cell::PointMoves moves = cell::ComputePointMoves(config->machine, in_force, next,
+                                                         static_cast<double>(std::time(nullptr)),
+                                                         LoadsReportedByRobot(*config));
+  return ModelMoves{cell::TextOf(moves, *file) +
                         "note: poses that the PLC submits for correction by command are not "
                         "included\n",
-                    model_store::Objections(moves)};
+                    cell::Objections(moves)};
 }
 
 }  // namespace plumbline::cli

@@ -12,7 +12,7 @@ namespace plumbline::cli {
 /// What a model changes of the configured points, and why a person must confirm that.
 struct ModelMoves {
   std::string text;
-  std::vector<std::string> objections;  ///< see model_store::Objections
+  std::vector<std::string> objections;  ///< see cell::Objections
 };
 
 /// Compares the corrected commands of the configured points under two models, at the configured

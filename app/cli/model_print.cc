@@ -5,14 +5,14 @@
 
 #include <optional>
 
-#include "app/model_store/model_json.h"
-#include "app/model_store/superseded_text.h"
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
+#include "app/cell/model_store/model_json.h"
+#include "app/cell/model_store/superseded_text.h"
 
 namespace plumbline::cli {
 namespace {
 
-std::string MarkOf(int number, const model_store::ModelState& state) {
+std::string MarkOf(int number, const cell::ModelState& state) {
   std::vector<std::string> marks;
   if (number == state.applied) marks.emplace_back("APPLIED");
   if (number == state.proposed) marks.emplace_back("proposed");
@@ -27,9 +27,8 @@ std::string Millimetres(const std::optional<double>& value) {
 
 }  // namespace
 
-nlohmann::json VersionJson(const model_store::ModelVersion& version,
-                           const model_store::ModelState& state) {
-  nlohmann::json json = text::JsonOrNull(model_store::JsonFrom(version.facts));
+nlohmann::json VersionJson(const cell::ModelVersion& version, const cell::ModelState& state) {
+  nlohmann::json json = text::JsonOrNull(cell::JsonFrom(version.facts));
   json["version"] = version.number;
   json["applied"] = version.number == state.applied;
   json["proposed"] = version.number == state.proposed;
@@ -40,8 +39,8 @@ nlohmann::json VersionJson(const model_store::ModelVersion& version,
   return json;
 }
 
-void PrintVersions(const std::vector<model_store::ModelVersion>& versions,
-                   const model_store::ModelState& state, std::ostream& out) {
+void PrintVersions(const std::vector<cell::ModelVersion>& versions, const cell::ModelState& state,
+                   std::ostream& out) {
   out << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "version", "date", "origin",
                      "verdict", "before", "after")
       << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "", "", "", "", "mm", "mm");
@@ -54,7 +53,7 @@ void PrintVersions(const std::vector<model_store::ModelVersion>& versions,
   }
 }
 
-void PrintVersion(const model_store::ModelVersion& version, const model_store::ModelState& state,
+void PrintVersion(const cell::ModelVersion& version, const cell::ModelState& state,
                   const std::string& report_file, std::ostream& out) {
   const auto& [number, facts] = version;
   out << fmt::format("# version {}  {}\n# {}, {}, from {}\n", number, MarkOf(number, state),
@@ -84,10 +83,10 @@ void PrintVersion(const model_store::ModelVersion& version, const model_store::M
   }
 }
 
-void PrintSetAside(const model_store::ModelState& state, const std::string& state_directory,
+void PrintSetAside(const cell::ModelState& state, const std::string& state_directory,
                    std::ostream& out) {
   if (!state.set_aside) return;
-  out << '\n' << model_store::SupersededText(state, state_directory) << '\n';
+  out << '\n' << cell::SupersededText(state, state_directory) << '\n';
   for (const std::string& change : state.set_aside->changes) out << "  " << change << '\n';
 }
 

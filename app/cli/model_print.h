@@ -6,23 +6,22 @@
 #include <string>
 #include <vector>
 
-#include "app/model_store/model_store.h"
+#include "app/cell/model_store/model_store.h"
 
 namespace plumbline::cli {
 
-nlohmann::json VersionJson(const model_store::ModelVersion& version,
-                           const model_store::ModelState& state);
+nlohmann::json VersionJson(const cell::ModelVersion& version, const cell::ModelState& state);
 
 /// Table with one line for each version.
-void PrintVersions(const std::vector<model_store::ModelVersion>& versions,
-                   const model_store::ModelState& state, std::ostream& out);
+void PrintVersions(const std::vector<cell::ModelVersion>& versions, const cell::ModelState& state,
+                   std::ostream& out);
 
 /// The facts of a version, as comments that may precede its text.
-void PrintVersion(const model_store::ModelVersion& version, const model_store::ModelState& state,
+void PrintVersion(const cell::ModelVersion& version, const cell::ModelState& state,
                   const std::string& report_file, std::ostream& out);
 
 /// Explains why an applied version is not in force, and lists the keys that changed.
-void PrintSetAside(const model_store::ModelState& state, const std::string& state_directory,
+void PrintSetAside(const cell::ModelState& state, const std::string& state_directory,
                    std::ostream& out);
 
 }  // namespace plumbline::cli

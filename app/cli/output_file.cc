@@ -4,7 +4,7 @@
 
 #include <iostream>
 
-#include "app/cli/terminal_output.h"
+#include "app/base/terminal/terminal_output.h"
 #include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
@@ -28,7 +28,7 @@ bool WriteOutput(const std::string& path, std::string_view text, std::string_vie
 
 bool PrintOrWriteOutput(const std::string& path, std::string_view text, std::string_view option) {
   if (path != "-") return WriteOutput(path, text, option);
-  PrintExactly(std::cout, text);
+  terminal::PrintExactly(std::cout, text);
   return true;
 }
 

@@ -8,12 +8,12 @@
 #include <cmath>
 #include <iostream>
 
+#include "app/base/config/cell_reader.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"
-#include "app/config/cell_reader.h"
-#include "app/plan/plan_text.h"
+#include "app/measure/plan/plan_text.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 struct PlanOptions {
   std::string cell, csv, svg, urscript, points;
-  plan::PlanTask task;
+  measure::PlanTask task;
   double sigma_mm = 0.05, floor_mm = 0, link_radius_mm = 0;
   std::vector<double> joint_speeds;  ///< [deg/s] or [mm/s]
   double row_s = 20;
@@ -48,7 +48,7 @@ Result<model::JointVector> JointSpeeds(const PlanOptions& options,
 }
 
 /// "time: about 12 min: 2.0 min of moves at the stated speeds, and 30 measurements of 20 s".
-std::string TimeText(const PlanOptions& options, const plan::MeasurementPlan& plan) {
+std::string TimeText(const PlanOptions& options, const measure::MeasurementPlan& plan) {
   if (!plan.moves_s) {
     return "time: not estimated; give the speed limits of the joints as --joint-speeds-deg-s";
   }
@@ -63,7 +63,7 @@ std::string TimeText(const PlanOptions& options, const plan::MeasurementPlan& pl
 }
 
 /// What the plan assumes to be mounted and carried, and how to choose otherwise.
-std::string LoadAssumptions(const plan::PlanTask& task, const model::CellModel& cell) {
+std::string LoadAssumptions(const measure::PlanTask& task, const model::CellModel& cell) {
   std::string text;
   const std::optional<int> tool = task.tool_number ? task.tool_number : cell.tool.number;
   if (tool) {
@@ -84,7 +84,7 @@ bool WritePlanFile(const std::string& path, const std::string& text) {
   return path.empty() || WriteOutput(path, text, "file");
 }
 
-void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,
+void PrintPlan(const PlanOptions& options, const measure::MeasurementPlan& plan,
                const model::CellModel& cell) {
   std::cerr << fmt::format(
       "{}: {} rows chosen from {} safe postures; they hold {:.2f} times the information about a "
@@ -95,7 +95,7 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan,
       << "standard deviation of a parameter after the measurement, as a share of its plausible "
          "size (median; 1: nothing is learnt):\n"
          "effect                  parameters  planned  random\n";
-  for (const plan::EffectDetermination& effect : plan.effects) {
+  for (const measure::EffectDetermination& effect : plan.effects) {
     std::cerr << fmt::format("  {:<24}{:>6}   {:8.3f} {:8.3f}\n", effect.id, effect.parameters,
                              effect.planned, effect.random);
   }
@@ -154,7 +154,7 @@ int RunPlan(PlanOptions options) {
     return kExitUsage;
   }
   options.task.joint_speeds = *speeds;
-  const auto plan = plan::PlanMeasurements(*cell, options.task);
+  const auto plan = measure::PlanMeasurements(*cell, options.task);
   if (!plan) {
     std::cerr << options.cell << ": " << plan.error() << '\n';
     return kExitFault;

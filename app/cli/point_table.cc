@@ -5,8 +5,8 @@
 #include <iterator>
 #include <sstream>
 
+#include "app/base/text/printed_digits.h"
 #include "app/cli/rounded.h"
-#include "app/text/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "app/config/point_solutions.h"
+#include "app/base/config/point_solutions.h"
 
 namespace plumbline::cli {
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "app/base/config/carried_numbers.h"
+#include "app/base/config/cell_reader.h"
 #include "app/cli/assumed_basis.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
@@ -19,10 +21,8 @@
 #include "app/cli/rounded.h"
 #include "app/cli/same_file.h"
 #include "app/cli/tip_prediction.h"
-#include "app/config/carried_numbers.h"
-#include "app/config/cell_reader.h"
-#include "app/table/conditions.h"
-#include "app/table/numbered_rows.h"
+#include "app/measure/table/conditions.h"
+#include "app/measure/table/numbered_rows.h"
 #include "firmware-like/effects/needed_columns.h"
 #include "firmware-like/loads/numbered_load.h"
 
@@ -74,7 +74,7 @@ std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
 }
 
 void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cell,
-                      const table::MeasuredTable& poses) {
+                      const measure::MeasuredTable& poses) {
   if (poses.recorded.payload && !cell.payload_cog_F) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
               << " cannot be used; a payload of 0 is assumed\n";
@@ -88,11 +88,11 @@ void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cel
 
 /// Warns about columns that effects of the cell depend on and the poses lack.
 void WarnAboutMissingColumns(const PredictOptions& options, const model::CellModel& cell,
-                             const table::MeasuredTable& poses) {
+                             const measure::MeasuredTable& poses) {
   std::map<std::string, std::string> effect_of;  // by column
   const auto needed = effects::NeededColumns(effects::ActiveEffectsOf(cell), cell);
   if (needed.empty()) return;
-  for (const effects::Conditions& moment : table::ConditionsOf(cell, poses)) {
+  for (const effects::Conditions& moment : measure::ConditionsOf(cell, poses)) {
     for (const effects::NeededColumn& one : needed) {
       if (one.MissingFrom(moment)) effect_of.emplace(one.column, one.effect);
     }
@@ -108,7 +108,7 @@ void WarnAboutMissingColumns(const PredictOptions& options, const model::CellMod
 
 /// Warns that the radius is that of the measured temperatures if the poses state none.
 void WarnAboutTemperature(const PredictOptions& options, const model::CellModel& cell,
-                          const table::MeasuredTable& poses) {
+                          const measure::MeasuredTable& poses) {
   if (!cell.domain || !cell.domain->temp_C || poses.recorded.temperature) return;
   std::cerr << fmt::format(
       "{}: warning: has no column temp_C; the radius holds for the measured {:.1f} to {:.1f} degC, "
@@ -127,7 +127,7 @@ std::string LinesText(const std::vector<int>& lines) {
 
 /// Warning about radii that are not based on data; empty if none is assumed or unknown.
 std::string BasisWarning(const std::vector<Prediction>& predictions, const model::CellModel& cell,
-                         const table::MeasuredTable& poses, const PredictOptions& options) {
+                         const measure::MeasuredTable& poses, const PredictOptions& options) {
   model::RadiusBasis weakest = model::RadiusBasis::kMeasured;
   for (const Prediction& one : predictions) weakest = model::Weakest(weakest, one.radius.basis);
   if (predictions.empty() || weakest > model::RadiusBasis::kAssumed) return "";
@@ -153,9 +153,9 @@ bool CountsRows(const model::WrittenEffect& effect) {
 /// Warns about tools and payload items that the model was not fitted to, with the lines of the
 /// rows.
 void WarnAboutUnmeasured(const PredictOptions& options, const model::CellModel& cell,
-                         const table::MeasuredTable& poses) {
+                         const measure::MeasuredTable& poses) {
   std::map<std::string, std::vector<int>> lines_of;
-  for (const table::MeasuredRow& row : poses.rows) {
+  for (const measure::MeasuredRow& row : poses.rows) {
     const loads::Payload payload =
         loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
     const std::string text = config::UnmeasuredText(cell, payload.tool, payload.item);
@@ -170,7 +170,7 @@ void WarnAboutUnmeasured(const PredictOptions& options, const model::CellModel& 
 }
 
 /// Warns about tools that bend or are stressed beyond linear theory, naming the first rows.
-void WarnAboutLinearTheory(const PredictOptions& options, const table::MeasuredTable& poses,
+void WarnAboutLinearTheory(const PredictOptions& options, const measure::MeasuredTable& poses,
                            const std::vector<Prediction>& predictions) {
   constexpr std::size_t kMost = 5;
   std::size_t count = 0;
@@ -187,8 +187,8 @@ void WarnAboutLinearTheory(const PredictOptions& options, const table::MeasuredT
 
 /// Treats all rows as later than those that the model was fitted to.
 void PlaceAfterFittedRows(const PredictOptions& options, const model::CellModel& cell,
-                          table::MeasuredTable& poses,
-                          std::optional<table::MeasuredTable>& measured) {
+                          measure::MeasuredTable& poses,
+                          std::optional<measure::MeasuredTable>& measured) {
   constexpr double kAfterAnyFile = 1e9;  // rows
   poses.rows_before = kAfterAnyFile;
   if (measured) measured->rows_before = kAfterAnyFile;
@@ -217,11 +217,12 @@ int Run(const PredictOptions& options) {
   }
   config::FaultList faults;
   std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
-  std::optional<table::MeasuredTable> poses, measured;
+  std::optional<measure::MeasuredTable> poses, measured;
   if (cell)
-    poses = table::ReadTable(options.poses, cell->robot.joints, faults, table::TableUse::kPoses);
+    poses =
+        measure::ReadTable(options.poses, cell->robot.joints, faults, measure::TableUse::kPoses);
   if (cell && !options.align.empty()) {
-    measured = table::ReadTable(options.align, cell->robot.joints, faults);
+    measured = measure::ReadTable(options.align, cell->robot.joints, faults);
     if (!measured) poses.reset();
   }
   std::cerr << config::FaultsText(faults);
@@ -230,11 +231,11 @@ int Run(const PredictOptions& options) {
     std::cerr << *free << '\n';
     return Refused(options);
   }
-  if (const auto problem = table::NumberProblem(*cell, *poses)) {
+  if (const auto problem = measure::NumberProblem(*cell, *poses)) {
     std::cerr << options.poses << ": " << *problem << '\n';
     return Refused(options);
   }
-  for (const std::string& note : table::NumberNotes(*cell, *poses)) {
+  for (const std::string& note : measure::NumberNotes(*cell, *poses)) {
     std::cerr << options.poses << ": warning: " << note << '\n';
   }
   WarnAboutPayload(options, *cell, *poses);
@@ -242,9 +243,9 @@ int Run(const PredictOptions& options) {
   WarnAboutTemperature(options, *cell, *poses);
   WarnAboutUnmeasured(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
-  diagnosis::FrameCovariances frames;
+  measure::FrameCovariances frames;
   if (measured) {
-    const Result<diagnosis::Realignment> realigned = diagnosis::Realign(*cell, *measured, kThreads);
+    const Result<measure::Realignment> realigned = measure::Realign(*cell, *measured, kThreads);
     if (!realigned) {
       std::cerr << options.align << ": " << realigned.error() << '\n';
       return Refused(options);

@@ -18,9 +18,9 @@
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
-#include "app/print/board_sheet.h"
-#include "app/print/sheet_writer.h"
-#include "app/print/tag_sheets.h"
+#include "app/vision/print/board_sheet.h"
+#include "app/vision/print/sheet_writer.h"
+#include "app/vision/print/tag_sheets.h"
 #include "drivers/files/package_paths.h"
 
 namespace plumbline::cli {
@@ -62,7 +62,7 @@ std::optional<std::pair<int, int>> IdRangeFromText(std::string_view text) {
 }
 
 /// The ids given by --id, or what is wrong with them.
-Result<std::vector<int>> IdsOf(const PrintTagOptions& options, const tracking::TagFamily& family) {
+Result<std::vector<int>> IdsOf(const PrintTagOptions& options, const target::TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
   std::vector<int> ids;
   for (const std::string& text : options.ids) {
@@ -87,7 +87,7 @@ int UsageFault(const std::string& command, const std::string& option, const std:
 }
 
 /// Writes the file and prints how to print it.
-int WriteSheets(const print::Document& document, const SheetOptions& options,
+int WriteSheets(const vision::Document& document, const SheetOptions& options,
                 const std::string& command) {
   const bool svg = options.out.ends_with(".svg");
   const std::size_t count = document.sheets.size();
@@ -99,8 +99,8 @@ int WriteSheets(const print::Document& document, const SheetOptions& options,
   }
   if (!CanWriteOutput(options.out, "--output")) return kExitUsage;
   const auto file =
-      print::FileOfSheets(document, svg ? print::SheetFormat::kSvg : print::SheetFormat::kPdf,
-                          files::SiblingModule(print::kSheetModuleFile));
+      vision::FileOfSheets(document, svg ? vision::SheetFormat::kSvg : vision::SheetFormat::kPdf,
+                           files::SiblingModule(vision::kSheetModuleFile));
   if (!file) return Fail(file.error(), kExitUsage);
   if (!WriteOutput(options.out, *file, "--output")) return kExitUsage;
   std::cout << fmt::format(
@@ -113,20 +113,20 @@ int WriteSheets(const print::Document& document, const SheetOptions& options,
 
 int PrintTags(const PrintTagOptions& options) {
   const std::string command = "print tag";
-  const auto family = tracking::TagFamilyOfName(options.family);
+  const auto family = target::TagFamilyOfName(options.family);
   if (!family) return UsageFault(command, "--family", family.error());
   const auto ids = IdsOf(options, *family);
   if (!ids) return UsageFault(command, "--id", ids.error());
   const auto document =
-      print::TagSheets(*family, *ids, options.size_mm, *print::PaperOfName(options.sheet.page));
+      vision::TagSheets(*family, *ids, options.size_mm, *vision::PaperOfName(options.sheet.page));
   if (!document) return UsageFault(command, "--size-mm", document.error());
   if (const int code = WriteSheets(*document, options.sheet, command); code != kExitOk) return code;
   std::cout
       << "\nLines for bodies.toml; a tag on a body is a [[body.tag]] there, with its place:\n";
   for (const int id : *ids) {
     std::cout << '\n';
-    for (const std::string& line : print::TagLines(id, options.size_mm)) std::cout << line << '\n';
-    if (const auto drawn_by = print::DrawnByLine(*family)) std::cout << *drawn_by << '\n';
+    for (const std::string& line : vision::TagLines(id, options.size_mm)) std::cout << line << '\n';
+    if (const auto drawn_by = vision::DrawnByLine(*family)) std::cout << *drawn_by << '\n';
   }
   if (options.family != PrintTagOptions().family) {
     std::cout << fmt::format("\nIn [tags] of plumbline.toml:\n\nfamily = \"{}\"\n", options.family);
@@ -136,16 +136,16 @@ int PrintTags(const PrintTagOptions& options) {
 
 int PrintBoard(const PrintBoardOptions& options) {
   const std::string command = "print board";
-  const lens::Board board = BoardOf(options.board);
+  const target::Board board = BoardOf(options.board);
   if (const std::string problem = BoardOptionProblem(board); !problem.empty()) {
     return Fail(fmt::format("plumbline {}: {}; see plumbline {} --help", command, problem, command),
                 kExitUsage);
   }
-  const auto document = print::BoardSheet(board, *print::PaperOfName(options.sheet.page));
+  const auto document = vision::BoardSheet(board, *vision::PaperOfName(options.sheet.page));
   if (!document) return UsageFault(command, "--square-mm", document.error());
   if (const int code = WriteSheets(*document, options.sheet, command); code != kExitOk) return code;
   std::cout << "\nLines for plumbline.toml:\n\n";
-  for (const std::string& line : print::BoardLines(board)) std::cout << line << '\n';
+  for (const std::string& line : vision::BoardLines(board)) std::cout << line << '\n';
   return kExitOk;
 }
 
@@ -165,8 +165,7 @@ void AddSheetOptions(CLI::App& command, SheetOptions& options) {
 void AddPrintTagCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PrintTagOptions>();
   CLI::App* command = app.add_subcommand("tag", "Tags, as many on a sheet as fit");
-  command
-      ->add_option("--family", options->family, "Tag family, one of " + tracking::TagFamilyNames())
+  command->add_option("--family", options->family, "Tag family, one of " + target::TagFamilyNames())
       ->capture_default_str();
   command->add_option("--id", options->ids, "Ids: 7, or several: 3 4 5, or a range: 3-8")
       ->required()

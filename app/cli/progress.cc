@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "app/terminal/terminal.h"
+#include "app/base/terminal/terminal.h"
 #include "drivers/clock.h"
 
 namespace plumbline::cli {

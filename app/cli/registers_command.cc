@@ -6,8 +6,8 @@
 #include <bit>
 #include <iostream>
 
+#include "app/base/text/json_text.h"
 #include "app/cli/exit_codes.h"
-#include "app/text/json_text.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline::cli {

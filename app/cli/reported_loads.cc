@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "app/journal/journal.h"
+#include "app/cell/journal/journal.h"
 #include "drivers/plc/codec.h"
 #include "drivers/robot/modbus_client.h"
 #include "firmware-like/geometry/length.h"
@@ -19,7 +19,7 @@ constexpr std::int64_t kMaxRows = 12000;         // as many as a diagnosis uses
 constexpr std::uint16_t kPayloadKnown = 1 << 2;  // bit of input_validity
 
 /// The current payload according to the daemon's registers.
-std::optional<model_store::ReportedLoad> LoadOfDaemon(const config::PlcConfig& plc) {
+std::optional<cell::ReportedLoad> LoadOfDaemon(const config::PlcConfig& plc) {
   if (plc.tcp.port == 0) return std::nullopt;
   auto client = robot::ModbusClient::Tcp(
       {config::IsWildcardAddress(plc.tcp.address) ? "127.0.0.1" : plc.tcp.address, plc.tcp.port},
@@ -45,27 +45,27 @@ std::optional<model_store::ReportedLoad> LoadOfDaemon(const config::PlcConfig& p
     return 0.0;
   };
   if ((static_cast<int>(value("input_validity")) & kPayloadKnown) == 0) return std::nullopt;
-  return model_store::ReportedLoad{
-      value("payload"), kMetrePerMm * Vec3(value("cog_x"), value("cog_y"), value("cog_z"))};
+  return cell::ReportedLoad{value("payload"),
+                            kMetrePerMm * Vec3(value("cog_x"), value("cog_y"), value("cog_z"))};
 }
 
 }  // namespace
 
-std::vector<model_store::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig& config) {
-  std::vector<model_store::ReportedLoad> loads;
+std::vector<cell::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig& config) {
+  std::vector<cell::ReportedLoad> loads;
   if (config.machine.payload.source != PayloadPolicy::Source::kRobot) return loads;
   if (const auto now = LoadOfDaemon(config.plc)) loads.push_back(*now);
 
   const std::string file = config.state_directory + "/journal.sqlite";
   std::error_code hidden;
   if (!std::filesystem::exists(file, hidden)) return loads;
-  auto journal = journal::Journal::OpenForReading(file);
+  auto journal = cell::Journal::OpenForReading(file);
   if (!journal) return loads;
   std::optional<double> least, most;
-  journal::JournalFilter filter;
+  cell::JournalFilter filter;
   filter.last = kMaxRows;
   const auto read = journal.value().ForEach(
-      filter, config.machine.cell.robot.joints, [&](const journal::JournalRow& row) {
+      filter, config.machine.cell.robot.joints, [&](const cell::JournalRow& row) {
         if (!row.payload_kg) return;
         least = std::min(least.value_or(*row.payload_kg), *row.payload_kg);
         most = std::max(most.value_or(*row.payload_kg), *row.payload_kg);

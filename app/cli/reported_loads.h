@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "app/config/daemon_config.h"
-#include "app/model_store/point_moves.h"
+#include "app/base/config/daemon_config.h"
+#include "app/cell/model_store/point_moves.h"
 
 namespace plumbline::cli {
 
@@ -13,6 +13,6 @@ namespace plumbline::cli {
 /// smallest and largest payload in the newest rows of the journal. Sources that are not available
 /// are skipped: no daemon, a port not given in the configuration, no journal. Takes at most a
 /// second.
-std::vector<model_store::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig& config);
+std::vector<cell::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig& config);
 
 }  // namespace plumbline::cli

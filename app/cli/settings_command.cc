@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "app/base/config/settings_text.h"
 #include "app/cli/exit_codes.h"
-#include "app/config/settings_text.h"
 
 namespace plumbline::cli {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/cli/exec_view.h"
-#include "app/view/picture_size.h"
+#include "app/display/view/picture_size.h"
 
 namespace plumbline::cli {
 namespace {
@@ -41,7 +41,7 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--size", options->size, "Picture size, 640x480 to 3840x2160; default: 1280x720")
       ->check([](const std::string& text) {
-        return view::PictureSizeFrom(text) ? "" : view::PictureSizeProblem(text);
+        return display::PictureSizeFrom(text) ? "" : display::PictureSizeProblem(text);
       });
   command->add_option("--camera", options->camera,
                       "Name of the camera to show, or \"both\"; default: overlay.camera");

@@ -5,6 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/cell/view_link/view_client.h"
 #include "app/cli/daemon_option.h"
 #include "app/cli/daemon_registers.h"
 #include "app/cli/exit_codes.h"
@@ -12,9 +15,6 @@
 #include "app/cli/status_json.h"
 #include "app/cli/status_line.h"
 #include "app/cli/status_print.h"
-#include "app/cli/terminal_output.h"
-#include "app/text/json_text.h"
-#include "app/view_link/view_client.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::cli {
@@ -31,8 +31,8 @@ struct StatusOptions {
 void PrintRobotProblem(const std::string& state_directory) {
   constexpr double kWait_s = 1;
   if (state_directory.empty()) return;
-  view_link::ViewClient client(view_link::ViewSocketOf(state_directory));
-  view_link::View view;
+  cell::ViewClient client(cell::ViewSocketOf(state_directory));
+  cell::View view;
   if (!client.Read(kWait_s, view) || view.state.robot_problem.empty()) return;
   PrintStatusLine(std::cout, "robot link", view.state.robot_problem);
   PrintStatusLine(std::cout, "", view.state.robot_remedy);
@@ -47,7 +47,7 @@ int Run(const StatusOptions& options) {
   if (options.json) {
     std::cout << text::JsonText(StatusJson(*daemon), 1) << '\n';
   } else {
-    std::cout << ForReading;
+    std::cout << terminal::ForReading;
     PrintStatus(*daemon, std::cout);
     PrintRobotProblem(options.state);
   }

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
+#include "app/base/text/printed_digits.h"
 #include "app/cli/rounded.h"
 #include "app/cli/status_line.h"
-#include "app/text/printed_digits.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/correction/correct.h"
 

@@ -7,12 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "app/base/terminal/terminal.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/printed_digits.h"
 #include "app/cli/rounded.h"
 #include "app/cli/status_devices.h"
 #include "app/cli/status_line.h"
-#include "app/cli/terminal_output.h"
-#include "app/terminal/terminal.h"
-#include "app/text/printed_digits.h"
 #include "drivers/plc/codec.h"
 #include "firmware-like/correction/code_remedy.h"
 #include "firmware-like/model/radius_coverage.h"
@@ -99,7 +99,8 @@ void PrintHealth(const DaemonRegisters& daemon, std::ostream& out) {
   const terminal::Tone tone = severity == HealthSeverity::kAlarm ? terminal::Tone::kFault
                               : reason == HealthReason::kNone    ? terminal::Tone::kGood
                                                                  : terminal::Tone::kWarning;
-  const std::string health = terminal::Painted(Describe(severity), tone, ShowsColours(out));
+  const std::string health =
+      terminal::Painted(Describe(severity), tone, terminal::ShowsColours(out));
   PrintStatusLine(out, "health",
                   reason == HealthReason::kNone
                       ? health

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "app/config/linear_theory.h"
-#include "app/table/conditions.h"
+#include "app/base/config/linear_theory.h"
+#include "app/measure/table/conditions.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
@@ -67,7 +67,7 @@ class SessionArms {
  public:
   /// The arguments must outlive the object.
   SessionArms(const model::CellModel& cell, const model::DeclaredDeviation& deviation,
-              const diagnosis::FrameCovariances& aligned)
+              const measure::FrameCovariances& aligned)
       : bare_(cell), deviation_(deviation), aligned_(aligned) {
     bare_.sessions.clear();
     for (const model::SessionFrames& session : cell.sessions) by_id_.emplace(session.id, &session);
@@ -106,7 +106,7 @@ class SessionArms {
 
   model::CellModel bare_;  ///< without sessions
   const model::DeclaredDeviation& deviation_;
-  const diagnosis::FrameCovariances& aligned_;
+  const measure::FrameCovariances& aligned_;
   std::map<std::string, const model::SessionFrames*> by_id_;
   const model::SessionFrames* last_ = nullptr;
   std::map<std::string, SessionArm> arms_;
@@ -114,7 +114,7 @@ class SessionArms {
 
 /// Load of a row, with what the row and the cell state of it.
 /// @param payload_kg  total mass that the row carries
-deflection::LoadStatement LoadOfRow(const model::CellModel& cell, const table::MeasuredRow& row,
+deflection::LoadStatement LoadOfRow(const model::CellModel& cell, const measure::MeasuredRow& row,
                                     double payload_kg) {
   deflection::LoadStatement load;
   // The declared centre of gravity also applies to a payload of unknown mass.
@@ -126,8 +126,8 @@ deflection::LoadStatement LoadOfRow(const model::CellModel& cell, const table::M
   return load;
 }
 
-Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& poses,
-                              const table::MeasuredRow& row, const effects::Conditions& moment,
+Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable& poses,
+                              const measure::MeasuredRow& row, const effects::Conditions& moment,
                               const deflection::LoadStatement& load) {
   deflection::LoadedState state;
   if (!session.arm.AtCommanded(row.q, load.modelled, moment, state)) {
@@ -161,15 +161,15 @@ Result<Prediction> PredictRow(SessionArm& session, const table::MeasuredTable& p
 
 }  // namespace
 
-bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses) {
+bool PayloadNotRecorded(const model::CellModel& cell, const measure::MeasuredTable& poses) {
   const bool fitted_without = cell.domain && !cell.domain->payload_kg;
   return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
 }
 
 Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
-                                        const table::MeasuredTable& poses,
+                                        const measure::MeasuredTable& poses,
                                         const model::DeclaredDeviation& deviation,
-                                        const diagnosis::FrameCovariances& frames,
+                                        const measure::FrameCovariances& frames,
                                         const std::function<void(std::size_t)>& done) {
   constexpr std::size_t kRowsAtOnce = 64;
   SessionArms arms(cell, deviation, frames);
@@ -177,7 +177,7 @@ Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
   const std::vector<effects::Conditions> conditions = ConditionsOf(cell, poses);
   for (std::size_t k = 0; k < poses.rows.size(); ++k) {
     if (done && k % kRowsAtOnce == 0) done(k);
-    const table::MeasuredRow& row = poses.rows[k];
+    const measure::MeasuredRow& row = poses.rows[k];
     SessionArm& session = arms.Of(row.session);
     if (session.arm.torques_missing(poses.recorded.tau)) {
       return Error{

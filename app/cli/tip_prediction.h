@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/diagnosis/realign.h"
-#include "app/table/csv.h"
+#include "app/measure/diagnosis/realign.h"
+#include "app/measure/table/csv.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/result.h"
 
@@ -31,13 +31,13 @@ struct Prediction {
 /// @param done       called from time to time with the number of rows predicted; may be empty
 /// @return           one prediction per row, or why the cell's tip cannot be predicted
 Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
-                                        const table::MeasuredTable& poses,
+                                        const measure::MeasuredTable& poses,
                                         const model::DeclaredDeviation& deviation,
-                                        const diagnosis::FrameCovariances& frames = {},
+                                        const measure::FrameCovariances& frames = {},
                                         const std::function<void(std::size_t)>& done = {});
 
 /// True if the deflection depends on a payload that the rows do not contain, unless the cell was
 /// fitted to such rows.
-bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses);
+bool PayloadNotRecorded(const model::CellModel& cell, const measure::MeasuredTable& poses);
 
 }  // namespace plumbline::cli

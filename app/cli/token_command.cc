@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "app/base/config/page_token.h"
 #include "app/cli/exit_codes.h"
-#include "app/config/page_token.h"
 
 namespace plumbline::cli {
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/base/config/carried_numbers.h"
 #include "app/cli/number_option.h"
-#include "app/config/carried_numbers.h"
 
 namespace plumbline::cli {
 

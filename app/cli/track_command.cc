@@ -15,7 +15,7 @@
 #include "app/cli/live_camera.h"
 #include "app/cli/live_track.h"
 #include "app/cli/number_option.h"
-#include "app/tracking/track_json.h"
+#include "app/vision/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
 #include "firmware-like/geometry/length.h"
 
@@ -31,13 +31,13 @@ struct TrackOptions {
 };
 
 /// Checks that the tag family contains all ids of the database.
-bool AllInFamily(const TrackOptions& options, const tracking::TagDatabase& database,
-                 const tracking::TagFamily& family) {
+bool AllInFamily(const TrackOptions& options, const target::TagDatabase& database,
+                 const target::TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
   std::vector<int> ids;
-  for (const tracking::StandaloneTag& tag : database.tags) ids.push_back(tag.id);
-  for (const tracking::Body& body : database.bodies) {
-    for (const tracking::BodyTag& tag : body.tags) ids.push_back(tag.id);
+  for (const target::StandaloneTag& tag : database.tags) ids.push_back(tag.id);
+  for (const target::Body& body : database.bodies) {
+    for (const target::BodyTag& tag : body.tags) ids.push_back(tag.id);
   }
   bool all = true;
   for (const int id : ids) {
@@ -49,8 +49,8 @@ bool AllInFamily(const TrackOptions& options, const tracking::TagDatabase& datab
   return all;
 }
 
-std::optional<tracking::TagDatabase> ReadDatabase(const TrackOptions& options) {
-  tracking::TagDatabase database;
+std::optional<target::TagDatabase> ReadDatabase(const TrackOptions& options) {
+  target::TagDatabase database;
   if (!options.bodies.empty()) {
     auto read = ReadBodies(options.bodies);
     if (!read) return std::nullopt;
@@ -60,8 +60,8 @@ std::optional<tracking::TagDatabase> ReadDatabase(const TrackOptions& options) {
   return database;
 }
 
-int RunOnImage(const TrackOptions& options, const lens::LensFile& lens,
-               const std::vector<tracking::Body>& bodies, tracking::Tracker& tracker) {
+int RunOnImage(const TrackOptions& options, const vision::LensFile& lens,
+               const std::vector<target::Body>& bodies, vision::Tracker& tracker) {
   const auto image = camera::ReadImage(options.image);
   if (!image) return Fail(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {
@@ -72,12 +72,12 @@ int RunOnImage(const TrackOptions& options, const lens::LensFile& lens,
                     options.image, image->width, image->height, options.intrinsics, lens.size.width,
                     lens.size.height));
   }
-  const tracking::TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
+  const vision::TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
   if (frame.limited) {
     std::cerr << options.image << ": the image has too many dark regions; the smaller ones were "
               << "skipped and tags may be missing; try --threshold\n";
   }
-  for (const tracking::SeenBody& body : frame.bodies) {
+  for (const vision::SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
       std::cerr << fmt::format(
           "{}: tag {} of \"{}\" contradicts the other tags of this body and was ignored: it has "
@@ -85,18 +85,18 @@ int RunOnImage(const TrackOptions& options, const lens::LensFile& lens,
           options.image, id, body.body->name, options.bodies);
     }
   }
-  std::cout << (options.json ? tracking::TrackJson(frame) : tracking::TrackText(frame));
+  std::cout << (options.json ? vision::TrackJson(frame) : vision::TrackText(frame));
   if (options.json) return kExitOk;
-  for (const tracking::Body& body : bodies) {
+  for (const target::Body& body : bodies) {
     const bool seen = std::any_of(
         frame.bodies.begin(), frame.bodies.end(),
-        [&body](const tracking::SeenBody& other) { return other.body->name == body.name; });
+        [&body](const vision::SeenBody& other) { return other.body->name == body.name; });
     if (!seen) std::cout << fmt::format("{:16s} not visible\n", body.name);
   }
   return kExitOk;
 }
 
-int RunLive(const TrackOptions& options, const lens::LensFile& lens, tracking::Tracker& tracker) {
+int RunLive(const TrackOptions& options, const vision::LensFile& lens, vision::Tracker& tracker) {
   LiveCameraOptions live = options.live;
   if (live.size.empty()) live.size = fmt::format("{}x{}", lens.size.width, lens.size.height);
   const auto camera = MakeLiveCamera(live);
@@ -117,7 +117,7 @@ int Run(const TrackOptions& options) {
     std::cerr << "plumbline track: the tag size is missing; give --tag-size-mm or --bodies\n";
     return kExitUsage;
   }
-  auto family = tracking::TagFamilyOfName(options.family);
+  auto family = target::TagFamilyOfName(options.family);
   if (!family) {
     std::cerr << "plumbline track: --family: " << family.error() << '\n';
     return kExitUsage;
@@ -125,9 +125,9 @@ int Run(const TrackOptions& options) {
   const auto lens = ReadUsableLens(options.intrinsics, options.force);
   const auto database = ReadDatabase(options);
   if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
-  tracking::TrackerSettings settings;
+  vision::TrackerSettings settings;
   if (options.threshold >= 0) settings.detector.threshold = options.threshold;
-  tracking::Tracker tracker(std::move(family).value(), *database, settings);
+  vision::Tracker tracker(std::move(family).value(), *database, settings);
   if (!lens->accepted) {
     std::cerr << options.intrinsics << ": warning: this lens was refused and is used by --force\n";
   }
@@ -158,8 +158,7 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
                    "Side of the black square of all tags not listed in --bodies")
       ->check(NumberWithin(1, 2000));
   command->add_option("--bodies", options->bodies, "TOML file of tags and bodies");
-  command
-      ->add_option("--family", options->family, "Tag family, one of " + tracking::TagFamilyNames())
+  command->add_option("--family", options->family, "Tag family, one of " + target::TagFamilyNames())
       ->capture_default_str();
   command
       ->add_option("--threshold", options->threshold,

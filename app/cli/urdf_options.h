@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "app/urdf/joint_chain.h"
+#include "app/measure/urdf/joint_chain.h"
 
 namespace plumbline::cli {
 
@@ -12,8 +12,8 @@ struct ChainEnds {
   std::string base, tip;
   bool apply_rising = false;
 
-  urdf::Rising rising() const {
-    return apply_rising ? urdf::Rising::kAddedToReading : urdf::Rising::kIgnored;
+  measure::Rising rising() const {
+    return apply_rising ? measure::Rising::kAddedToReading : measure::Rising::kIgnored;
   }
 };
 

@@ -1,6 +1,6 @@
 // Robot profile: the register map of one controller family, as plain values.
 //
-// Profiles are read from config/profiles/*.toml by app/config/robot_profile_reader.h, which
+// Profiles are read from config/profiles/*.toml by app/base/config/robot_profile_reader.h, which
 // documents each key. Scales are already converted to SI.
 #pragma once
 

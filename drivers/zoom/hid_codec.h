@@ -2,7 +2,7 @@
 //
 // There is no standard HID usage for a zoom position: every vendor has its own reports. A profile
 // defines the reports to send and the layout of the answers. It is read from
-// config/profiles/zoom/*.toml by app/config/zoom_profile_reader.h, which documents each key.
+// config/profiles/zoom/*.toml by app/base/config/zoom_profile_reader.h, which documents each key.
 #pragma once
 
 #include <cstdint>

@@ -147,7 +147,7 @@ struct EffectTraits {
   /// Revolute joints: largest rotation seen on real arms [rad]; 0 if no source is known.
   double largest_observed_rotation_rad = 0;
   /// Caused by the arm itself, not by its tool, load, floor or instrument, so that it may be
-  /// similar in all arms of one model (app/siblings).
+  /// similar in all arms of one model (app/measure/siblings).
   bool of_arm = false;
   /// Each arm has a size of its own, zero on average over the arms of one model, as its mastering
   /// leaves it.

@@ -6,12 +6,12 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "app/sqlite/database.h"
+#include "app/base/sqlite/database.h"
 #include "tests/file_text.h"
 
 namespace plumbline::test {
 
-/// Makes the file as version `schema` left it. @param folder  as tests/app/journal
+/// Makes the file as version `schema` left it. @param folder  as tests/app/cell/journal
 inline void WriteReleased(const std::string& folder, int schema, const std::string& path) {
   const std::string dump =
       FileText("tests/app/" + folder + "/released/schema_" + std::to_string(schema) + ".sql");

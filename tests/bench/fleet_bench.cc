@@ -14,9 +14,9 @@
 #include <sstream>
 #include <thread>
 
-#include "app/fleet/change_detector.h"
-#include "app/fleet/queue.h"
-#include "app/view_link/view_publisher.h"
+#include "app/cell/view_link/view_publisher.h"
+#include "app/plant/change_detector.h"
+#include "app/plant/queue.h"
 #include "drivers/clock.h"
 #include "firmware-like/snapshot.h"
 #include "tests/bench/rows.h"
@@ -55,8 +55,8 @@ struct Counter {
 };
 
 /// Two points move every minute, an alarm is raised and cleared every two minutes.
-view_link::ViewState StateAt(double time_s) {
-  view_link::ViewState state;
+cell::ViewState StateAt(double time_s) {
+  cell::ViewState state;
   state.utc_s = 1.8e9 + time_s;
   state.model_version = 3;
   state.status = status::kReady | status::kRobotLink;
@@ -66,7 +66,7 @@ view_link::ViewState StateAt(double time_s) {
   const int minute = static_cast<int>(time_s / 60);
   if (minute % 2 == 1 && time_s - 60 * minute < 20) state.alarms = alarm::kRobotStale;
   for (int k = 0; k < kPoints; ++k) {
-    view_link::ViewPoint point;
+    cell::ViewPoint point;
     point.id = k + 1;
     point.valid = true;
     point.code = correction::CorrectionCode::kOk;
@@ -76,21 +76,21 @@ view_link::ViewState StateAt(double time_s) {
   return state;
 }
 
-std::vector<fleet::Message> MessagesOfOneHour() {
+std::vector<plant::Message> MessagesOfOneHour() {
   config::MqttConfig config;
-  fleet::FleetCell cell{"bench", "cell", "bench", std::vector<model::Joint>(6), {}};
-  fleet::ChangeDetector changes(config, cell, "");
-  std::vector<fleet::Message> messages;
+  plant::FleetCell cell{"bench", "cell", "bench", std::vector<model::Joint>(6), {}};
+  plant::ChangeDetector changes(config, cell, "");
+  std::vector<plant::Message> messages;
   int probes = 0;
   for (double time_s = 0; time_s < kHour_s; time_s += kFeedPeriod_s) {
-    for (fleet::Message& message : changes.Update(StateAt(time_s), time_s)) {
+    for (plant::Message& message : changes.Update(StateAt(time_s), time_s)) {
       messages.push_back(std::move(message));
     }
     if (time_s < kHour_s * probes / kProbesPerHour) continue;
-    fleet::ProbeRow probe;
+    plant::ProbeRow probe;
     probe.id = ++probes;
     probe.measured_W = probe.predicted_W = Vec3::Zero();
-    messages.push_back({fleet::MessageKind::kProbe, 1, fleet::ProbeBody(probe)});
+    messages.push_back({plant::MessageKind::kProbe, 1, plant::ProbeBody(probe)});
   }
   return messages;
 }
@@ -152,15 +152,15 @@ int main(int argc, char** argv) {
   mosquitto_subscribe(client, nullptr, "+/bench/+/#", 1);
   SleepSeconds(0.5);
 
-  const std::vector<fleet::Message> messages = MessagesOfOneHour();
+  const std::vector<plant::Message> messages = MessagesOfOneHour();
   std::size_t bytes = 0;
   std::filesystem::create_directories(folder + "/state/fleet");
   {
-    auto queue = fleet::FleetQueue::Open(folder + "/state/fleet/queue.sqlite", 64'000'000);
+    auto queue = plant::FleetQueue::Open(folder + "/state/fleet/queue.sqlite", 64'000'000);
     if (!queue || !queue.value().Append(messages, "")) return 1;
     std::ofstream lines(folder + "/lines");
-    for (const fleet::QueuedMessage& one : queue.value().Next(0, messages.size()).value()) {
-      const std::string text = fleet::MessageText(queue.value().stream(), one);
+    for (const plant::QueuedMessage& one : queue.value().Next(0, messages.size()).value()) {
+      const std::string text = plant::MessageText(queue.value().stream(), one);
       bytes += text.size();
       lines << text << "\n";
     }
@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   const double peer_s = counter.newest_s - counter.first_s;
   peer.End(10);
 
-  auto publisher = view_link::ViewPublisher::Open(view_link::ViewSocketOf(folder + "/state"));
+  auto publisher = cell::ViewPublisher::Open(cell::ViewSocketOf(folder + "/state"));
   if (!publisher) return 1;
   std::string config = test::FileText(argv[2]);
   constexpr std::string_view kHeader = "\n[mqtt]";  // which the supplied file has, without keys
@@ -218,7 +218,7 @@ int main(int argc, char** argv) {
   bench::Report({.what = "capacity of a 64 MB queue",
                  .ours = 64e6 /
                          (static_cast<double>(bytes) +
-                          fleet::FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
+                          plant::FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
                          24,
                  .unit = "days",
                  .timed = false});

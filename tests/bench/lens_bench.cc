@@ -9,10 +9,10 @@
 #include <ctime>
 #include <opencv2/calib3d.hpp>
 
-#include "app/lens/board_detection.h"
-#include "app/lens/calibration.h"
+#include "app/vision/lens/board_detection.h"
+#include "app/vision/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
-#include "tests/app/lens/rendered_views.h"
+#include "tests/app/vision/lens/rendered_views.h"
 #include "tests/bench/bench_timing.h"
 #include "tests/bench/measured_lenses.h"
 #include "tests/bench/rows.h"
@@ -55,17 +55,17 @@ void AddErrors(const std::vector<lens::Vec2>& found, const std::vector<bool>& se
 }
 
 void BoardCorners(int frames) {
-  const lens::Board board;
-  lens::Capture capture;
+  const target::Board board;
+  vision::Capture capture;
   capture.views = frames;
   std::vector<double> ours, theirs, our_errors, their_errors;
   int found = 0, peer_found = 0, k = 0;
-  for (const lens::DrawnView& view : DrawViews(capture, board, 77)) {
+  for (const vision::DrawnView& view : DrawViews(capture, board, 77)) {
     const renderer::Image image = renderer::Render(view.camera, {view.sheet}, {}, 500 + k++);
     const std::vector<lens::Vec2> truth = TrueCorners(view, board);
     double start = bench::CpuTime_ms();
     const auto corners =
-        lens::DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
+        vision::DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
     ours.push_back(bench::CpuTime_ms() - start);
     if (corners) {
       ++found;
@@ -100,11 +100,11 @@ void BoardCorners(int frames) {
                  .timed = false});
 }
 
-double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>& views,
+double OpenCvSolve(const target::Board& board, const std::vector<vision::BoardView>& views,
                    double& fx) {
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
-  for (const lens::BoardView& view : views) {
+  for (const vision::BoardView& view : views) {
     objects.emplace_back();
     images.emplace_back();
     for (int k = 0; k < board.corners(); ++k) {
@@ -124,10 +124,10 @@ double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>&
 }
 
 void Solve(int seeds) {
-  const lens::Board board;
+  const target::Board board;
   for (const double f : {1700.0, 5000.0, 12000.0}) {
-    for (const auto kind : {lens::Capture::Kind::kVaried, lens::Capture::Kind::kBurst}) {
-      lens::Capture capture;
+    for (const auto kind : {vision::Capture::Kind::kVaried, vision::Capture::Kind::kBurst}) {
+      vision::Capture capture;
       capture.f = f;
       capture.kind = kind;
       std::vector<double> ours, theirs, whole, errors, their_errors, z, image_z;
@@ -136,22 +136,22 @@ void Solve(int seeds) {
         const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
         const renderer::Camera truth = renderer::ZoomLens(f);
         double start = bench::CpuTime_ms();
-        const auto fit = lens::FitLens(board, views, kSize);
+        const auto fit = vision::FitLens(board, views, kSize);
         ours.push_back(bench::CpuTime_ms() - start);
         if (!fit) {
           fmt::print("f {}, seed {}: {}\n", f, seed, fit.error());
           continue;
         }
-        errors.push_back(100 * (fit->shared[lens::kFx] / truth.fx - 1));
-        z.push_back((fit->shared[lens::kFx] - truth.fx) /
-                    std::sqrt(fit->covariance(lens::kFx, lens::kFx)));
+        errors.push_back(100 * (fit->shared[vision::kFx] / truth.fx - 1));
+        z.push_back((fit->shared[vision::kFx] - truth.fx) /
+                    std::sqrt(fit->covariance(vision::kFx, vision::kFx)));
         start = bench::CpuTime_ms();
-        const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
+        const vision::LensCalibration c = vision::CalibrateLens(board, views, kSize);
         whole.push_back(bench::CpuTime_ms() - start);
-        image_z.push_back(lens::LargestDifference(test::LensOfCamera(truth), c.lens, kSize) /
+        image_z.push_back(vision::LargestDifference(test::LensOfCamera(truth), c.lens, kSize) /
                           c.uncertainty.max_px);
-        if (const auto mrcal =
-                SolveWithMrcal(board, views, kSize, lens::LensFromShared(fit->shared), fit->X_CK)) {
+        if (const auto mrcal = SolveWithMrcal(board, views, kSize,
+                                              vision::LensFromShared(fit->shared), fit->X_CK)) {
           mrcal_errors.push_back(100 * (mrcal->lens.fx / truth.fx - 1));
           mrcal_z.push_back((mrcal->lens.fx - truth.fx) / mrcal->fx_sd);
           our_errors_there.push_back(errors.back());
@@ -162,7 +162,7 @@ void Solve(int seeds) {
         their_errors.push_back(100 * (fx / truth.fx - 1));
       }
       const std::string which = fmt::format(
-          "f {:.0f}, {} views", f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst");
+          "f {:.0f}, {} views", f, kind == vision::Capture::Kind::kVaried ? "varied" : "burst");
       fmt::print("{}: largest image error over claimed, median {:.2f}\n", which,
                  bench::Median(image_z));
       bench::Report({.what = "solving a lens with covariance, " + which,
@@ -204,39 +204,40 @@ void Solve(int seeds) {
 }
 
 /// Uncertainty under the assumption that the lens did not move [px].
-double ClaimedByViews(const lens::Board& board, const std::vector<lens::BoardView>& views) {
-  const auto fit = lens::FitLens(board, views, kSize);
+double ClaimedByViews(const target::Board& board, const std::vector<vision::BoardView>& views) {
+  const auto fit = vision::FitLens(board, views, kSize);
   if (!fit) return 1e9;
-  const lens::LensMatrix covariance =
-      fit->covariance.topLeftCorner<lens::kLensCount, lens::kLensCount>();
-  return lens::ProjectionUncertaintyOf(lens::LensFromShared(fit->shared), covariance, kSize).max_px;
+  const vision::LensMatrix covariance =
+      fit->covariance.topLeftCorner<vision::kLensCount, vision::kLensCount>();
+  return vision::ProjectionUncertaintyOf(vision::LensFromShared(fit->shared), covariance, kSize)
+      .max_px;
 }
 
 /// Acceptance of varied views, bursts, bowed boards and moving lenses.
 void Acceptance(int runs) {
   struct Kind {
     const char* name;
-    lens::Capture::Kind kind;
+    vision::Capture::Kind kind;
     double bow, creep, step;
     bool any_frame = false;  ///< the lens jumps at any frame; the truth is the lens after it
   };
   constexpr double kVaried = 0.2;
-  const Kind kinds[] = {{"varied views", lens::Capture::Kind::kVaried, 0, 0, 0},
-                        {"varied, bowed board", lens::Capture::Kind::kVaried, kVaried, 0, 0},
-                        {"one-second burst", lens::Capture::Kind::kBurst, 0, 0, 0},
-                        {"burst, bowed board", lens::Capture::Kind::kBurst, kVaried, 0, 0},
-                        {"creeping lens", lens::Capture::Kind::kVaried, 0, 0.008, 0},
-                        {"jumping lens", lens::Capture::Kind::kVaried, 0, 0, 0.01},
-                        {"jump at any frame", lens::Capture::Kind::kVaried, 0, 0, 0.01, true},
-                        {"identical views", lens::Capture::Kind::kSame, 0, 0, 0}};
-  const lens::Board board;
+  const Kind kinds[] = {{"varied views", vision::Capture::Kind::kVaried, 0, 0, 0},
+                        {"varied, bowed board", vision::Capture::Kind::kVaried, kVaried, 0, 0},
+                        {"one-second burst", vision::Capture::Kind::kBurst, 0, 0, 0},
+                        {"burst, bowed board", vision::Capture::Kind::kBurst, kVaried, 0, 0},
+                        {"creeping lens", vision::Capture::Kind::kVaried, 0, 0.008, 0},
+                        {"jumping lens", vision::Capture::Kind::kVaried, 0, 0, 0.01},
+                        {"jump at any frame", vision::Capture::Kind::kVaried, 0, 0, 0.01, true},
+                        {"identical views", vision::Capture::Kind::kSame, 0, 0, 0}};
+  const target::Board board;
   for (const Kind& kind : kinds) {
     int accepted = 0, false_accepted = 0, bad = 0, bad_rejected = 0, good = 0, good_accepted = 0;
     int claimed_by_views = 0;
     for (int run = 0; run < runs; ++run) {
       std::mt19937_64 random(run + 9000);
       std::uniform_real_distribution<double> U(-1, 1);
-      lens::Capture capture;
+      vision::Capture capture;
       capture.kind = kind.kind;
       capture.f = 1700 * std::pow(12000.0 / 1700, 0.5 + 0.5 * U(random));
       capture.bow = kind.bow;
@@ -245,27 +246,27 @@ void Acceptance(int runs) {
       if (kind.any_frame) capture.step_at = 0.5 + 0.4 * U(random);
       const std::uint64_t seed = 20000 + run;
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
-      const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
+      const vision::LensCalibration c = vision::CalibrateLens(board, views, kSize);
       lens::Lens truth = test::LensOfCamera(renderer::ZoomLens(capture.f));
       if (kind.any_frame) {
         truth.fx *= 1 + capture.step;
         truth.fy *= 1 + capture.step;
       }
-      const double error = c.lens.fx > 0 ? lens::LargestDifference(truth, c.lens, kSize) : 1e9;
+      const double error = c.lens.fx > 0 ? vision::LargestDifference(truth, c.lens, kSize) : 1e9;
       const double claimed = c.uncertainty.max_px;
       const bool lens_still = kind.creep == 0 && kind.step == 0;
       accepted += c.accepted;
       if (c.accepted && (error > 5 * claimed || (error > 3 * claimed && error > 0.3)))
         ++false_accepted;
-      if (error > 3 * lens::CalibrationOptions{}.acceptable_px) {
+      if (error > 3 * vision::CalibrationOptions{}.acceptable_px) {
         ++bad;
         bad_rejected += !c.accepted;
-      } else if (lens_still && claimed < lens::CalibrationOptions{}.acceptable_px) {
+      } else if (lens_still && claimed < vision::CalibrationOptions{}.acceptable_px) {
         ++good;
         good_accepted += c.accepted;
       }
       claimed_by_views +=
-          lens_still && ClaimedByViews(board, views) < lens::CalibrationOptions{}.acceptable_px;
+          lens_still && ClaimedByViews(board, views) < vision::CalibrationOptions{}.acceptable_px;
     }
     fmt::print(
         "{:20}  accepted {:4} of {}; bad (over 1.5 px) rejected {}/{}; good (claimed below 0.5 px) "
@@ -281,10 +282,11 @@ void Acceptance(int runs) {
 /// Adversarial frames: noise, stripes, fine chessboards of all sizes, boards in clutter. Every
 /// tenth is also searched for the other kinds of board.
 void Adversarial(int frames) {
-  const lens::Board board;
-  const lens::Board others[] = {{9, 6, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
-                                {11, 7, 0.020, lens::BoardKind::kCircles, 0.012, {}},
-                                {4, 11, 0.020, lens::BoardKind::kAsymmetricCircles, 0.015, {}}};
+  const target::Board board;
+  const target::Board others[] = {
+      {9, 6, 0.020, target::BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+      {11, 7, 0.020, target::BoardKind::kCircles, 0.012, {}},
+      {4, 11, 0.020, target::BoardKind::kAsymmetricCircles, 0.015, {}}};
   double worst_other = 0;
   std::mt19937_64 random(4);
   std::vector<std::uint8_t> image(std::size_t{1920} * 1080);
@@ -312,13 +314,13 @@ void Adversarial(int frames) {
       }
     }
     const double start = bench::CpuTime_ms();
-    static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, board));
+    static_cast<void>(vision::DetectBoard({image.data(), 1920, 1080, 1920}, board));
     times.push_back(bench::CpuTime_ms() - start);
     worst = std::max(worst, times.back());
     if (k % 10 != k / 10 % 10) continue;  // cycles through the kinds of frame
-    for (const lens::Board& other : others) {
+    for (const target::Board& other : others) {
       const double then = bench::CpuTime_ms();
-      static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, other));
+      static_cast<void>(vision::DetectBoard({image.data(), 1920, 1080, 1920}, other));
       worst_other = std::max(worst_other, bench::CpuTime_ms() - then);
     }
   }

@@ -9,8 +9,8 @@
 #include <cstring>
 #include <string>
 
-#include "app/lens/calibration.h"
-#include "tests/app/lens/stated_camera.h"
+#include "app/vision/lens/calibration.h"
+#include "tests/app/vision/lens/stated_camera.h"
 #include "tests/lens_captures/capture_maker.h"
 
 using namespace plumbline;
@@ -88,7 +88,7 @@ bool OnlyNotExcluded(const std::vector<std::string>& reasons) {
 }
 
 /// What an owner could declare truthfully of the cameras of this kind.
-lens::DeclaredFacts TrueOf(const Kind& kind) {
+target::DeclaredFacts TrueOf(const Kind& kind) {
   const auto not_named = [&](const char* word) {
     return kind.words.find(word) == std::string::npos;
   };
@@ -97,7 +97,7 @@ lens::DeclaredFacts TrueOf(const Kind& kind) {
 
 Counts RunKind(const Kind& kind, const Arguments& arguments) {
   Counts counts;
-  lens::CalibrationOptions options;
+  vision::CalibrationOptions options;
   if (arguments.declare) options.declared = TrueOf(kind);
   // A rendered capture takes seconds.
   const int runs = kind.rendered ? (arguments.runs + 9) / 10 : arguments.runs;
@@ -108,7 +108,7 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     kind.prepare(conditions, random);
     SimulatedCapture capture = Simulate(conditions, random);
     if (kind.rendered) capture.views = Photograph(capture, kind.photo, random);
-    const lens::LensCalibration c = lens::CalibrateLens(
+    const vision::LensCalibration c = vision::CalibrateLens(
         conditions.board, capture.views, {conditions.width, conditions.height}, options);
     const CameraModel stated = test::StatedCamera(c.lens);
     const double error = c.lens.fx > 0 ? LargestError(conditions.camera, stated, conditions.width,

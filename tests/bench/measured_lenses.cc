@@ -9,8 +9,8 @@
 #include <opencv2/calib3d.hpp>
 #include <set>
 
-#include "app/lens/calibration.h"
-#include "app/lens/lens_start.h"
+#include "app/vision/lens/calibration.h"
+#include "app/vision/lens/lens_start.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/lens_captures/camera_model.h"
 #include "tests/lens_captures/measured_captures.h"
@@ -29,21 +29,22 @@ struct Solved {
   lens::Lens start;         ///< for the first guess of a pose
 };
 using Solver = std::function<std::optional<Solved>(const MeasuredCapture&,
-                                                   const std::vector<lens::BoardView>&)>;
+                                                   const std::vector<vision::BoardView>&)>;
 
-Vec3 PointOf(const lens::Board& board, int corner, const Vec3& bow) {
+Vec3 PointOf(const target::Board& board, int corner, const Vec3& bow) {
   const lens::Vec2 at = board.Corner(corner), uv = at - board.Centre();
   return {at.x(), at.y(),
           bow.x() * uv.x() * uv.x() + bow.y() * uv.y() * uv.y() + bow.z() * uv.x() * uv.y()};
 }
 
 /// Whether a corner locates the board; the others are compared.
-bool Locates(const lens::Board& board, int corner) {
+bool Locates(const target::Board& board, int corner) {
   return (corner % board.columns + corner / board.columns) % 2 == 0;
 }
 
 /// Least squares over the locating corners by Gauss and Newton with numerical derivatives.
-Pose Located(const lens::Board& board, const lens::BoardView& view, const Solved& solved, Pose X) {
+Pose Located(const target::Board& board, const vision::BoardView& view, const Solved& solved,
+             Pose X) {
   const auto residuals = [&](const Pose& pose) {
     std::vector<double> values;
     for (int k = 0; k < board.corners(); ++k) {
@@ -75,10 +76,10 @@ struct Sum {
   int corners = 0;
 };
 
-void AddHeldOut(const lens::Board& board, const lens::BoardView& view, const Solved& solved,
+void AddHeldOut(const target::Board& board, const vision::BoardView& view, const Solved& solved,
                 Sum& sum) {
   Sum best{1e300, 0};
-  for (const Pose& start : lens::BoardPoses(board, view, solved.start)) {
+  for (const Pose& start : vision::BoardPoses(board, view, solved.start)) {
     const Pose X = Located(board, view, solved, start);
     Sum here;
     for (int k = 0; k < board.corners(); ++k) {
@@ -97,7 +98,7 @@ void AddHeldOut(const lens::Board& board, const lens::BoardView& view, const Sol
 double HeldOut(const MeasuredCapture& capture, const Solver& solver) {
   Sum sum;
   for (const int left_out : std::set<int>(capture.image_of.begin(), capture.image_of.end())) {
-    std::vector<lens::BoardView> training;
+    std::vector<vision::BoardView> training;
     for (std::size_t j = 0; j < capture.views.size(); ++j) {
       if (capture.image_of[j] != left_out) training.push_back(capture.views[j]);
     }
@@ -117,25 +118,26 @@ Solved SolvedOf(const lens::Lens& lens, const Vec3& bow) {
 
 /// Ours, as `plumbline calibrate-lens` states it. @param flat  the comparison assumes a flat board
 /// @param known  calibrations that have been made, by capture and views
-Solver Ours(bool flat, std::map<std::string, lens::LensCalibration>& known) {
-  return [flat, &known](const MeasuredCapture& capture, const std::vector<lens::BoardView>& views) {
+Solver Ours(bool flat, std::map<std::string, vision::LensCalibration>& known) {
+  return [flat, &known](const MeasuredCapture& capture,
+                        const std::vector<vision::BoardView>& views) {
     std::string key = capture.name;
-    for (const lens::BoardView& view : views) key += fmt::format("|{}", view.time_s);
+    for (const vision::BoardView& view : views) key += fmt::format("|{}", view.time_s);
     auto found = known.find(key);
     if (found == known.end())
-      found = known.emplace(key, lens::CalibrateLens(capture.board, views, capture.size)).first;
-    const lens::LensCalibration& c = found->second;
+      found = known.emplace(key, vision::CalibrateLens(capture.board, views, capture.size)).first;
+    const vision::LensCalibration& c = found->second;
     if (!(c.lens.fx > 0)) return std::optional<Solved>();
     return std::optional(SolvedOf(c.lens, flat ? Vec3(Vec3::Zero()) : c.board_bow));
   };
 }
 
 Solver Mrcal() {
-  return [](const MeasuredCapture& capture, const std::vector<lens::BoardView>& views) {
-    const auto fit = lens::FitLens(capture.board, views, capture.size);
+  return [](const MeasuredCapture& capture, const std::vector<vision::BoardView>& views) {
+    const auto fit = vision::FitLens(capture.board, views, capture.size);
     if (!fit) return std::optional<Solved>();
     const auto solved = SolveWithMrcal(capture.board, views, capture.size,
-                                       lens::LensFromShared(fit->shared), fit->X_CK);
+                                       vision::LensFromShared(fit->shared), fit->X_CK);
     if (!solved) return std::optional<Solved>();
     return std::optional(SolvedOf(solved->lens, Vec3::Zero()));
   };
@@ -143,10 +145,10 @@ Solver Mrcal() {
 
 /// @param flags  of cv::calibrateCamera
 Solver OpenCv(int flags) {
-  return [flags](const MeasuredCapture& capture, const std::vector<lens::BoardView>& views) {
+  return [flags](const MeasuredCapture& capture, const std::vector<vision::BoardView>& views) {
     std::vector<std::vector<cv::Point3f>> objects;
     std::vector<std::vector<cv::Point2f>> images;
-    for (const lens::BoardView& view : views) {
+    for (const vision::BoardView& view : views) {
       objects.emplace_back();
       images.emplace_back();
       for (int k = 0; k < capture.board.corners(); ++k) {
@@ -185,9 +187,9 @@ Solver OpenCv(int flags) {
 /// "0.7", the least of a few limits [px] at which the capture is accepted, or "none".
 std::string AcceptedFrom(const MeasuredCapture& capture) {
   for (const double limit_px : {0.5, 0.6, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0}) {
-    lens::CalibrationOptions options;
+    vision::CalibrationOptions options;
     options.acceptable_px = limit_px;
-    if (lens::CalibrateLens(capture.board, capture.views, capture.size, options).accepted)
+    if (vision::CalibrateLens(capture.board, capture.views, capture.size, options).accepted)
       return fmt::format("{} px", limit_px);
   }
   return "none up to 10 px";
@@ -202,7 +204,7 @@ void MeasuredLenses() {
     return;
   }
   cv::setNumThreads(1);
-  std::map<std::string, lens::LensCalibration> known;
+  std::map<std::string, vision::LensCalibration> known;
   const std::pair<const char*, Solver> peers[] = {
       {"ours", Ours(true, known)},
       {"ours with its board's bow", Ours(false, known)},
@@ -211,7 +213,8 @@ void MeasuredLenses() {
       {"OpenCV, thin prism", OpenCv(cv::CALIB_THIN_PRISM_MODEL)},
       {"mrcal", Mrcal()}};
   for (const MeasuredCapture& capture : captures) {
-    const lens::LensCalibration c = lens::CalibrateLens(capture.board, capture.views, capture.size);
+    const vision::LensCalibration c =
+        vision::CalibrateLens(capture.board, capture.views, capture.size);
     fmt::print("{}: {} views, {} images without a board; {}\n", capture.name, capture.views.size(),
                capture.missed.size(), c.accepted ? "accepted" : "REFUSED");
     for (const auto* lines : {&c.reasons, &c.notes}) {

@@ -13,11 +13,11 @@
 #include <numbers>
 #include <random>
 
-#include "app/tracking/tracker.h"
-#include "app/view/overlay.h"
+#include "app/display/view/overlay.h"
+#include "app/vision/tracking/tracker.h"
 #include "drivers/display/renderer.h"
 #include "firmware-like/geometry/rotation.h"
-#include "tests/app/tracking/tag_scene.h"
+#include "tests/app/vision/tracking/tag_scene.h"
 #include "tests/bench/rows.h"
 #include "tests/virtual_cell/world.h"
 
@@ -30,10 +30,10 @@ constexpr int kPlateTag = 40;
 const Vec3 kPlate_T(0.05, -0.04, 0.0);  ///< centre of the tag, on a plate at the tip
 
 /// Reference tags of 120 mm around the field of view at different depths.
-tracking::Body ReferenceTags() {
+target::Body ReferenceTags() {
   const Vec3 places[] = {{-0.55, -0.28, 0.00}, {0.55, -0.26, 0.20}, {0.52, 0.28, 0.02},
                          {-0.54, 0.27, 0.18},  {0.00, -0.30, 0.30}, {-0.1, 0.30, 0.25}};
-  tracking::Body cell{"cell", {}};
+  target::Body cell{"cell", {}};
   for (int k = 0; k < 6; ++k) {
     cell.tags.push_back(
         {k,
@@ -70,7 +70,7 @@ struct Results {
 /// One posture, one image.
 class Scene {
  public:
-  Scene(const view::ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
+  Scene(const display::ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
       : model_(model), random_(seed), time_s_(static_cast<double>(seed)) {
     std::uniform_real_distribution<double> u(-1, 1);
     q_.resize(6);
@@ -91,9 +91,9 @@ class Scene {
     X_WK_ = Pose{kFacing.transpose(), X_WT_ * kPlate_T + Vec3(0, 0.15, 0)};
 
     camera_ = renderer::ZoomLens(kFocal_px);
-    const tracking::TagFamily family = tracking::TagFamilyOfName("36h11").value();
+    const target::TagFamily family = target::TagFamilyOfName("36h11").value();
     std::vector<renderer::Sheet> sheets;
-    for (const tracking::BodyTag& tag : ReferenceTags().tags) {
+    for (const target::BodyTag& tag : ReferenceTags().tags) {
       sheets.push_back(
           test::TagSheet(family, tag.id, tag.side_m, Isometry(X_CW_ * X_WK_ * tag.X_KM)));
     }
@@ -102,18 +102,18 @@ class Scene {
   }
 
   void Measure(display::Renderer& renderer, Results& results) {
-    view::ViewModel model = model_;
+    display::ViewModel model = model_;
     model.config.vision.cameras.resize(1);
     model.config.vision.tags.cell = "cell";
     model.config.vision.tags.X_WK = X_WK_;
-    tracking::TagDatabase database;
+    target::TagDatabase database;
     database.bodies = {ReferenceTags()};
-    tracking::Tracker tracker(tracking::TagFamilyOfName("36h11").value(), database, {});
+    vision::Tracker tracker(target::TagFamilyOfName("36h11").value(), database, {});
     lens::KnownLens lens;
     lens.lens = test::LensOfCamera(camera_);
-    const tracking::TrackedFrame& seen = tracker.Update(test::ViewOf(image_), 0, &lens);
+    const vision::TrackedFrame& seen = tracker.Update(test::ViewOf(image_), 0, &lens);
     const auto started = std::chrono::steady_clock::now();
-    view_link::ViewState state;
+    cell::ViewState state;
     state.now_s = time_s_ + 0.01;
     state.q = q_;
     state.payload_kg = payload_kg_;
@@ -123,8 +123,8 @@ class Scene {
     state.cameras[0].status.state = lens::ZoomState::kValid;
     state.cameras[0].lens = lens.lens;
     state.cameras[0].image =
-        view_link::ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
-    for (const tracking::SeenBody& body : seen.bodies) {
+        cell::ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
+    for (const vision::SeenBody& body : seen.bodies) {
       state.cameras[0].bodies.push_back({body.body->name, body.estimate.X_CK, false});
     }
     ++results.scenes;
@@ -132,27 +132,27 @@ class Scene {
       ++results.lost;
       return;
     }
-    view::CarrierTracker memory;
-    const view::Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
+    display::CarrierTracker memory;
+    const display::Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
-    view::ViewFacts facts;
+    display::ViewFacts facts;
     facts.state = &state;
     facts.carriers = std::span(&carriers, 1);
     facts.model = &model;
     facts.now_s = time_s_ + 0.02;
-    scene::ObjectTable table;
-    scene::SceneObject plate;
-    plate.on.kind = scene::Carrier::Kind::kFlange;
+    display::ObjectTable table;
+    display::SceneObject plate;
+    plate.on.kind = display::Carrier::Kind::kFlange;
     plate.bends = true;
     table.objects = {plate};
     facts.table = &table;
-    view::PictureLayout layout;  // the image fills the picture
+    display::PictureLayout layout;  // the image fills the picture
     layout.size = {camera_.width, camera_.height};
     layout.image = {0, 0, static_cast<float>(camera_.width), static_cast<float>(camera_.height)};
     scene::DisplayList list;
-    view::ImageMarks marks;
-    view::AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout, list,
-                     marks);
+    display::ImageMarks marks;
+    display::AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout,
+                        list, marks);
     results.compose_s +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     Compare(renderer, list, carriers, results);
@@ -165,7 +165,7 @@ class Scene {
   Pose X_CM() const { return X_CW_ * X_WT_ * Pose{R_TP_, kPlate_T}; }
 
   /// Corners of the tag in the flange frame of the unloaded tool.
-  scene::TriangleMesh PlateMesh(const view::ViewModel& model) const {
+  scene::TriangleMesh PlateMesh(const display::ViewModel& model) const {
     scene::TriangleMesh mesh;
     for (const Eigen::Vector3d& corner : test::TagCorners(kSide_m)) {
       const Vec3 p_T = R_TP_ * corner + kPlate_T;
@@ -182,10 +182,10 @@ class Scene {
   }
 
   void Compare(display::Renderer& renderer, const scene::DisplayList& list,
-               const view::Carriers& carriers, Results& results) const {
+               const display::Carriers& carriers, Results& results) const {
     const auto corners = test::TagCorners(kSide_m);
     const auto placed = renderer.TransformedVertices(list, list.meshes.at(0));
-    const view::ToolState& tool = *carriers.tool;
+    const display::ToolState& tool = *carriers.tool;
     const Pose X_CF_nominal = carriers.world->X_CK * tool.X_WF_nominal;
     const scene::TriangleMesh plate = PlateMesh(model_);
     std::vector<lens::Vec2> truth;
@@ -206,17 +206,17 @@ class Scene {
     const display::RgbImage picture = renderer.ReadBack();
     std::vector<std::uint8_t> grey(picture.rgb.size() / 3);
     for (std::size_t k = 0; k < grey.size(); ++k) grey[k] = picture.rgb[3 * k + 1];
-    tracking::TagDetector detector(tracking::TagFamilyOfName("36h11").value(), {});
-    tracking::SeenTags seen;
+    vision::TagDetector detector(target::TagFamilyOfName("36h11").value(), {});
+    vision::SeenTags seen;
     detector.Detect({grey.data(), picture.size.width, picture.size.height, picture.size.width},
                     &list.pinhole, seen);
-    for (const tracking::SeenTag& tag : seen.tags) {
+    for (const vision::SeenTag& tag : seen.tags) {
       if (tag.id != kPlateTag) continue;
       for (std::size_t k = 0; k < 4; ++k) results.background.Add(tag.corners_px[k] - truth[k]);
     }
   }
 
-  const view::ViewModel& model_;
+  const display::ViewModel& model_;
   std::mt19937_64 random_;
   const double time_s_;  ///< time of the image
   model::JointVector q_;
@@ -243,7 +243,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   config::FaultList faults;
-  const auto model = view::ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
+  const auto model = display::ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
   if (!model) {
     fmt::print("{}", config::FaultsText(faults));
     return 1;

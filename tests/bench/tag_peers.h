@@ -10,13 +10,13 @@ extern "C" {
 #include <utility>
 #include <vector>
 
-#include "app/tracking/tag_detector.h"
-#include "tests/app/tracking/tag_scene.h"
+#include "app/vision/tracking/tag_detector.h"
+#include "tests/app/vision/tracking/tag_scene.h"
 
 namespace plumbline::bench {
 
 /// Tags of an image: number and corners.
-using Seen = std::vector<std::pair<int, tracking::Corners>>;
+using Seen = std::vector<std::pair<int, vision::Corners>>;
 
 /// Both on one core.
 struct Peers {
@@ -41,7 +41,7 @@ struct Peers {
     for (int i = 0; i < zarray_size(found); ++i) {
       apriltag_detection_t* tag = nullptr;
       zarray_get(found, i, &tag);
-      tracking::Corners
+      vision::Corners
           corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
       for (int c = 0; c < 4; ++c)
         corners[c] = lens::Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
@@ -58,7 +58,7 @@ struct Peers {
     cv::aruco::detectMarkers(view, dictionary, found, ids, parameters);
     Seen seen;
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      tracking::Corners corners;  // ArUco: rotated by 180 degrees
+      vision::Corners corners;  // ArUco: rotated by 180 degrees
       for (int c = 0; c < 4; ++c)
         corners[c] = lens::Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
       seen.emplace_back(ids[i], corners);

@@ -7,10 +7,10 @@
 #include <ctime>
 #include <functional>
 
-#include "app/tracking/bodies.h"
-#include "app/tracking/tracker.h"
-#include "tests/app/tracking/natural_image.h"
-#include "tests/app/tracking/tag_scene.h"
+#include "app/vision/tracking/bodies.h"
+#include "app/vision/tracking/tracker.h"
+#include "tests/app/vision/tracking/natural_image.h"
+#include "tests/app/vision/tracking/tag_scene.h"
 #include "tests/bench/bench_timing.h"
 #include "tests/bench/rows.h"
 #include "tests/bench/tag_peers.h"
@@ -50,16 +50,16 @@ struct Score {
   double mean_ms() const { return ms / scenes; }
 };
 
-Seen SeenBy(const tracking::SeenTags& tags) {
+Seen SeenBy(const vision::SeenTags& tags) {
   Seen seen;
-  for (const tracking::SeenTag& tag : tags.tags) seen.emplace_back(tag.id, tag.corners_px);
+  for (const vision::SeenTag& tag : tags.tags) seen.emplace_back(tag.id, tag.corners_px);
   return seen;
 }
 
 void SixTagScenes(const char* name, const renderer::Conditions& light, double side_px, int scenes,
                   int times) {
   static const Peers peers;
-  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  const target::TagFamily family = *target::TagFamilyOfName("36h11");
   Score ours, tracked, april, aruco;
   for (int s = 0; s < scenes; ++s) {
     const test::TagScene scene =
@@ -67,13 +67,13 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
     renderer::Image image = renderer::Render(scene.camera, scene.sheets, light, s);
     const image::LumaView view = test::ViewOf(image);
     const lens::Lens lens = test::LensOfCamera(scene.camera);
-    tracking::TagDetector detector(family, {});
-    tracking::SeenTags seen;
+    vision::TagDetector detector(family, {});
+    vision::SeenTags seen;
     ours.ms += Median_ms(times, [&] { detector.Detect(view, &lens, seen); });
     ours.Add(scene, SeenBy(seen));
-    tracking::TagDatabase database;
+    target::TagDatabase database;
     database.default_side_m = scene.side_m;
-    tracking::Tracker tracker(family, database, {.full_search_interval = 1 << 30});
+    vision::Tracker tracker(family, database, {.full_search_interval = 1 << 30});
     const lens::KnownLens known{lens};
     double t = 0;
     tracker.Update(view, t, &known);
@@ -114,8 +114,8 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
 /// Small tags, tilted by up to 0.6 rad, against AprilTag without decimation.
 void SmallTags(int scenes, int times, int sizes) {
   static const Peers peers(1);
-  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
-  tracking::TagDetector detector(family, {.strict = true});
+  const target::TagFamily family = *target::TagFamilyOfName("36h11");
+  vision::TagDetector detector(family, {.strict = true});
   fmt::print(
       "\nSmall tags, whole frame; AprilTag without decimation\n\n"
       "| side px | found | AprilTag | ratio | corner RMSE px | AprilTag | ms | AprilTag | ratio |\n"
@@ -128,7 +128,7 @@ void SmallTags(int scenes, int times, int sizes) {
           test::SixTags(family, renderer::ZoomLens(1500 + 400 * (s % 10)), side_px, 0.6, 3000 + s);
       renderer::Image image = renderer::Render(scene.camera, scene.sheets, {}, s);
       const lens::Lens lens = test::LensOfCamera(scene.camera);
-      tracking::SeenTags seen;
+      vision::SeenTags seen;
       ours.ms += Median_ms(times, [&] { detector.Detect(test::ViewOf(image), &lens, seen); });
       ours.Add(scene, SeenBy(seen));
       Seen by;
@@ -153,10 +153,10 @@ void NaturalImages(int images) {
   static const Peers peers(1);
   constexpr const char* kFamilies[] = {"36h11",        "36h10",         "25h9",         "16h5",
                                        "aruco-4x4-50", "aruco-5x5-100", "aruco-6x6-250"};
-  std::vector<tracking::TagDetector> detectors;
+  std::vector<vision::TagDetector> detectors;
   for (const char* family : kFamilies) {
-    detectors.emplace_back(*tracking::TagFamilyOfName(family),
-                           tracking::DetectorSettings{.strict = true});
+    detectors.emplace_back(*target::TagFamilyOfName(family),
+                           vision::DetectorSettings{.strict = true});
   }
   std::vector<int> wrong(detectors.size());
   int april = 0;
@@ -166,7 +166,7 @@ void NaturalImages(int images) {
     image.width = 1920, image.height = 1080;
     image.grey = test::NaturalImage(1920, 1080, 500 + 400 * (k % 6), 100 + k);
     for (std::size_t f = 0; f < detectors.size(); ++f) {
-      tracking::SeenTags seen;
+      vision::SeenTags seen;
       const double took_ms =
           Median_ms(1, [&] { detectors[f].Detect(test::ViewOf(image), nullptr, seen); });
       if (f == 0) ms += took_ms, worst_ms = std::max(worst_ms, took_ms);
@@ -194,7 +194,7 @@ void NaturalImages(int images) {
                  .goal = bench::AtMost(12)});
 }
 
-lens::Vec2 Middle(const tracking::Corners& corners) {
+lens::Vec2 Middle(const vision::Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
@@ -205,8 +205,8 @@ double SigmaOfSpread(int count) {
 
 /// Tip 300 mm from a body of six tags (400 x 200 mm) at 1.5 m, f 5000.
 void TipOfBody(int scenes) {
-  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
-  tracking::Body body{"gripper", {}};
+  const target::TagFamily family = *target::TagFamilyOfName("36h11");
+  target::Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
     body.tags.push_back(
         {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k < 3 ? -0.06 : 0.06), 0)}});
@@ -221,17 +221,17 @@ void TipOfBody(int scenes) {
     const Eigen::Isometry3d X = test::FacingPose(
         {0.02 * uniform(random), 0.01 * uniform(random), 1.5 + 0.05 * uniform(random)},
         0.35 * uniform(random), 3 * uniform(random), 0.15 * uniform(random));
-    for (const tracking::BodyTag& tag : body.tags) {
+    for (const target::BodyTag& tag : body.tags) {
       Eigen::Isometry3d X_KM = Eigen::Isometry3d::Identity();
       X_KM.translation() = tag.X_KM.p;
       scene.Add(family, tag.id, X * X_KM);
     }
     const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
     const lens::KnownLens lens{test::LensOfCamera(scene.camera)};
-    tracking::TagDetector detector(family, {});
-    tracking::SeenTags seen;
+    vision::TagDetector detector(family, {});
+    vision::SeenTags seen;
     detector.Detect(test::ViewOf(image), &lens.lens, seen);
-    const auto located = tracking::LocateBody(lens, body, seen.tags, std::nullopt);
+    const auto located = vision::LocateBody(lens, body, seen.tags, std::nullopt);
     if (!located) continue;
     const Vec3 tip(0, 0, 0.3);
     const Vec3 error = located->estimate.X_CK * tip - X * tip;
@@ -239,8 +239,7 @@ void TipOfBody(int scenes) {
         Eigen::AngleAxisd(located->estimate.X_CK.R.transpose() * X.linear()).angle();
     squares += error.squaredNorm();
     turns += turn * turn;
-    whitened +=
-        error.dot(tracking::PointCovariance(located->estimate, tip).ldlt().solve(error)) / 3;
+    whitened += error.dot(vision::PointCovariance(located->estimate, tip).ldlt().solve(error)) / 3;
     ++seen_count;
   }
   fmt::print(
@@ -261,23 +260,23 @@ void TipOfBody(int scenes) {
 /// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where the covariance bound is
 /// meaningful.
 void SingleTags(int scenes) {
-  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  const target::TagFamily family = *target::TagFamilyOfName("36h11");
   double squares = 0, bound = 0, whitened = 0;
   int count = 0, ambiguous = 0, flips = 0;
   for (int s = 0; s < scenes; ++s) {
     const auto scene = test::SixTags(family, renderer::ZoomLens(2500), 120, 1.0, 5000 + s);
     const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
     const lens::KnownLens lens{test::LensOfCamera(scene.camera)};
-    tracking::TagDetector detector(family, {});
-    tracking::SeenTags seen;
+    vision::TagDetector detector(family, {});
+    vision::SeenTags seen;
     detector.Detect(test::ViewOf(image), &lens.lens, seen);
-    for (const tracking::SeenTag& tag : seen.tags) {
+    for (const vision::SeenTag& tag : seen.tags) {
       for (std::size_t k = 0; k < scene.ids.size(); ++k) {
         const Eigen::Isometry3d& X = scene.sheets[k].X_CK;
         if (tag.id != scene.ids[k] || std::abs(X.linear()(2, 2)) > 0.94) continue;
         // Two tags in a scene may have the same id.
         if ((Middle(tag.corners_px) - Middle(scene.corners[k])).norm() > 6) continue;
-        const auto poses = tracking::PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
+        const auto poses = vision::PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
         if (!poses) continue;
         if (poses->ambiguous()) ++ambiguous;
         const Pose& found = poses->best.X_CK;
@@ -304,7 +303,7 @@ void SingleTags(int scenes) {
 
 /// Worst time over adversarial frames: noise, checkers of every size, bars, random blocks.
 void SlowFrames(int frames) {
-  tracking::TagDetector detector(*tracking::TagFamilyOfName("36h11"), {});
+  vision::TagDetector detector(*target::TagFamilyOfName("36h11"), {});
   std::mt19937_64 random(9);
   std::vector<std::uint8_t> grey(std::size_t{1920} * 1080);
   double worst = 0;
@@ -324,7 +323,7 @@ void SlowFrames(int frames) {
                         : 255 * (h >> 63));
       }
     }
-    tracking::SeenTags seen;
+    vision::SeenTags seen;
     const double start = bench::CpuTime_ms();
     detector.Detect({grey.data(), 1920, 1080, 1920}, nullptr, seen);
     worst = std::max(worst, bench::CpuTime_ms() - start);

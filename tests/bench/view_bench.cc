@@ -6,7 +6,7 @@
 
 #include <cstring>
 
-#include "app/view_process/view_loop.h"
+#include "app/display/view_process/view_loop.h"
 #include "tests/bench/rows.h"
 #include "tests/bench/view_station.h"
 #include "tests/drivers/display/fake_card.h"
@@ -26,7 +26,7 @@ int RunViewer(const std::string& config_file) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  view_process::ConfigureMalloc();
+  display::ConfigureMalloc();
   const int ended = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   test::FakeCard card;
   card.modes = {{1920, 1080}};
@@ -35,15 +35,15 @@ int RunViewer(const std::string& config_file) {
   const std::string mine = config_file + ".view";
   std::ofstream(mine) << text.replace(text.find(kCard), kCard.size(), card.path);
 
-  view::DisplayMailbox shown;
+  display::DisplayMailbox shown;
   std::optional<ShownFrame> committed;  // since frame_s
   double frame_s = 0;
   std::uint64_t sequence = 0;
-  const view_process::ViewLoop* drawing = nullptr;
+  const display::ViewLoop* drawing = nullptr;
   card.on_commit = [&] {
     committed.reset();
     if (drawing == nullptr || drawing->state().cameras.empty()) return;
-    const view_link::ViewState& state = drawing->state();
+    const cell::ViewState& state = drawing->state();
     const auto& image = state.cameras.front().image;
     if (!image || image->sequence == sequence) return;
     sequence = image->sequence;
@@ -65,10 +65,10 @@ int RunViewer(const std::string& config_file) {
     }
   });
   config::FaultList faults;
-  auto model = view::ReadViewModel(mine, 0, faults);
+  auto model = display::ReadViewModel(mine, 0, faults);
   if (!model) fmt::print(stderr, "{}", config::FaultsText(faults));
   if (model) {
-    view_process::ViewLoop loop(mine, std::move(*model), shown);
+    display::ViewLoop loop(mine, std::move(*model), shown);
     drawing = &loop;
     signalfd_siginfo info{};
     while (read(ended, &info, sizeof info) != sizeof info) loop.RunOnce();

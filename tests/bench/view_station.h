@@ -6,11 +6,11 @@
 #include <csignal>
 #include <filesystem>
 
-#include "app/lens_store/lens_store.h"
-#include "app/view_link/view_client.h"
+#include "app/cell/view_link/view_client.h"
+#include "app/vision/lens_store/lens_store.h"
 #include "drivers/clock.h"
-#include "tests/app/camera/camera_scene.h"
-#include "tests/app/scene/shapes.h"
+#include "tests/app/display/scene/shapes.h"
+#include "tests/app/vision/camera/camera_scene.h"
 #include "tests/bench/daemon_start.h"
 
 namespace plumbline::bench {
@@ -69,7 +69,7 @@ class ViewStation {
     for (int k = 0; k < cameras; ++k) tables += AddCamera(k == 0 ? "side" : "rear", k);
     std::ofstream(folder + "/bodies.toml") << test::TagsText();
     std::ofstream(folder + "/ball.obj")
-        << test::MeshFileText(test::Sphere(0.1F, 160, 158), scene::MeshFormat::kObj);
+        << test::MeshFileText(test::Sphere(0.1F, 160, 158), display::MeshFormat::kObj);
     std::ofstream(folder + "/objects.toml")
         << "schema = 1\n[[object]]\nnumber = 1\nname = \"fixture\"\nfile = \"ball.obj\"\n"
            "unit = \"m\"\non = { body = \"cell\" }\n[[object]]\nnumber = 2\nname = \"part\"\n"
@@ -111,8 +111,8 @@ class ViewStation {
 
   /// Start lateness of the control cycle so far, as counted by the daemon. Connects only briefly.
   LatenessHistogram Starts() const {
-    view_link::ViewClient client(view_link::ViewSocketOf(folder_ + "/state"), false);
-    view_link::View view;
+    cell::ViewClient client(cell::ViewSocketOf(folder_ + "/state"), false);
+    cell::View view;
     for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {
       if (client.Read(0.1, view)) return view.state.cycle.starts;
     }
@@ -128,8 +128,8 @@ class ViewStation {
   std::string AddCamera(const std::string& name, int k) {
     const renderer::Camera camera = renderer::ZoomLens(1700);
     const std::string serial = name + " camera";
-    auto store = lens_store::LensStore::Open(folder_ + "/state/lenses.sqlite");
-    lens_store::LensEntry lens;
+    auto store = vision::LensStore::Open(folder_ + "/state/lenses.sqlite");
+    vision::LensEntry lens;
     lens.key = {serial, "test mode", 0, 0};
     lens.lens = test::LensOfCamera(camera);
     lens.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <random>
 
-#include "app/camera/camera_supervisor.h"
-#include "tests/app/camera/camera_scene.h"
+#include "app/vision/camera/camera_supervisor.h"
+#include "tests/app/vision/camera/camera_scene.h"
 #include "tests/bench/rows.h"
 #include "tests/bench/started_program.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
@@ -37,9 +37,9 @@ class FastSensor : public zoom::ZoomSensor {
 
 /// Fills the state directory with a lens for both zooms and a matching image.
 void MakeState(const std::string& folder) {
-  auto store = lens_store::LensStore::Open(folder + "/lenses.sqlite");
+  auto store = vision::LensStore::Open(folder + "/lenses.sqlite");
   for (const int zoom : {kHere, kThere}) {
-    lens_store::LensEntry entry;
+    vision::LensEntry entry;
     entry.key = {"bench", "mode", zoom, std::nullopt};
     entry.lens = test::LensOfCamera(renderer::ZoomLens(2600));
     entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
@@ -52,7 +52,7 @@ void MakeState(const std::string& folder) {
       test::DrawCell(renderer::ZoomLens(2600), test::CellInCamera(), test::GripperInCamera()));
 }
 
-bool Await(camera::CameraLink& link, bool stale, double timeout_s) {
+bool Await(vision::CameraLink& link, bool stale, double timeout_s) {
   const double give_up_s = MonotonicSeconds() + timeout_s;
   while (MonotonicSeconds() < give_up_s) {
     if (link.status.Read()->lens_stale == stale) return true;
@@ -74,13 +74,13 @@ void Measure(const char* name, std::unique_ptr<zoom::ZoomSensor> sensor, double 
     config.zoom.period_s = period_s;
     config.zoom.supervision.settle_s = 0.05;
     vision.tags.database.bodies = {test::CellTags(), test::GripperBody()};
-    auto devices = camera::MakeCameraDevices(config, vision.tags);
+    auto devices = vision::MakeCameraDevices(config, vision.tags);
     if (!devices) std::abort();
     devices.value().zoom = std::move(sensor);
-    camera::CameraLink link;
+    vision::CameraLink link;
     const auto sink = [](const log::LogEntry&) {};
-    camera::CameraStores stores(state.path(), test::CellTags(), sink);
-    camera::CameraSupervisor watch(config, vision, std::move(devices).value(), stores, "/bin/false",
+    vision::CameraStores stores(state.path(), test::CellTags(), sink);
+    vision::CameraSupervisor watch(config, vision, std::move(devices).value(), stores, "/bin/false",
                                    link, sink);
     watch.Start();
     std::mt19937_64 random(1);

@@ -10,8 +10,8 @@
 #include <sstream>
 #include <thread>
 
-#include "app/lens_store/lens_store.h"
-#include "tests/app/camera/camera_scene.h"
+#include "app/vision/lens_store/lens_store.h"
+#include "tests/app/vision/camera/camera_scene.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 #include "tests/virtual_cell/register_client.h"
 
@@ -34,9 +34,9 @@ Pose CellInWorld() {
 
 bool KeepLens(const std::string& state) {
   std::filesystem::create_directories(state);
-  auto store = lens_store::LensStore::Open(state + "/lenses.sqlite");
+  auto store = vision::LensStore::Open(state + "/lenses.sqlite");
   if (!store) return false;
-  lens_store::LensEntry entry;
+  vision::LensEntry entry;
   entry.key = {"demo camera", "1920x1080", kKnownZoom, 0};
   entry.lens = test::LensOfCamera(CameraAt(kKnownZoom));
   entry.covariance.diagonal().head<8>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12;

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "app/camera/board_message.h"
+#include "app/vision/camera/board_message.h"
 
 namespace {
 
@@ -15,7 +15,7 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-bool Equal(const camera::Bytes& made, std::span<const std::uint8_t> given) {
+bool Equal(const vision::Bytes& made, std::span<const std::uint8_t> given) {
   return std::equal(made.begin(), made.end(), given.begin(), given.end());
 }
 
@@ -23,15 +23,15 @@ bool Equal(const camera::Bytes& made, std::span<const std::uint8_t> given) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span bytes(data, size);
-  if (const auto request = camera::DecodeRequest(bytes)) {
+  if (const auto request = vision::DecodeRequest(bytes)) {
     Require(!FaultOf(request->board) && request->width > 0 && request->height > 0);
-    Require(Equal(camera::EncodeRequest(*request), bytes));
+    Require(Equal(vision::EncodeRequest(*request), bytes));
   }
-  const auto answer = camera::DecodeResponse(bytes);
+  const auto answer = vision::DecodeResponse(bytes);
   if (!answer) return 0;
-  Require(Equal(camera::EncodeResponse(*answer), bytes));
+  Require(Equal(vision::EncodeResponse(*answer), bytes));
   if (!*answer) return 0;
-  const lens::BoardView& view = answer->value();
+  const vision::BoardView& view = answer->value();
   Require(view.corners_px.size() == view.seen.size() && view.blur_px >= 0);
   for (std::size_t k = 0; k < view.seen.size(); ++k) {
     Require(!view.seen[k] || view.corners_px[k].allFinite());

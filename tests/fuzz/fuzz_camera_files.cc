@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/camera/tag_baseline_store.h"
-#include "app/config/body_reader.h"
-#include "app/lens/lens_json.h"
+#include "app/base/config/body_reader.h"
+#include "app/vision/camera/tag_baseline_store.h"
+#include "app/vision/lens/lens_json.h"
 #include "drivers/zoom/replay_zoom.h"
 #include "firmware-like/lens/lens_curve.h"
 
@@ -40,7 +40,7 @@ void Zoom(std::string_view text) {
 }
 
 void LensText(std::string_view text) {
-  const auto file = lens::LensFromJson(text);
+  const auto file = vision::LensFromJson(text);
   if (!file) return Require(!file.error().empty());
   Require(file->size.width > 0 && file->size.height > 0);
   Require(lens::VectorOfLens(file->lens).allFinite() && file->lens.fx > 0 && file->lens.fy > 0);
@@ -52,18 +52,18 @@ void Bodies(std::string_view text) {
   const auto database = config::TagDatabaseFromText(text, "bodies.toml", faults);
   Require(database.has_value() != faults.HasFaults());
   if (!database) return;
-  for (const tracking::Body& body : database->bodies) {
+  for (const target::Body& body : database->bodies) {
     Require(!body.name.empty());
-    for (const tracking::BodyTag& tag : body.tags) {
+    for (const target::BodyTag& tag : body.tags) {
       Require(tag.id >= 0 && tag.side_m > 0 && tag.X_KM.p.allFinite() && IsRotation(tag.X_KM.R));
     }
   }
 }
 
 void Marks(std::string_view text) {
-  const tracking::Body cell{
-      "cell", {{3, 0.06, Pose()}, {4, 0.06, Pose{Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
-  const auto memories = camera::TagBaselinesFromJson(std::string(text), cell);
+  const target::Body cell{"cell",
+                          {{3, 0.06, Pose()}, {4, 0.06, Pose{Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
+  const auto memories = vision::TagBaselinesFromJson(std::string(text), cell);
   if (!memories) return Require(!memories.error().empty());
   for (const auto& [lens, memory] : memories->by_lens) {
     Require(IsRotation(memory.X_CK.R) && memory.X_CK.p.allFinite());
@@ -72,7 +72,7 @@ void Marks(std::string_view text) {
       Require(tag.covariance.allFinite() && tag.covariance.diagonal().minCoeff() >= 0);
     }
   }
-  const auto again = camera::TagBaselinesFromJson(camera::TagBaselinesJson(*memories, cell), cell);
+  const auto again = vision::TagBaselinesFromJson(vision::TagBaselinesJson(*memories, cell), cell);
   Require(again.ok() && again->by_lens.size() == memories->by_lens.size() &&
           again->contradicted == memories->contradicted);
 }

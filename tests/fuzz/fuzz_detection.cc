@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "app/lens/board_detection.h"
-#include "app/tracking/tag_detector.h"
+#include "app/vision/lens/board_detection.h"
+#include "app/vision/tracking/tag_detector.h"
 
 namespace {
 
@@ -26,13 +26,13 @@ bool Inside(const lens::Vec2& p, const image::LumaView& image) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::array<lens::Board, 4> boards = {{
-      {4, 3, 0.010, lens::BoardKind::kChessboard, 0, {}},
-      {4, 3, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-4x4-50"},
-      {4, 3, 0.020, lens::BoardKind::kCircles, 0.012, {}},
-      {3, 5, 0.020, lens::BoardKind::kAsymmetricCircles, 0.015, {}},
+  static const std::array<target::Board, 4> boards = {{
+      {4, 3, 0.010, target::BoardKind::kChessboard, 0, {}},
+      {4, 3, 0.020, target::BoardKind::kCharuco, 0.015, "aruco-4x4-50"},
+      {4, 3, 0.020, target::BoardKind::kCircles, 0.012, {}},
+      {3, 5, 0.020, target::BoardKind::kAsymmetricCircles, 0.015, {}},
   }};
-  static const tracking::TagFamily family = tracking::TagFamilyOfName("aruco-4x4-50").value();
+  static const target::TagFamily family = target::TagFamilyOfName("aruco-4x4-50").value();
   if (size <= kHeader) return 0;
   // Each input byte becomes a square of pixels.
   const int columns = 1 + data[1] % 96, rows = 1 + data[2] % 96, enlarged = 1 + data[3] % 16;
@@ -47,8 +47,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const image::LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
   if (data[0] % 5 < 4) {
-    const lens::Board& board = boards[data[0] % 5];
-    const auto view = lens::DetectBoard(image, board);
+    const target::Board& board = boards[data[0] % 5];
+    const auto view = vision::DetectBoard(image, board);
     if (!view) {
       Require(!view.error().empty());
       return 0;
@@ -60,10 +60,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     return 0;
   }
-  static tracking::TagDetector detector(family, {});
-  tracking::SeenTags seen;
+  static vision::TagDetector detector(family, {});
+  vision::SeenTags seen;
   detector.Detect(image, nullptr, seen);
-  for (const tracking::SeenTag& tag : seen.tags) {
+  for (const vision::SeenTag& tag : seen.tags) {
     Require(tag.id >= 0 && static_cast<std::size_t>(tag.id) < family.codes.size());
     Require(tag.covariance.allFinite());
     for (const lens::Vec2& corner : tag.corners_px) Require(Inside(corner, image));

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/config/zoom_profile_reader.h"
+#include "app/base/config/zoom_profile_reader.h"
 
 namespace {
 

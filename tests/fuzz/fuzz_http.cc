@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/page/http_message.h"
-#include "app/page/page.h"
-#include "app/page/request_parts.h"
+#include "app/display/page/http_message.h"
+#include "app/display/page/page.h"
+#include "app/display/page/request_parts.h"
 #include "drivers/clock.h"
 
 namespace {
@@ -17,36 +17,36 @@ constexpr const char* kToken = "0123456789abcdef";
 constexpr const char* kSecret = "the cell nobody may know";
 
 struct Served {
-  view::DisplayMailbox shown;
-  std::unique_ptr<page::Page> page;
+  display::DisplayMailbox shown;
+  std::unique_ptr<display::Page> page;
 
   Served() {
-    auto state = std::make_shared<view_link::ViewState>();
+    auto state = std::make_shared<cell::ViewState>();
     state->cell = kSecret;
     state->now_s = MonotonicSeconds() + 1e9;  // never stale
-    auto now = std::make_shared<view::DisplayStatus>();
+    auto now = std::make_shared<display::DisplayStatus>();
     now->state = state;
-    shown.Publish(std::shared_ptr<const view::DisplayStatus>(now));
-    page::PageOptions options;
+    shown.Publish(std::shared_ptr<const display::DisplayStatus>(now));
+    display::PageOptions options;
     options.config.token = kToken;
     options.state_directory = "/nonexistent";
-    auto started = page::Page::Start(options, shown, [](const log::LogEntry&) {});
+    auto started = display::Page::Start(options, shown, [](const log::LogEntry&) {});
     if (!started) std::abort();
     page = std::move(started).value();
   }
 
   std::string AnswerTo(std::string_view head) {
-    page::ParsedRequest parsed = page::ParseRequest(head);
+    display::ParsedRequest parsed = display::ParseRequest(head);
     if (parsed.refusal != 0) return parsed.why;
     const std::string& method = parsed.request.method;
     if (!parsed.request.path.starts_with('/') && (method == "GET" || method == "HEAD"))
       std::abort();
     parsed.request.peer = "192.0.2.1";
-    page::HttpResponse response;
+    display::HttpResponse response;
     page->Answer(parsed.request, response);
-    const std::string answer = page::HeadOf(response);
+    const std::string answer = display::HeadOf(response);
     // A request must not inject a header.
-    if (page::EndOfHead(answer) != answer.size()) std::abort();
+    if (display::EndOfHead(answer) != answer.size()) std::abort();
     return answer + response.body;
   }
 };
@@ -54,7 +54,7 @@ struct Served {
 /// True if the bytes may contain the token: plain, as a cookie, or %-encoded.
 bool MayKnow(const std::string& bytes) {
   return bytes.find(kToken) != std::string::npos ||
-         bytes.find(page::CookieValueOf(kToken)) != std::string::npos ||
+         bytes.find(display::CookieValueOf(kToken)) != std::string::npos ||
          bytes.find('%') != std::string::npos;
 }
 
@@ -63,19 +63,20 @@ bool MayKnow(const std::string& bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Served served;
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  if (const auto end = page::EndOfHead(bytes)) {
-    if (*end > size || page::EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
+  if (const auto end = display::EndOfHead(bytes)) {
+    if (*end > size || display::EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
     const std::string written = served.AnswerTo(bytes.substr(0, *end));
     if (!MayKnow(bytes) && written.find(kSecret) != std::string::npos) std::abort();
     if (written.find(kToken) != std::string::npos) std::abort();
   }
-  static_cast<void>(page::HostOf(bytes));
-  if (const auto host = page::HostOf(bytes); host && host->find('/') != std::string::npos)
+  static_cast<void>(display::HostOf(bytes));
+  if (const auto host = display::HostOf(bytes); host && host->find('/') != std::string::npos)
     std::abort();
-  if (page::ReportKindOf(bytes) != page::ReportKind::kNone && bytes.find('/') != std::string::npos)
+  if (display::ReportKindOf(bytes) != display::ReportKind::kNone &&
+      bytes.find('/') != std::string::npos)
     std::abort();
-  if (const auto cookie = page::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
+  if (const auto cookie = display::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
     std::abort();
-  if (const auto bearer = page::BearerToken(bytes); bearer && bearer->empty()) std::abort();
+  if (const auto bearer = display::BearerToken(bytes); bearer && bearer->empty()) std::abort();
   return 0;
 }

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "app/imports/ask.h"
-#include "app/imports/preview.h"
+#include "app/measure/imports/ask.h"
+#include "app/measure/imports/preview.h"
 
 using namespace plumbline;
 
@@ -15,15 +15,15 @@ namespace {
 
 void CheckTable(std::string_view bytes) {
   const std::size_t size = bytes.size();
-  imports::ImportOptions options;
+  measure::ImportOptions options;
   options.length_unit = "mm";
   options.angle_unit = "rad";
   options.temperature_unit = "C";
   options.artefact = "dial";
-  options.permissible_error = imports::PermissibleError{0.01, 0.005};
+  options.permissible_error = measure::PermissibleError{0.01, 0.005};
   config::FaultList faults;
-  const auto file = imports::Understand(
-      bytes, "f.csv", size % 2 == 0 ? imports::FileRole::kMeasured : imports::FileRole::kJoints, {},
+  const auto file = measure::Understand(
+      bytes, "f.csv", size % 2 == 0 ? measure::FileRole::kMeasured : measure::FileRole::kJoints, {},
       "", options, faults);
   if (file.meanings.size() != file.layout.names.size()) std::abort();
   const auto table = RowsOf(file, options);
@@ -37,7 +37,7 @@ void CheckTable(std::string_view bytes) {
   if (PreviewText(file, table).empty() || MeasuredCsv(table).empty()) std::abort();
   config::FaultList of_mapping;
   const auto kept =
-      imports::MappingFromText(TextOfMapping(imports::MappingOf(file)), "m.toml", of_mapping);
+      measure::MappingFromText(TextOfMapping(measure::MappingOf(file)), "m.toml", of_mapping);
   // Units that are not known are faults of the file, and of the mapping made from it.
   if (!kept && !faults.HasFaults()) std::abort();
 }
@@ -50,12 +50,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   config::FaultList faults;
   switch (data[0] % 4) {
     case 0: {
-      const auto mapping = imports::MappingFromText(text, "m.toml", faults);
+      const auto mapping = measure::MappingFromText(text, "m.toml", faults);
       if (mapping.has_value() == faults.HasFaults()) std::abort();
       break;
     }
     case 1: {
-      const auto shown = imports::RobotCalibrationText(text);
+      const auto shown = measure::RobotCalibrationText(text);
       if (!shown && shown.error().empty()) std::abort();
       break;
     }

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "app/lens_store/lens_store.h"
+#include "app/vision/lens_store/lens_store.h"
 #include "tests/file_text.h"
 
 namespace {
@@ -22,8 +22,8 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-lens_store::LensEntry EntryOf(int number) {
-  lens_store::LensEntry entry;
+vision::LensEntry EntryOf(int number) {
+  vision::LensEntry entry;
   entry.key = {"SN", "GREY 64x48@20", 1000 * number, 7};
   entry.lens = {1000.0 + number, 1001, 31.5, 23.5, -0.1, 0.05, 1e-5, -2e-5, 0};
   entry.covariance.diagonal().setConstant(1e-4);
@@ -41,7 +41,7 @@ struct Place {
   Place() {
     Require(mkdtemp(folder.data()) != nullptr);
     {
-      auto store = lens_store::LensStore::Open(path());
+      auto store = vision::LensStore::Open(path());
       Require(store.ok());
       for (int k = 0; k < kLenses; ++k) Require(store.value().Append(EntryOf(k)).ok());
     }
@@ -66,7 +66,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   std::ofstream(place.path(), std::ios::binary) << content;
   if (backup) std::ofstream(place.path() + ".backup", std::ios::binary) << place.sound;
-  auto store = lens_store::LensStore::Open(place.path());
+  auto store = vision::LensStore::Open(place.path());
   if (!store) {
     Require(!store.error().empty());
     return 0;
@@ -76,8 +76,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto entries = store.value().All();
   Require(entries.ok() && entries->size() == kLenses);
   for (int k = 0; k < kLenses; ++k) {
-    Require(lens_store::ChecksumOf((*entries)[static_cast<std::size_t>(k)]) ==
-            lens_store::ChecksumOf(EntryOf(k)));
+    Require(vision::ChecksumOf((*entries)[static_cast<std::size_t>(k)]) ==
+            vision::ChecksumOf(EntryOf(k)));
   }
   Require(store.value().Append(EntryOf(kLenses)).ok());
   return 0;

@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 
-#include "app/lens_files/opencv_file.h"
-#include "app/lens_store/lens_row.h"
-#include "app/lens_store/stored_views.h"
+#include "app/vision/lens_files/opencv_file.h"
+#include "app/vision/lens_store/lens_row.h"
+#include "app/vision/lens_store/stored_views.h"
 #include "firmware-like/lens/lens_curve.h"
 
 namespace {
@@ -60,18 +60,18 @@ class Values {
   std::span<const std::uint8_t> rest_;
 };
 
-void Judge(const lens_store::LensEntry& entry) {
+void Judge(const vision::LensEntry& entry) {
   Require(!FaultOf(entry));
-  Require(!lens_files::OpenCvYaml(entry).empty() && !lens_files::OpenCvXml(entry).empty());
-  static sqlite::Database store = Opened(lens_store::kLensSchema);
+  Require(!vision::OpenCvYaml(entry).empty() && !vision::OpenCvXml(entry).empty());
+  static sqlite::Database store = Opened(vision::kLensSchema);
   Require(store.Run("BEGIN"));
   {
-    sqlite::Statement insert(store.get(), lens_store::kInsertLens);
-    Require(lens_store::InsertLens(insert, entry));
-    sqlite::Statement select(store.get(), lens_store::kSelectLens);
+    sqlite::Statement insert(store.get(), vision::kInsertLens);
+    Require(vision::InsertLens(insert, entry));
+    sqlite::Statement select(store.get(), vision::kSelectLens);
     Require(select.Step() == SQLITE_ROW);
-    const auto again = lens_store::ReadLensEntry(select);
-    Require(again && lens_store::ChecksumOf(*again) == lens_store::ChecksumOf(entry));
+    const auto again = vision::ReadLensEntry(select);
+    Require(again && vision::ChecksumOf(*again) == vision::ChecksumOf(entry));
   }
   Require(store.Run("ROLLBACK"));
   lens::LensNode other{0, entry.lens, entry.covariance};
@@ -90,16 +90,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       " no_window, fixed_focus)");
   Require(rows.Run("DELETE FROM lens"));
   Values values({data, size});
-  sqlite::Statement insert(rows.get(), lens_store::kInsertLens);
+  sqlite::Statement insert(rows.get(), vision::kInsertLens);
   for (int column = 1; column <= 29; ++column) {
     if (column != 25) values.BindNext(insert, column);  // the id is assigned
   }
   Require(insert.Run());
-  sqlite::Statement select(rows.get(), lens_store::kSelectLens);
+  sqlite::Statement select(rows.get(), vision::kSelectLens);
   Require(select.Step() == SQLITE_ROW);
-  const auto views = lens_store::DecodeViews({data, size});
-  if (views) Require(lens_store::DecodeViews(lens_store::EncodeViews(*views)).ok());
-  if (const auto entry = lens_store::ReadLensEntry(select)) Judge(*entry);
-  if (const auto entry = lens_store::ReadLensValues(select)) Judge(*entry);
+  const auto views = vision::DecodeViews({data, size});
+  if (views) Require(vision::DecodeViews(vision::EncodeViews(*views)).ok());
+  if (const auto entry = vision::ReadLensEntry(select)) Judge(*entry);
+  if (const auto entry = vision::ReadLensValues(select)) Judge(*entry);
   return 0;
 }

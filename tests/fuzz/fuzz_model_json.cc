@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "app/model_store/model_json.h"
+#include "app/cell/model_store/model_json.h"
 
 namespace {
 
@@ -14,23 +14,23 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-void WrittenAndReadAgain(const model_store::ModelFacts& facts) {
-  const std::string written = model_store::JsonFrom(facts);
-  const auto again = model_store::ModelFactsFromJson(written);
-  Require(again && model_store::JsonFrom(*again) == written &&
-          model_store::SchemaInJson(written) == model_store::kModelSchema);
+void WrittenAndReadAgain(const cell::ModelFacts& facts) {
+  const std::string written = cell::JsonFrom(facts);
+  const auto again = cell::ModelFactsFromJson(written);
+  Require(again && cell::JsonFrom(*again) == written &&
+          cell::SchemaInJson(written) == cell::kModelSchema);
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  static_cast<void>(model_store::SchemaInJson(text));
-  if (const auto facts = model_store::ModelFactsFromJson(text)) WrittenAndReadAgain(*facts);
-  if (const auto state = model_store::ModelStateFromJson(text)) {
-    Require(model_store::ModelStateFromJson(model_store::JsonFrom(*state)) == *state);
+  static_cast<void>(cell::SchemaInJson(text));
+  if (const auto facts = cell::ModelFactsFromJson(text)) WrittenAndReadAgain(*facts);
+  if (const auto state = cell::ModelStateFromJson(text)) {
+    Require(cell::ModelStateFromJson(cell::JsonFrom(*state)) == *state);
   }
-  const auto diagnosed = model_store::ModelFactsFromDiagnosis(text);
+  const auto diagnosed = cell::ModelFactsFromDiagnosis(text);
   if (diagnosed) {
     WrittenAndReadAgain(*diagnosed);
   } else {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/hand_eye/robot_poses.h"
+#include "app/vision/hand_eye/robot_poses.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (joints.size() > 1) joints[1].type = plumbline::model::JointType::kPrismatic;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   plumbline::config::FaultList faults;
-  const auto poses = plumbline::hand_eye::RobotPosesFromCsv(text, "poses.csv", joints, faults);
+  const auto poses = plumbline::vision::RobotPosesFromCsv(text, "poses.csv", joints, faults);
   if (poses.has_value() == faults.HasFaults()) std::abort();
   if (!poses) return 0;
   for (const auto& [image, pose] : *poses) {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/config/robot_profile_reader.h"
+#include "app/base/config/robot_profile_reader.h"
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 

@@ -10,13 +10,13 @@
 #include <string>
 #include <string_view>
 
-#include "app/config/body_reader.h"
-#include "app/config/cell_reader.h"
-#include "app/config/daemon_config_reader.h"
-#include "app/config/robot_profile_reader.h"
-#include "app/config/zoom_profile_reader.h"
-#include "app/scene/object_table.h"
-#include "app/text/nesting.h"
+#include "app/base/config/body_reader.h"
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_config_reader.h"
+#include "app/base/config/robot_profile_reader.h"
+#include "app/base/config/zoom_profile_reader.h"
+#include "app/base/text/nesting.h"
+#include "app/display/scene/object_table.h"
 
 namespace {
 
@@ -91,9 +91,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read = plumbline::config::RobotProfileFromText(text, "profile.toml", faults).has_value();
       break;
     case 3: {
-      plumbline::tracking::TagDatabase tags;
+      plumbline::target::TagDatabase tags;
       tags.tags.push_back({17, 0.05});
-      read = plumbline::scene::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
+      read =
+          plumbline::display::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
       break;
     }
     case 4:

@@ -5,12 +5,12 @@
 #include <string>
 #include <string_view>
 
-#include "app/config/cell_reader.h"
-#include "app/urdf/cell_text.h"
-#include "app/urdf/chain_difference.h"
-#include "app/urdf/corrected_urdf.h"
-#include "app/urdf/dh_table.h"
-#include "app/urdf/ur_kinematics.h"
+#include "app/base/config/cell_reader.h"
+#include "app/measure/urdf/cell_text.h"
+#include "app/measure/urdf/chain_difference.h"
+#include "app/measure/urdf/corrected_urdf.h"
+#include "app/measure/urdf/dh_table.h"
+#include "app/measure/urdf/ur_kinematics.h"
 
 using namespace plumbline;
 
@@ -20,24 +20,26 @@ namespace {
 constexpr double kFarthest_m = 1e-5;
 constexpr double kLargestAngle = 1e-6;
 
-void CheckCell(const urdf::JointChain& chain) {
+void CheckCell(const measure::JointChain& chain) {
   config::FaultList faults;
-  const model::Robot robot = urdf::RobotFromChain(chain);
-  const auto cell = config::CellFromText(urdf::CellText(robot, chain, "fuzz"), "cell.toml", faults);
+  const model::Robot robot = measure::RobotFromChain(chain);
+  const auto cell =
+      config::CellFromText(measure::CellText(robot, chain, "fuzz"), "cell.toml", faults);
   if (!cell) return;  // lengths and masses may add up to more than a cell may have
-  const auto difference = DifferenceOf(chain, cell->robot, urdf::RandomPostures(cell->robot, 3));
+  const auto difference = DifferenceOf(chain, cell->robot, measure::RandomPostures(cell->robot, 3));
   if (!(difference.distance_m < kFarthest_m && difference.angle_rad < kLargestAngle)) std::abort();
 }
 
-void CheckExport(const urdf::UrdfFile& file, const urdf::JointChain& chain, std::string_view text) {
-  const model::Robot declared = urdf::RobotFromChain(chain);
+void CheckExport(const measure::UrdfFile& file, const measure::JointChain& chain,
+                 std::string_view text) {
+  const model::Robot declared = measure::RobotFromChain(chain);
   model::Robot corrected = declared;
   corrected.joints.front().a_m += 1e-3;
-  const auto origins = urdf::CorrectedOriginsOf(file, chain, declared, corrected);
+  const auto origins = measure::CorrectedOriginsOf(file, chain, declared, corrected);
   if (!origins) return;
   config::FaultList faults;
-  const std::string written = urdf::UrdfWithOrigins(text, origins->origins);
-  if (!urdf::UrdfFromText(written, "out.urdf", faults)) {
+  const std::string written = measure::UrdfWithOrigins(text, origins->origins);
+  if (!measure::UrdfFromText(written, "out.urdf", faults)) {
     // A length at the limit may have been moved beyond it.
     if (config::FaultsText(faults).find("is outside") == std::string::npos) std::abort();
   }
@@ -48,17 +50,18 @@ void CheckExport(const urdf::UrdfFile& file, const urdf::JointChain& chain, std:
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   config::FaultList faults;
-  if (urdf::IsUrKinematics(text)) {
+  if (measure::IsUrKinematics(text)) {
     const auto chain =
-        urdf::ChainFromUrKinematics(text, "k.yaml", urdf::UrAngles::kRollPitchYaw, faults);
+        measure::ChainFromUrKinematics(text, "k.yaml", measure::UrAngles::kRollPitchYaw, faults);
     if (chain.has_value() == faults.HasFaults()) std::abort();
     if (chain) CheckCell(*chain);
     return 0;
   }
-  const auto file = urdf::UrdfFromText(text, "r.urdf", faults);
+  const auto file = measure::UrdfFromText(text, "r.urdf", faults);
   if (file.has_value() == faults.HasFaults()) std::abort();
   if (!file) return 0;
-  const auto chain = urdf::ChainFromUrdf(*file, "r.urdf", "", "", urdf::Rising::kIgnored, faults);
+  const auto chain =
+      measure::ChainFromUrdf(*file, "r.urdf", "", "", measure::Rising::kIgnored, faults);
   if (chain.has_value() == faults.HasFaults()) std::abort();
   if (!chain) return 0;
   CheckCell(*chain);

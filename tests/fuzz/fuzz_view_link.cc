@@ -9,8 +9,8 @@
 #include <span>
 #include <string_view>
 
-#include "app/view_link/scene_message.h"
-#include "app/view_link/view_json.h"
+#include "app/cell/view_link/scene_message.h"
+#include "app/cell/view_link/view_json.h"
 
 namespace {
 
@@ -21,35 +21,34 @@ void Require(bool condition) {
 }
 
 void TakeScene(std::span<const std::uint8_t> bytes) {
-  const auto scene = view_link::DecodeScene(bytes);
+  const auto scene = cell::DecodeScene(bytes);
   if (!scene) return;
-  Require(scene->interferences <= view_link::kMaxScenePairs &&
-          scene->near <= view_link::kMaxScenePairs &&
-          scene->unmeasured <= view_link::kMaxScenePairs);
+  Require(scene->interferences <= cell::kMaxScenePairs && scene->near <= cell::kMaxScenePairs &&
+          scene->unmeasured <= cell::kMaxScenePairs);
   Require(scene->smallest_m >= 0 && scene->smallest_m <= 1000);
   Require((scene->object_a == 0) == (scene->object_b == 0));
-  const auto again = view_link::DecodeScene(view_link::EncodeScene(*scene));
+  const auto again = cell::DecodeScene(cell::EncodeScene(*scene));
   Require(again && again->interferences == scene->interferences &&
           again->object_a == scene->object_a && again->object_b == scene->object_b &&
           std::abs(again->smallest_m - scene->smallest_m) <= 1e-6 * scene->smallest_m);
 }
 
 void TakeState(std::string_view text) {
-  const auto state = view_link::ViewOfJson(text);
+  const auto state = cell::ViewOfJson(text);
   if (!state) {
     Require(!state.error().empty());
     return;
   }
-  for (const view_link::ViewCamera& camera : state->cameras) {
+  for (const cell::ViewCamera& camera : state->cameras) {
     if (camera.lens) Require(camera.lens->fx > 0 && camera.lens->fy > 0);
     if (camera.image) Require(camera.image->width > 0 && camera.image->slot >= 0);
   }
-  Require(view_link::ViewOfJson(view_link::JsonOfView(*state)).ok());
+  Require(cell::ViewOfJson(cell::JsonOfView(*state)).ok());
 }
 
 void TakePoints(std::string_view text) {
-  const auto points = view_link::PointsOfJson(text);
-  if (points) Require(view_link::PointsOfJson(view_link::JsonOfPoints(*points)).ok());
+  const auto points = cell::PointsOfJson(text);
+  if (points) Require(cell::PointsOfJson(cell::JsonOfPoints(*points)).ok());
 }
 
 }  // namespace

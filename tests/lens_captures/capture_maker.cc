@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "app/lens/board_detection.h"
+#include "app/vision/lens/board_detection.h"
 #include "tests/renderer/scene.h"
 
 namespace plumbline::lens_captures {
@@ -51,9 +51,9 @@ struct Frame {
   Vector3d velocity, spin;
 };
 
-lens::BoardView ViewOf(const Conditions& c, const Frame& frame, int j,
-                       const std::vector<Vector3d>& print, const Vector3d& bow) {
-  lens::BoardView view;
+vision::BoardView ViewOf(const Conditions& c, const Frame& frame, int j,
+                         const std::vector<Vector3d>& print, const Vector3d& bow) {
+  vision::BoardView view;
   const lens::Vec2 centre = c.board.Centre();
   for (int k = 0; k < c.board.corners(); ++k) {
     const lens::Vec2 xy = c.board.Corner(k) - centre;
@@ -72,7 +72,7 @@ lens::BoardView ViewOf(const Conditions& c, const Frame& frame, int j,
   return view;
 }
 
-bool Inside(const lens::BoardView& view, int width, int height) {
+bool Inside(const vision::BoardView& view, int width, int height) {
   constexpr double kMargin_px = 6;
   for (const lens::Vec2& p : view.corners_px) {
     if (!(p.x() > kMargin_px && p.y() > kMargin_px && p.x() < width - kMargin_px &&
@@ -138,7 +138,7 @@ SimulatedCapture Simulate(const Conditions& c, Random& random) {
     if (c.change_camera) c.change_camera(j, frame.camera);
     if (c.velocity_of) frame.velocity = c.velocity_of(j);
     if (c.spin_of) frame.spin = c.spin_of(j);
-    lens::BoardView view = ViewOf(c, frame, j, print, bow);
+    vision::BoardView view = ViewOf(c, frame, j, print, bow);
     if (!Inside(view, c.width, c.height)) continue;
     for (lens::Vec2& p : view.corners_px) p += c.noise_px * lens::Vec2(N(random), N(random));
     view.name = "view " + std::to_string(j + 1);
@@ -150,8 +150,8 @@ SimulatedCapture Simulate(const Conditions& c, Random& random) {
   return capture;
 }
 
-std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
-                                        Random& random) {
+std::vector<vision::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
+                                          Random& random) {
   const Conditions& c = capture.conditions;
   renderer::Camera camera;
   camera.width = c.width;
@@ -168,7 +168,7 @@ std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const P
   sheet.centre_y_m = centre.y();
   sheet.half_width_m = centre.x() + 2 * c.board.square_m;
   sheet.half_height_m = centre.y() + 2 * c.board.square_m;
-  std::vector<lens::BoardView> views;
+  std::vector<vision::BoardView> views;
   for (std::size_t j = 0; j < capture.X_CK.size(); ++j) {
     renderer::Conditions light;
     double noise = light.noise;
@@ -182,7 +182,7 @@ std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const P
     for (std::uint8_t& grey : photo.grey)
       grey = static_cast<std::uint8_t>(std::clamp(grey + N(random), 0.0, 255.0));
     const auto view =
-        lens::DetectBoard({photo.grey.data(), photo.width, photo.height, photo.width}, c.board);
+        vision::DetectBoard({photo.grey.data(), photo.width, photo.height, photo.width}, c.board);
     if (!view) continue;
     views.push_back(*view);
     views.back().name = "view " + std::to_string(j + 1);

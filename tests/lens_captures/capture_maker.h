@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/lens/board.h"
+#include "app/base/target/board.h"
+#include "app/vision/lens/board_view.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/lens_captures/camera_model.h"
 
@@ -26,7 +27,7 @@ inline double EitherSign(Random& random, double low, double high) {
 struct Conditions {
   int width = 1920, height = 1080;
   CameraModel camera;  ///< at the end of the capture: the truth
-  lens::Board board;
+  target::Board board;
   int views = 20;
   double noise_px = 0.04;
   double max_tilt_rad = 0.65, max_roll_rad = 0.5;
@@ -43,7 +44,7 @@ struct Conditions {
   std::function<Vector3d(int j, const Vector3d&)> deform;
   std::function<Vector3d(int j)> velocity_of;  ///< [m per read-out]
   std::function<Vector3d(int j)> spin_of;      ///< [rad per read-out]
-  std::function<void(std::vector<lens::BoardView>&)> change_views;
+  std::function<void(std::vector<vision::BoardView>&)> change_views;
   Plate board_glass;  ///< lies on the board
 };
 
@@ -52,7 +53,7 @@ Conditions GoodConditions(Random& random);
 
 struct SimulatedCapture {
   Conditions conditions;
-  std::vector<lens::BoardView> views;
+  std::vector<vision::BoardView> views;
   std::vector<Eigen::Isometry3d> X_CK;  ///< of the board's centre, per view
 };
 SimulatedCapture Simulate(const Conditions& conditions, Random& random);
@@ -68,8 +69,8 @@ struct PhotoHooks {
   std::function<void(int j, Photo&, Random&)> after;  ///< noise is added after it
 };
 /// @return  the views found; conditions without change of camera, deformation or motion
-std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
-                                        Random& random);
+std::vector<vision::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
+                                          Random& random);
 
 /// A kind of capture.
 struct Kind {

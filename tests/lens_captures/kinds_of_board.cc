@@ -9,7 +9,7 @@ namespace plumbline::lens_captures {
 namespace {
 
 using Expected = Kind::Expected;
-using Views = std::vector<lens::BoardView>;
+using Views = std::vector<vision::BoardView>;
 
 /// A board whose points are displaced, the same in all views. `half` is half the board's width [m].
 Kind Deformed(const char* name, Expected expected, const char* words,

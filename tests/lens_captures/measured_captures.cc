@@ -30,15 +30,15 @@ std::vector<std::vector<double>> Numbers(const fs::path& path) {
 }
 
 /// One of the four boards that the squares' corners form.
-lens::BoardView ViewOfCorner(const std::vector<std::vector<double>>& model,
-                             const std::vector<std::vector<double>>& data, std::size_t corner,
-                             double pitch) {
+vision::BoardView ViewOfCorner(const std::vector<std::vector<double>>& model,
+                               const std::vector<std::vector<double>>& data, std::size_t corner,
+                               double pitch) {
   double left = 1e9, top = -1e9;  // Zhang's y points upwards
   for (const auto& square : model) {
     left = std::min(left, square[2 * corner]);
     top = std::max(top, square[2 * corner + 1]);
   }
-  lens::BoardView view;
+  vision::BoardView view;
   view.corners_px.resize(64);
   view.seen.assign(64, true);
   for (std::size_t k = 0; k < 64; ++k) {
@@ -50,7 +50,7 @@ lens::BoardView ViewOfCorner(const std::vector<std::vector<double>>& model,
   return view;
 }
 
-void Append(MeasuredCapture& capture, lens::BoardView view, std::string name, int image) {
+void Append(MeasuredCapture& capture, vision::BoardView view, std::string name, int image) {
   view.name = std::move(name);
   view.time_s = static_cast<double>(capture.views.size());
   capture.views.push_back(std::move(view));
@@ -73,8 +73,8 @@ MeasuredCapture OpenCvSample(const std::string& camera) {
   for (const std::string& name : *names) {
     if (name.rfind(camera, 0) != 0) continue;
     const auto image = camera::ReadImage((folder / name).string());
-    const auto view = image ? lens::DetectBoard(image->View(), capture.board)
-                            : Result<lens::BoardView>(Error{image.error()});
+    const auto view = image ? vision::DetectBoard(image->View(), capture.board)
+                            : Result<vision::BoardView>(Error{image.error()});
     if (view) {
       Append(capture, *view, name, static_cast<int>(capture.views.size()));
     } else {
@@ -103,17 +103,17 @@ MeasuredCapture ZhangSquares() {
 MeasuredCapture RobotCharuco() {
   // 5 x 7 squares; corners are numbered row by row from the top left.
   MeasuredCapture capture{"robot ChArUco",
-                          {4, 6, 0.036195, lens::BoardKind::kCharuco, 0.018256, "aruco-6x6-250"},
+                          {4, 6, 0.036195, target::BoardKind::kCharuco, 0.018256, "aruco-6x6-250"},
                           {1600, 1200},
                           {},
                           {},
                           {}};
   const fs::path folder = MeasuredFolder("robot-charuco-rct");
   if (folder.empty()) return capture;
-  std::map<int, lens::BoardView> views;
+  std::map<int, vision::BoardView> views;
   for (const auto& row : Numbers(folder / "corners_opencv46.csv")) {
     if (row.size() != 6) continue;  // the line of names
-    lens::BoardView& view = views[static_cast<int>(row[0])];
+    vision::BoardView& view = views[static_cast<int>(row[0])];
     view.corners_px.resize(24, lens::Vec2::Zero());
     view.seen.resize(24, false);
     // OpenCV 4.6's ChArUco module puts the centre of the top left pixel at (0.5, 0.5).

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "app/lens/board.h"
-#include "app/lens/board_detection.h"
+#include "app/base/target/board.h"
+#include "app/vision/lens/board_detection.h"
+#include "app/vision/lens/board_view.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::lens_captures {
@@ -17,9 +18,9 @@ std::filesystem::path MeasuredFolder(const std::string& name);
 
 struct MeasuredCapture {
   std::string name;
-  lens::Board board;
+  target::Board board;
   image::ImageSize size;
-  std::vector<lens::BoardView> views;
+  std::vector<vision::BoardView> views;
   std::vector<std::string> missed;  ///< images in which the board was not found
   std::vector<int> image_of;        ///< of each view: several views may come from one image
 };

@@ -40,7 +40,7 @@ struct Problem {
   int states() const { return mrcal_num_states(1, 0, views(), 0, 0, views(), selected, &model); }
 };
 
-Problem ProblemOf(const lens::Board& board, std::span<const lens::BoardView> views,
+Problem ProblemOf(const target::Board& board, std::span<const vision::BoardView> views,
                   image::ImageSize size, const lens::Lens& start, std::span<const Pose> X_CK) {
   Problem p;
   p.intrinsics = {start.fx, start.fy, start.cx, start.cy, start.k1,
@@ -131,8 +131,8 @@ bool HasMrcal() {
   return true;
 }
 
-std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
-                                       std::span<const lens::BoardView> views,
+std::optional<MrcalFit> SolveWithMrcal(const target::Board& board,
+                                       std::span<const vision::BoardView> views,
                                        image::ImageSize size, const lens::Lens& start,
                                        std::span<const Pose> X_CK) {
   Problem p = ProblemOf(board, views, size, start, X_CK);
@@ -160,7 +160,7 @@ bool HasMrcal() {
   return false;
 }
 
-std::optional<MrcalFit> SolveWithMrcal(const lens::Board&, std::span<const lens::BoardView>,
+std::optional<MrcalFit> SolveWithMrcal(const target::Board&, std::span<const vision::BoardView>,
                                        image::ImageSize, const lens::Lens&, std::span<const Pose>) {
   return std::nullopt;
 }

@@ -4,8 +4,9 @@
 #include <optional>
 #include <span>
 
-#include "app/lens/board.h"
-#include "app/lens/lens_model.h"
+#include "app/base/target/board.h"
+#include "app/vision/lens/board_view.h"
+#include "app/vision/lens/lens_model.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline {
@@ -20,8 +21,8 @@ struct MrcalFit {
 /// poses, a board that may be bowed, regularisation, no outliers), from the lens and the poses
 /// given.
 /// @return  nothing where the build has no mrcal, or where it does not solve
-std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
-                                       std::span<const lens::BoardView> views,
+std::optional<MrcalFit> SolveWithMrcal(const target::Board& board,
+                                       std::span<const vision::BoardView> views,
                                        image::ImageSize size, const lens::Lens& start,
                                        std::span<const Pose> X_CK);
 

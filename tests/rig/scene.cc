@@ -4,8 +4,8 @@
 
 #include <fstream>
 
-#include "app/lens_store/lens_store.h"
-#include "tests/app/camera/camera_scene.h"
+#include "app/vision/lens_store/lens_store.h"
+#include "tests/app/vision/camera/camera_scene.h"
 
 namespace {
 
@@ -19,10 +19,10 @@ renderer::Camera SmallCamera() {
 }
 
 bool KeepLenses(const std::string& file) {
-  auto store = lens_store::LensStore::Open(file);
+  auto store = vision::LensStore::Open(file);
   if (!store) return false;
   for (const int zoom : kZooms) {
-    lens_store::LensEntry entry;
+    vision::LensEntry entry;
     entry.key = {"RIG0001", "GREY 640x480@2", zoom, 0};
     entry.lens = test::LensOfCamera(SmallCamera());
     entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;

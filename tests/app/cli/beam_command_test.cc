@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string>
 
+#include "app/base/text/json_text.h"
 #include "app/cli/beam_options.h"
-#include "app/text/json_text.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

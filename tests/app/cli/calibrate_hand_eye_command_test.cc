@@ -10,7 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
 #include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

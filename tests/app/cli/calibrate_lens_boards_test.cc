@@ -1,11 +1,11 @@
 // plumbline calibrate-lens with each kind of board and with impossible boards.
 #include <catch2/catch.hpp>
 
+#include "app/base/text/json_text.h"
 #include "app/cli/calibrate_lens_command.h"
-#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
-#include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/app/vision/lens/rendered_views.h"
 #include "tests/renderer/pgm.h"
 
 namespace plumbline::calibrate_lens_boards_test {
@@ -21,10 +21,10 @@ struct Images {
   test::TemporaryFolder folder;
 
   Images() {
-    const lens::Board board{4, 5, 0.02, lens::BoardKind::kAsymmetricCircles, 0.015, {}};
-    lens::Capture capture;
+    const target::Board board{4, 5, 0.02, target::BoardKind::kAsymmetricCircles, 0.015, {}};
+    vision::Capture capture;
     capture.views = 1;
-    const lens::DrawnView view = DrawViews(capture, board, 3).at(0);
+    const vision::DrawnView view = DrawViews(capture, board, 3).at(0);
     const auto shot = renderer::Render(view.camera, {view.sheet}, {}, 1);
     renderer::WritePgm(folder.path() + "/1.pgm", shot);
   }

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 

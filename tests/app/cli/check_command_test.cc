@@ -9,9 +9,9 @@
 #include <iterator>
 #include <sstream>
 
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
+#include "tests/app/cell/daemon/demo_config.h"
 #include "tests/app/cli/run_command.h"
-#include "tests/app/daemon/demo_config.h"
 
 namespace plumbline::check_command_test {
 

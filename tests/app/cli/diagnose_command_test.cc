@@ -11,16 +11,16 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/model_fingerprint.h"
+#include "app/base/text/json_text.h"
+#include "app/base/text/sha256.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/same_file.h"
-#include "app/config/cell_reader.h"
-#include "app/config/model_fingerprint.h"
-#include "app/diagnosis/summary.h"
-#include "app/report/pdf.h"
-#include "app/text/json_text.h"
-#include "app/text/sha256.h"
+#include "app/measure/diagnosis/summary.h"
+#include "app/measure/report/pdf.h"
 #include "drivers/files/text_file.h"
-#include "tests/app/diagnosis/example_diagnosis.h"
+#include "tests/app/measure/diagnosis/example_diagnosis.h"
 
 namespace plumbline::diagnose_command_test {
 
@@ -56,10 +56,10 @@ class Desk {
     err.str("");
     return RunDiagnose(arguments, engine, out, err);
   }
-  int Run(diagnosis::Verdict verdict) {
-    return Run([verdict](const model::CellModel&, const table::MeasuredTable&,
-                         const diagnosis::DiagnosisOptions&) {
-      return Result<diagnosis::Diagnosis>(test::ExampleDiagnosis(verdict));
+  int Run(measure::Verdict verdict) {
+    return Run([verdict](const model::CellModel&, const measure::MeasuredTable&,
+                         const measure::DiagnosisOptions&) {
+      return Result<measure::Diagnosis>(test::ExampleDiagnosis(verdict));
     });
   }
 
@@ -73,12 +73,12 @@ class Desk {
 }  // namespace
 
 TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
-  const std::pair<diagnosis::Verdict, const char*> cases[] = {
-      {diagnosis::Verdict::kNoEffect, "No effect detected above the noise of 0.087 mm"},
-      {diagnosis::Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
-      {diagnosis::Verdict::kAmbiguous,
+  const std::pair<measure::Verdict, const char*> cases[] = {
+      {measure::Verdict::kNoEffect, "No effect detected above the noise of 0.087 mm"},
+      {measure::Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
+      {measure::Verdict::kAmbiguous,
        "Tool stiffness or payload mass: these points cannot distinguish them"},
-      {diagnosis::Verdict::kUnknown,
+      {measure::Verdict::kUnknown,
        "an effect outside the catalogue that follows air_pressure_bar"}};
   for (const auto& [verdict, words] : cases) {
     Desk desk;
@@ -94,7 +94,7 @@ TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
 }
 
 TEST_CASE("what only the report states is refused without one, before the diagnosis starts") {
-  const std::pair<const char*, report::CertificateDetails> cases[] = {
+  const std::pair<const char*, measure::CertificateDetails> cases[] = {
       {"--tolerance-mm", {5e-4, "", "", ""}},
       {"--instrument", {std::nullopt, "laser tracker", "", ""}},
       {"--serial", {std::nullopt, "", "1234", ""}},
@@ -102,7 +102,7 @@ TEST_CASE("what only the report states is refused without one, before the diagno
   for (const auto& [option, details] : cases) {
     Desk desk;
     desk.arguments.certificate_details = details;
-    CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitUsage);
+    CHECK(desk.Run(measure::Verdict::kExplained) == kExitUsage);
     CHECK(desk.err.str() ==
           std::string(option) + " is stated in the report only; add --report or --pdf\n");
     CHECK(desk.out.str().empty());
@@ -110,22 +110,22 @@ TEST_CASE("what only the report states is refused without one, before the diagno
 }
 
 TEST_CASE("a summary is always short") {
-  diagnosis::Diagnosis diagnosis = test::ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
+  measure::Diagnosis diagnosis = test::ExampleDiagnosis(measure::Verdict::kAmbiguous);
   for (int k = 0; k < 4; ++k) {
-    const diagnosis::Rival rival = diagnosis.rivals[0];
-    const diagnosis::NextPose pose = diagnosis.next_poses[0];
+    const measure::Rival rival = diagnosis.rivals[0];
+    const measure::NextPose pose = diagnosis.next_poses[0];
     diagnosis.rivals.push_back(rival);
     diagnosis.next_poses.push_back(pose);
     diagnosis.notes.emplace_back("a note");
     diagnosis.not_recorded.emplace_back("a signal");
     for (int i = 0; i < 20; ++i) diagnosis.outlier_rows.push_back(100 + i);
-    const diagnosis::Finding finding =
-        test::ExampleDiagnosis(diagnosis::Verdict::kExplained).findings[0];
+    const measure::Finding finding =
+        test::ExampleDiagnosis(measure::Verdict::kExplained).findings[0];
     diagnosis.findings.push_back(finding);
   }
   Desk desk;
   CHECK(desk.Run([&](const auto&, const auto&, const auto&) {
-    return Result<diagnosis::Diagnosis>(diagnosis);
+    return Result<measure::Diagnosis>(diagnosis);
   }) == kExitOk);
   const std::string text = desk.out.str();
   INFO(text);
@@ -138,7 +138,7 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   desk.arguments.json = desk.File("d.json");
   desk.arguments.model = desk.File("corrected.toml");
   desk.arguments.report = desk.File("r.html");
-  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.Files() == 5);
   const auto json = text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value());
   CHECK(json["next_poses"] == "next_poses.csv");
@@ -153,10 +153,10 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
         std::string::npos);
 
   desk.arguments.next_poses = desk.File("other.csv");
-  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kAmbiguous) == kExitOk);
   CHECK(text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
         "other.csv");
-  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
   CHECK(text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
 }
 
@@ -165,7 +165,7 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
   desk.arguments.report = desk.File("r.html");
   desk.arguments.model = desk.File("corrected.toml");
   desk.arguments.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
-  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
   const std::string html = files::ReadFileUpTo(files::kTableSize, desk.File("r.html")).value();
   const std::string data = files::ReadTextFile(desk.arguments.measured).value(),
                     cell = files::ReadTextFile(kCell).value();
@@ -185,8 +185,8 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
 TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis starts") {
   Desk desk;
   desk.arguments.pdf = desk.File("r.pdf");
-  if (report::WhyNoPdf().empty()) {
-    CHECK(desk.Run(diagnosis::Verdict::kNoEffect) == kExitOk);
+  if (measure::WhyNoPdf().empty()) {
+    CHECK(desk.Run(measure::Verdict::kNoEffect) == kExitOk);
     CHECK(files::ReadTextFile(desk.File("r.pdf"))->starts_with("%PDF-"));
     fs::remove(desk.File("r.pdf"));
   } else {
@@ -196,7 +196,7 @@ TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis star
   const std::string path = known != nullptr ? known : "";
   setenv("PATH", "/nonexistent", 1);
   bool started = false;
-  CHECK(desk.Run([&started](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
+  CHECK(desk.Run([&started](const auto&, const auto&, const auto&) -> Result<measure::Diagnosis> {
     started = true;
     return Error{"not expected"};
   }) == kExitUsage);
@@ -207,19 +207,19 @@ TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis star
   CHECK(desk.Files() == 1);
   // A PDF that would overwrite the report is refused.
   desk.arguments.report = desk.arguments.pdf;
-  CHECK(desk.Run(diagnosis::Verdict::kNoEffect) == kExitUsage);
+  CHECK(desk.Run(measure::Verdict::kNoEffect) == kExitUsage);
   CHECK(desk.err.str().find("--pdf would overwrite") != std::string::npos);
 }
 
 TEST_CASE("--json - is alone on standard output") {
   Desk desk;
   desk.arguments.json = "-";
-  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kAmbiguous) == kExitOk);
   CHECK(text::JsonOrNull(desk.out.str())["verdict"] == "ambiguous");
   CHECK(desk.err.str().find("these points cannot distinguish them") != std::string::npos);
   CHECK(desk.Files() == 1);
   desk.arguments.quiet = true;
-  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(measure::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.err.str().find("cannot distinguish") == std::string::npos);
 }
 
@@ -251,7 +251,7 @@ TEST_CASE("exit code 1 for faulty or unreadable input, 2 for unwritable output")
     CAPTURE(c.name);
     Desk desk;
     c.spoil(desk);
-    CHECK(desk.Run(diagnosis::Verdict::kExplained) == c.exit_code);
+    CHECK(desk.Run(measure::Verdict::kExplained) == c.exit_code);
     INFO(desk.err.str());
     CHECK(desk.err.str().find(c.says) != std::string::npos);
     CHECK(desk.out.str().empty());
@@ -284,7 +284,7 @@ TEST_CASE("an output that is an input, or another output, is refused") {
     Desk desk;
     c.ask(desk);
     const std::string before = files::ReadTextFile(desk.arguments.measured).value();
-    CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitUsage);
+    CHECK(desk.Run(measure::Verdict::kAmbiguous) == kExitUsage);
     CHECK(desk.err.str().find(c.says) != std::string::npos);
     CHECK(desk.Files() == 1);
     CHECK(files::ReadTextFile(desk.arguments.measured).value() == before);
@@ -306,7 +306,7 @@ TEST_CASE("different spellings of a new file's path are recognised as the same f
 TEST_CASE("an engine error is a fault of the input") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
-  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<measure::Diagnosis> {
     return Error{"6 rows are too few; measure at least 20"};
   }) == kExitFault);
   CHECK(desk.err.str().find("measured.csv: 6 rows are too few") != std::string::npos);
@@ -320,13 +320,14 @@ TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
     desk.arguments.json = desk.File("d.json");
     desk.arguments.model = desk.File("c.toml");
     std::ofstream(desk.File("c.toml")) << "as it was";
-    CHECK(desk.Run([signal](const auto&, const auto&, const diagnosis::DiagnosisOptions& options)
-                       -> Result<diagnosis::Diagnosis> {
-      if (options.interrupted()) return Error{"interrupted too early"};
-      std::raise(signal);
-      if (!options.interrupted()) return Error{"not told"};
-      return Error{"interrupted"};
-    }) == kExitInterrupted);
+    CHECK(
+        desk.Run([signal](const auto&, const auto&,
+                          const measure::DiagnosisOptions& options) -> Result<measure::Diagnosis> {
+          if (options.interrupted()) return Error{"interrupted too early"};
+          std::raise(signal);
+          if (!options.interrupted()) return Error{"not told"};
+          return Error{"interrupted"};
+        }) == kExitInterrupted);
     CHECK_FALSE(desk.Has("d.json"));
     CHECK(files::ReadTextFile(desk.File("c.toml")).value() == "as it was");
     CHECK(desk.Files() == 2);
@@ -337,14 +338,14 @@ TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
 TEST_CASE("a signal while the files are being replaced is ignored") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
-  const auto late = [](const auto&, const auto&, const diagnosis::DiagnosisOptions&) {
-    return Result<diagnosis::Diagnosis>(test::ExampleDiagnosis(diagnosis::Verdict::kExplained));
+  const auto late = [](const auto&, const auto&, const measure::DiagnosisOptions&) {
+    return Result<measure::Diagnosis>(test::ExampleDiagnosis(measure::Verdict::kExplained));
   };
   CHECK(desk.Run(late) == kExitOk);
   CHECK(desk.Has("d.json"));
   for (const int signal : {SIGINT, SIGTERM}) std::raise(signal);  // the process lives on
   CHECK(desk.Run(late) == kExitOk);
-  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<measure::Diagnosis> {
     std::raise(SIGINT);  // the next work can be interrupted again
     return Error{"interrupted"};
   }) == kExitInterrupted);
@@ -352,18 +353,18 @@ TEST_CASE("a signal while the files are being replaced is ignored") {
 
 TEST_CASE("a refusal names the file once, and a linear joint is proposed in millimetres") {
   Desk desk;
-  CHECK(desk.Run(diagnosis::Diagnose) == kExitFault);
+  CHECK(desk.Run(measure::Diagnose) == kExitFault);
   const std::string refusal = desk.err.str();
   INFO(refusal);
   CHECK(refusal.find("has 1 usable rows") != std::string::npos);
   CHECK(refusal.find("measured.csv") == refusal.rfind("measured.csv"));
 
-  diagnosis::Diagnosis ambiguous = test::ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
+  measure::Diagnosis ambiguous = test::ExampleDiagnosis(measure::Verdict::kAmbiguous);
   REQUIRE_FALSE(ambiguous.next_poses.empty());
   model::CellModel cell = test::ExampleCell();
   cell.robot.joints[0].type = model::JointType::kPrismatic;
   ambiguous.next_poses[0].q[0] = 1.2345;
-  const std::string text = diagnosis::SummaryText(ambiguous, cell);
+  const std::string text = measure::SummaryText(ambiguous, cell);
   INFO(text);
   CHECK(text.find("linear joints in mm") != std::string::npos);
   CHECK(text.find("1:  1234.5") != std::string::npos);

@@ -5,7 +5,7 @@
 
 #include "app/cli/export_urdf_command.h"
 #include "app/cli/plan_command.h"
-#include "app/table/csv.h"
+#include "app/measure/table/csv.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/cli/run_command.h"
@@ -181,10 +181,10 @@ TEST_CASE("a damaged line does not switch the matching of joints from names to r
   CHECK_THAT(answer.err, Contains("joints matched by name"));
   config::FaultList faults;
   const auto table =
-      table::TableFromCsv(folder.TextOf("m.csv"), "m.csv", std::vector<model::Joint>(1), faults);
+      measure::TableFromCsv(folder.TextOf("m.csv"), "m.csv", std::vector<model::Joint>(1), faults);
   REQUIRE(table);
   REQUIRE(table->rows.size() == 2);
-  for (const table::MeasuredRow& row : table->rows) {
+  for (const measure::MeasuredRow& row : table->rows) {
     CHECK(row.measured_W.value().x() == Approx(0.1 * row.q[0] / kRadPerDeg));
   }
 }

@@ -4,13 +4,13 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "app/lens/calibration.h"
-#include "app/lens_store/lens_store.h"
-#include "app/lens_store/stored_views.h"
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
+#include "app/vision/lens/calibration.h"
+#include "app/vision/lens_store/lens_store.h"
+#include "app/vision/lens_store/stored_views.h"
 #include "tests/app/cli/run_command.h"
-#include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/app/vision/lens/rendered_views.h"
 #include "tests/file_text.h"
 
 namespace plumbline::lens_command_test {
@@ -26,11 +26,11 @@ Answer RunLens(const std::string& arguments) {
 
 /// A lens calibrated with its views, and one that came without.
 void Fill(const std::string& path) {
-  const lens::Board board;
+  const target::Board board;
   const auto views = NoisyViews(DrawViews({}, board, 3), board, 0.03, 3);
-  const lens::LensCalibration solved = lens::CalibrateLens(board, views, {1920, 1080});
+  const vision::LensCalibration solved = vision::CalibrateLens(board, views, {1920, 1080});
   REQUIRE(solved.accepted);
-  lens_store::LensEntry entry;
+  vision::LensEntry entry;
   entry.key = {"SN-1", "GREY 1920x1080@20", 4000, std::nullopt};
   entry.lens = solved.lens;
   entry.covariance = solved.covariance;
@@ -41,8 +41,8 @@ void Fill(const std::string& path) {
   entry.temp_C = 23.5;
   entry.declared.no_window = true;
   entry.utc = "2026-01-01T00:00:00Z";
-  entry.corners = lens_store::EncodeViews({board, views});
-  auto store = lens_store::LensStore::Open(path);
+  entry.corners = vision::EncodeViews({board, views});
+  auto store = vision::LensStore::Open(path);
   REQUIRE(store);
   REQUIRE(store.value().Append(entry));
   entry.corners.clear();
@@ -78,7 +78,7 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   const auto json = text::JsonOrNull(test::FileText(out));
   CHECK(json["accepted"] == true);
   CHECK(json["declared"].dump() == "[\"no_window\"]");
-  auto store = lens_store::LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
+  auto store = vision::LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
   REQUIRE(store);
   const auto kept = store.value().All();
   REQUIRE(kept);

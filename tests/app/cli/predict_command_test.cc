@@ -13,8 +13,8 @@
 #include <sstream>
 #include <string>
 
+#include "app/base/config/cell_reader.h"
 #include "app/cli/tip_prediction.h"
-#include "app/config/cell_reader.h"
 #include "tests/app/cli/run_command.h"
 
 namespace {
@@ -52,8 +52,8 @@ TEST_CASE("example-03 has no hidden effect: the declared model matches it to the
   config::FaultList faults;
   const auto cell = config::ReadCell(set + "/cell.toml", faults);
   REQUIRE(cell);
-  const auto poses = table::ReadTable(set + "/test_poses.csv", cell->robot.joints, faults);
-  const auto measured = table::ReadTable(set + "/measured.csv", cell->robot.joints, faults);
+  const auto poses = measure::ReadTable(set + "/test_poses.csv", cell->robot.joints, faults);
+  const auto measured = measure::ReadTable(set + "/measured.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   REQUIRE(measured);
 
@@ -152,7 +152,7 @@ TEST_CASE("a time outside the fitted range of an effect of time is extrapolated"
   domain.q.assign(static_cast<std::size_t>(cell->robot.size()), model::Interval{-7, 7});
   cell->domain = domain;
   const auto extrapolated = [&](const std::string& csv) {
-    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    const auto poses = measure::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
     INFO(config::FaultsText(faults));
     REQUIRE(poses);
     std::vector<bool> of_rows;
@@ -168,7 +168,7 @@ TEST_CASE("a time outside the fitted range of an effect of time is extrapolated"
   // Not recorded: the drift may be anything between its start and its end.
   CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{true});
   const auto radius_mm = [&](const std::string& csv) {
-    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    const auto poses = measure::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
     return 1e3 * Predict(*cell, *poses, {}).value().front().radius.radius_m;
   };
   CHECK(radius_mm(joints + "\n" + pose + "\n") >
@@ -377,14 +377,14 @@ TEST_CASE("the uncertainty of an alignment widens the radius") {
   const auto cell = config::ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
   const auto poses =
-      table::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n" + kGoodRow,
-                          "poses.csv", cell->robot.joints, faults);
+      measure::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n" + kGoodRow,
+                            "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   const auto bare = Predict(*cell, *poses, {});
   REQUIRE(bare.ok());
   const double narrow_m = bare->front().radius.radius_m;
   constexpr double kTip_m = 0.05;
-  diagnosis::FrameCovariances frames;
+  measure::FrameCovariances frames;
   frames[""].setZero();
   frames[""].bottomRightCorner<3, 3>() = kTip_m * kTip_m * Mat3::Identity();
   const auto wide = Predict(*cell, *poses, {}, frames);
@@ -399,8 +399,8 @@ TEST_CASE("a payload of unknown mass has its declared centre of gravity") {
   auto cell = config::ReadCell("config/cells/kr210.toml", faults);
   REQUIRE(cell);
   const auto poses =
-      table::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,0,0,0\n",
-                          "poses.csv", cell->robot.joints, faults);
+      measure::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,0,0,0\n",
+                            "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   const auto radius_m = [&](double centre_m) {
     cell->payload_cog_F = Vec3(0, 0, centre_m);
@@ -417,7 +417,7 @@ TEST_CASE("every row is reported as done once, in order") {
   REQUIRE(cell);
   std::string csv = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
   for (int k = 0; k < 300; ++k) csv += kGoodRow;
-  const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+  const auto poses = measure::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   std::vector<std::size_t> told;
   REQUIRE(Predict(*cell, *poses, {}, {}, [&](std::size_t done) { told.push_back(done); }).ok());
@@ -436,7 +436,7 @@ TEST_CASE("run time grows linearly with rows and sessions") {
     std::string csv = "session,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
     for (int k = 0; k < rows; ++k) csv += "s" + std::to_string(k % sessions) + "," + kGoodRow;
     const std::size_t before = g_allocated_bytes.load();
-    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    const auto poses = measure::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
     REQUIRE(poses);
     const auto predicted = Predict(*cell, *poses, {});
     REQUIRE(predicted.ok());

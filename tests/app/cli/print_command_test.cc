@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "app/config/camera_config.h"
-#include "app/config/named_files.h"
+#include "app/base/config/camera_config.h"
+#include "app/base/config/named_files.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <thread>
 
-#include "app/text/json_text.h"
-#include "tests/app/daemon/demo_config.h"
+#include "app/base/text/json_text.h"
+#include "tests/app/cell/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::store_commands_test {

@@ -1,25 +1,25 @@
 // Wrapped lines, colours and progress on a terminal.
-#include "app/terminal/terminal.h"
+#include "app/base/terminal/terminal.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <sstream>
 #include <string>
 
+#include "app/base/terminal/terminal_output.h"
 #include "app/cli/progress.h"
-#include "app/cli/terminal_output.h"
 
 namespace plumbline::terminal_test {
 
-using plumbline::cli::ForReading;
-using plumbline::cli::PrintExactly;
 using plumbline::cli::Progress;
-using plumbline::cli::ShowsColours;
-using plumbline::cli::TerminalOutput;
 using plumbline::terminal::ColumnsOf;
+using plumbline::terminal::ForReading;
 using plumbline::terminal::Painted;
+using plumbline::terminal::PrintExactly;
 using plumbline::terminal::ReplacedLine;
 using plumbline::terminal::Shown;
+using plumbline::terminal::ShowsColours;
+using plumbline::terminal::TerminalOutput;
 using plumbline::terminal::Tone;
 using plumbline::terminal::WrappedLine;
 using plumbline::terminal::WrappedParagraph;
@@ -60,13 +60,13 @@ TEST_CASE("a terminal gets wrapped text; machine formats, files and pipes are un
   const std::string line = "one two three four five\n";
   std::ostringstream pipe, json, terminal;
   {
-    const TerminalOutput to_pipe(pipe, 0, false), to_json(json, 12, true),
+    const terminal::TerminalOutput to_pipe(pipe, 0, false), to_json(json, 12, true),
         to_terminal(terminal, 12, true);
-    pipe << ForReading << line;
+    pipe << terminal::ForReading << line;
     json << line;
-    terminal << ForReading << "one two " << std::flush << "three four five\n";
-    CHECK_FALSE(ShowsColours(pipe));
-    CHECK(ShowsColours(terminal));
+    terminal << terminal::ForReading << "one two " << std::flush << "three four five\n";
+    CHECK_FALSE(terminal::ShowsColours(pipe));
+    CHECK(terminal::ShowsColours(terminal));
     terminal << ReplacedLine() << " 50 %  a step with a long name" << std::flush << ReplacedLine()
              << std::flush;
     terminal << "no line feed at the end";
@@ -86,11 +86,11 @@ TEST_CASE("only our own colours reach a terminal: those of a file are visible te
   const std::string shown = "\\u001b[31mred\\u001b]0;title\\u0007\\u000d\\x9b2J\\u009b2J";
   std::ostringstream terminal, pipe;
   {
-    const TerminalOutput to_terminal(terminal, 80, true), to_pipe(pipe, 0, false);
+    const terminal::TerminalOutput to_terminal(terminal, 80, true), to_pipe(pipe, 0, false);
     terminal << Painted("bad", Tone::kFault, true) << ' ' << hostile << '\n';
-    PrintExactly(terminal, hostile);
+    terminal::PrintExactly(terminal, hostile);
     pipe << hostile << '\n';
-    PrintExactly(pipe, hostile);
+    terminal::PrintExactly(pipe, hostile);
   }
   CHECK(terminal.str() == "\033[31mbad\033[0m " + shown + "\n" + shown);
   CHECK(pipe.str() == shown + "\n" + hostile);

@@ -9,12 +9,12 @@
 #include <fstream>
 #include <thread>
 
-#include "app/text/json_text.h"
+#include "app/base/text/json_text.h"
 #include "drivers/clock.h"
 #include "drivers/os/descriptor.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
-#include "tests/app/tracking/tag_scene.h"
+#include "tests/app/vision/tracking/tag_scene.h"
 #include "tests/drivers/camera/dv_frames.h"
 #include "tests/renderer/pgm.h"
 
@@ -46,7 +46,7 @@ struct Files {
     image = Path("frame.pgm");
     lens = Path("lens.json");
     bodies = Path("bodies.toml");
-    const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+    const target::TagFamily family = *target::TagFamilyOfName("36h11");
     test::TagScene scene;
     scene.camera = Camera();
     scene.Add(family, 5, test::FacingPose({-0.09, 0, 0.8}, 0.4, 1, 0));
@@ -258,7 +258,7 @@ TEST_CASE("A DV camcorder: corners of one field, although the tag was elsewhere 
   frame.fx = square.fx * 720 / 787;
   frame.cx = (square.cx + 0.5) * 720 / 787 - 0.5;
   square.cy -= 0.5;
-  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  const target::TagFamily family = *target::TagFamilyOfName("36h11");
   const auto pose = [](double x_m) { return test::FacingPose({x_m, 0.02, 0.6}, 0.4, 1, 0.2); };
   const auto shot = [&](double x_m) {
     test::TagScene scene;

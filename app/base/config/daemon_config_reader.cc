@@ -1,0 +1,292 @@
+#include "app/base/config/daemon_config_reader.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "app/base/config/arm_size.h"
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_config_checks.h"
+#include "app/base/config/daemon_settings.h"
+#include "app/base/config/file_kind.h"
+#include "app/base/config/gauge_reader.h"
+#include "app/base/config/point_reader.h"
+#include "app/base/config/posture_check.h"
+#include "app/base/config/required_file.h"
+#include "app/base/config/robot_profile_reader.h"
+#include "app/base/config/secret_file.h"
+#include "app/base/config/settings_text.h"
+#include "drivers/files/package_paths.h"
+#include "drivers/files/text_file.h"
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline::config {
+namespace {
+
+bool IsAddress(const std::string& text) {
+  in6_addr address;
+  return inet_pton(AF_INET, text.c_str(), &address) == 1 ||
+         inet_pton(AF_INET6, text.c_str(), &address) == 1;
+}
+
+/// True for a host name or an IP address; a text of digits and dots must be an address.
+bool IsHost(const std::string& text) {
+  constexpr std::string_view kNameCharacters =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_";
+  if (IsAddress(text)) return true;
+  return text.size() <= 253 && text.find_first_not_of("0123456789.") != std::string::npos &&
+         text.find_first_not_of(kNameCharacters) == std::string::npos;
+}
+
+/// @tparam Line  SerialLine or modbus::RtuSlaveOptions
+template <typename Line>
+void CheckSerial(const TomlTable& table, const Line& line) {
+  if (!line.device.empty() && line.device.front() != '/') {
+    table.AddFault("device", "is not an absolute path such as /dev/ttyUSB0");
+  }
+  constexpr int kRates[] = {1200,  2400,   4800,   9600,   19200, 38400,
+                            57600, 115200, 230400, 460800, 921600};
+  if (std::find(std::begin(kRates), std::end(kRates), line.baud) == std::end(kRates)) {
+    table.AddFault("baud", "is not a standard baud rate (9600, 19200, 38400, 57600, 115200, ...)");
+  }
+}
+
+RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& files,
+                                  FaultList& faults) {
+  RobotLinkConfig robot;
+  robot::RobotConnection& connection = robot.connection;
+  if (const auto file = files.Read(table, "profile", "profiles")) {
+    if (auto profile = RobotProfileFromText(file->second, file->first, faults)) {
+      connection.profile = std::move(*profile);
+      connection.tcp.port = connection.profile.port;
+      connection.unit_id = connection.profile.unit_id;
+    }
+  }
+  ReadKeys(table, robot);
+  const std::string& host = connection.tcp.host;
+  if (!host.empty() && !IsHost(host)) table.AddFault("host", "is not a host name or IP address");
+  const bool rtu = robot.transport == "rtu";
+  if (connection.unit_id > 247 && (rtu || connection.unit_id != 255)) {
+    table.AddFault("unit_id",
+                   rtu ? "is outside 0..247, the ids of a serial line" : "is not 0..247 or 255");
+  }
+  CheckSerial(table, connection.serial);
+  if (const auto file = files.ReadIf(robot.transport == "replay", table, "replay_file", "")) {
+    robot.replay_file = file->first;
+  }
+  return robot;
+}
+
+PayloadPolicy PayloadFromToml(const TomlTable& table) {
+  using Source = PayloadPolicy::Source;
+  PayloadPolicy payload;
+  ReadKeys(table, payload);
+  std::set<int> numbers;
+  for (const TomlTable& tool : table.Tables("tool")) {
+    PayloadPolicy::ToolLoad load;
+    load.number = -1;
+    ReadKeys(tool, load);
+    if (load.number >= 0 && !numbers.insert(load.number).second) {
+      tool.AddFault("number", "is used for two tools");
+    }
+    payload.table.push_back(load);
+  }
+  if (payload.source == Source::kTable && !table.Has("tool")) {
+    table.AddMissing("tool", "one [[payload.tool]] per tool number, since source is \"table\"");
+  }
+  return payload;
+}
+
+PlcConfig PlcFromToml(const TomlTable& table) {
+  PlcConfig plc;
+  modbus::TcpServerOptions& tcp = plc.tcp;
+  ReadKeys(table, plc);
+  if (!IsAddress(tcp.address)) {
+    table.AddFault("listen",
+                   "is not an IP address; write one such as 192.168.0.10, or 0.0.0.0 for all "
+                   "networks");
+  }
+  for (const std::string& address : tcp.allow) {
+    if (!IsAddress(address)) {
+      table.AddFault("allow", fmt::format("contains \"{}\", which is not an IP address", address));
+    }
+  }
+  if (const auto rtu = table.Table("rtu")) {
+    ReadKeys(*rtu, plc.rtu.emplace());
+    CheckSerial(*rtu, *plc.rtu);
+    plc.rtu->unit_id = tcp.unit_id;
+  }
+  return plc;
+}
+
+void PushFromToml(const TomlTable& table, DaemonConfig& config) {
+  robot::PushLimits& push = config.robot.connection.push;
+  Settings keys(table);
+  ListKeys(keys, push, config.push_ids);
+  const std::vector<correction::AssemblyPoint>& points = config.machine.points;
+  std::set<int> seen;
+  for (const int id : config.push_ids) {
+    const bool known =
+        std::any_of(points.begin(), points.end(),
+                    [id](const correction::AssemblyPoint& point) { return point.id == id; });
+    if (!known)
+      table.AddFault("point_ids",
+                     fmt::format("contains {}, which is not the id of any [[point]]", id));
+    if (!seen.insert(id).second) table.AddFault("point_ids", fmt::format("contains {} twice", id));
+  }
+  if (push.enabled && config.push_ids.empty() && !table.Has("point_ids")) {
+    table.AddMissing("point_ids", "the ids of the points to push");
+  }
+}
+
+/// [monitoring], or [loop], its previous name, which is read for one version.
+std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
+  if (!root.Has("loop")) return root.Table("monitoring");
+  if (root.Has("monitoring")) {
+    root.AddFault("loop",
+                  "is the previous name of [monitoring], which is given too; keep only "
+                  "[monitoring]");
+    root.Ignore({"loop"});
+    return root.Table("monitoring");
+  }
+  root.AddWarning("loop",
+                  "is now called [monitoring]; rename it, the next version will not read [loop]");
+  return root.Table("loop");
+}
+
+/// Reads the cell that the configuration names. @return  the cell file's text, or nothing if it has
+/// faults or is missing
+std::optional<std::string> ReadCell(const TomlTable& root, const NamedFiles& named,
+                                    FaultList& faults, DaemonConfig& config) {
+  const auto file = named.Read(root, "cell", "cells");
+  if (!file) return std::nullopt;
+  config.cell_file = file->first;
+  const auto cell = CellFromText(file->second, file->first, faults);
+  if (!cell) return std::nullopt;
+  config.machine.cell = deflection::CellOfPoints(*cell);
+  return file->second;
+}
+
+/// Reads every table of the configuration. @param of_others  the faults of the files that it names
+void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
+                FaultList& of_others, DaemonConfig& config) {
+  const model::CellModel* cell = cell_known ? &config.machine.cell : nullptr;
+  if (const auto table = root.RequiredTable("robot")) {
+    config.robot = RobotLinkFromToml(*table, named, of_others);
+    ReadKeys(*table, config.machine.plausibility);
+  }
+  if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
+  if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
+  if (const auto table = root.Table("correction")) ReadKeys(*table, config.machine.limits);
+  if (const auto table = root.Table("cycle")) {
+    Settings keys(*table);
+    ListCycleKeys(keys, config.cycle_period_s);
+  }
+  ReadKeys(root, config, &named);
+  config.machine.points = PointsFromToml(root, cell);
+  if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
+  config.gauges = GaugesFromToml(root, cell);
+  if (const auto table = root.Table("push")) PushFromToml(*table, config);
+  if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
+  config.vision = VisionFromToml(root, named, of_others);
+  const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
+  for (std::size_t k = 0; k < cameras; ++k) {
+    config.machine.required_lenses[k] = config.vision.cameras[k].RequiredForPoints();
+  }
+  if (const auto table = root.Table("overlay")) {
+    config.overlay = OverlayFromToml(*table, named, config.vision);
+  }
+  if (const auto table = root.Table("page")) {
+    config.page = PageFromToml(*table);
+    const auto why = config.page.token.empty() ? std::nullopt : WhyExposed(config.file);
+    if (why) table->AddWarning("", config.file + " holds the page's token and " + *why);
+  }
+  if (const auto table = root.Table("mqtt")) {
+    config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
+  }
+}
+
+/// Reads the configuration, the cell and the files that it names. @return  as ReadCell()
+std::optional<std::string> ReadRoot(const TomlTable& root, const NamedFiles& named,
+                                    FaultList& of_others, DaemonConfig& config) {
+  std::optional<std::string> cell_text = ReadCell(root, named, of_others, config);
+  ReadTables(root, named, cell_text.has_value(), of_others, config);
+  CheckAcrossTables(root, config, cell_text.has_value());
+  return cell_text;
+}
+
+}  // namespace
+
+std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
+                                                 const FileSource& files,
+                                                 const std::string& data_directory,
+                                                 FaultList& faults, std::size_t postures) {
+  FaultList own;
+  FaultList of_others;
+  TomlDocument document(text, file, own);
+  const NamedFiles named(file, files, data_directory);
+  DaemonConfig config;
+  config.file = file;
+  const auto kind = FileKindOf(text);
+  if (kind == FileKind::kProfile) {
+    own.Add({Fault::Severity::kFault, file, 0, "",
+             "is a robot profile or a lens profile, not the daemon's configuration; give the "
+             "plumbline.toml that refers to it"});
+  } else if (kind == FileKind::kCell) {
+    own.Add({Fault::Severity::kFault, file, 0, "",
+             "is a cell, not the daemon's configuration; give the plumbline.toml that refers to it "
+             "by cell = \"...\""});
+  } else if (document.parsed()) {
+    const auto cell_text = ReadRoot(document.Root(), named, of_others, config);
+    document.ReportMisplacedKeys(text, [&named](TomlDocument& copy) {
+      FaultList ignored;
+      DaemonConfig unused;
+      ReadRoot(copy.Root(), named, ignored, unused);
+    });
+    document.ReportUnknownKeys(HeadersWithKey);
+    if (cell_text && !own.HasFaults() && !of_others.HasFaults()) {
+      // The cell is parsed again so that warnings about its base have a file and line.
+      TomlDocument cell(*cell_text, config.cell_file, of_others);
+      const bool own_base = !config.machine.cell.measurement.holds_points;
+      WarnAboutUnlikelyPostures(document.Root(),
+                                own_base ? cell.Root().Table("robot") : std::nullopt,
+                                config.machine, postures);
+    }
+  }
+  own.SortByLine();
+  faults.Append(own);
+  faults.Append(of_others);
+  if (own.HasFaults() || of_others.HasFaults()) return std::nullopt;
+  return config;
+}
+
+std::string InstalledDataDirectory() {
+  std::error_code none;
+  const auto beside =
+      std::filesystem::path(files::ProgramFolder()).parent_path() / "share/plumbline";
+  if (std::filesystem::is_directory(beside, none)) return beside.string();
+  return PLUMBLINE_DATADIR;
+}
+
+std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
+                                                 const FileSource& files, FaultList& faults,
+                                                 std::size_t postures) {
+  return DaemonConfigFromText(text, file, files, InstalledDataDirectory(), faults, postures);
+}
+
+std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
+                                                 FaultList& faults, std::size_t postures) {
+  return DaemonConfigFromText(text, file, files::ReadTextFile, InstalledDataDirectory(), faults,
+                              postures);
+}
+
+std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
+                                             std::size_t postures) {
+  const auto text = ReadRequiredFile(path, faults);
+  return text ? DaemonConfigFromText(*text, path, faults, postures) : std::nullopt;
+}
+
+}  // namespace plumbline::config

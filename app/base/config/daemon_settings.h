@@ -1,0 +1,57 @@
+// Configuration table: every key of plumbline.toml with its range and description.
+//
+// Single source for reading and checking, the shipped config/plumbline.toml, the reference in
+// MANUAL.md and the manual page plumbline.toml(5). A default is the initial value of the struct
+// member that a key is stored in.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/base/config/daemon_config.h"
+#include "app/base/config/gauge_reader.h"
+#include "app/base/config/settings.h"
+
+namespace plumbline::config {
+
+/// Top-level keys, outside any table: cell and state directory.
+void ListKeys(Settings& keys, DaemonConfig& config);
+void ListKeys(Settings& keys, RobotLinkConfig& robot);
+void ListKeys(Settings& keys, PlausibilityLimits& limits);  ///< also part of [robot]
+void ListKeys(Settings& keys, PayloadPolicy& payload);
+void ListKeys(Settings& keys, PayloadPolicy::ToolLoad& tool);
+void ListKeys(Settings& keys, PlcConfig& plc);
+void ListKeys(Settings& keys, modbus::RtuSlaveOptions& line);
+void ListKeys(Settings& keys, correction::CorrectionLimits& limits);
+/// @param ids  DaemonConfig::push_ids
+void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids);
+void ListKeys(Settings& keys, MonitoringConfig& monitoring);
+void ListKeys(Settings& keys, GaugeKeys& gauge);
+void ListKeys(Settings& keys, CameraConfig& camera);
+/// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
+void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");
+void ListKeys(Settings& keys, target::Board& board);  ///< [board]: the printed pattern
+void ListKeys(Settings& keys, BoardConfig& board);    ///< [board]: the calibration with it
+void ListKeys(Settings& keys, TagsConfig& tags);
+void ListKeys(Settings& keys, OverlayConfig& overlay);
+void ListKeys(Settings& keys, PageConfig& page);
+void ListKeys(Settings& keys, MqttConfig& mqtt);
+/// @param period_s  DaemonConfig::cycle_period_s
+void ListCycleKeys(Settings& keys, double& period_s);
+
+/// Values of a [[frame]] table.
+struct FrameKeys {
+  std::string name;
+  Vec3 xyz_m = Vec3::Zero(), rpy_rad = Vec3::Zero();
+};
+/// Values of a [[point]] table; the pose of `point` is composed from them later.
+struct PointKeys : FrameKeys {
+  std::string frame = "measurement";
+  std::optional<std::vector<double>> near;  ///< degrees, or mm for a prismatic joint
+  correction::AssemblyPoint point;
+};
+void ListKeys(Settings& keys, FrameKeys& frame);
+void ListKeys(Settings& keys, PointKeys& placed);
+
+}  // namespace plumbline::config

@@ -1,0 +1,14 @@
+// Sections of the event catalogue, in the order of `Event`.
+#pragma once
+
+#include <span>
+
+#include "app/base/log/event.h"
+
+namespace plumbline::log {
+
+std::span<const EventEntry> DaemonEvents();  ///< service, robot, points, plc, loop
+std::span<const EventEntry> CameraEvents();  ///< camera, monitor
+std::span<const EventEntry> FleetEvents();   ///< fleet
+
+}  // namespace plumbline::log

@@ -1,0 +1,301 @@
+#include "app/cell/daemon/control_cycle.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+
+#include "app/version.h"
+#include "drivers/real_time.h"
+#include "firmware-like/cycle_status.h"
+
+namespace plumbline::cell {
+namespace {
+
+void SleepUntil(double monotonic_s) {
+  timespec when{};
+  when.tv_sec = static_cast<time_t>(monotonic_s);
+  when.tv_nsec = static_cast<long>(1e9 * (monotonic_s - static_cast<double>(when.tv_sec)));
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
+  }
+}
+
+std::int64_t UnixMilliseconds() {
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+/// steady_clock is CLOCK_MONOTONIC on Linux.
+std::chrono::steady_clock::time_point TimePoint(double monotonic_s) {
+  return std::chrono::steady_clock::time_point(
+      std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * monotonic_s)));
+}
+
+std::vector<std::uint16_t> PointIds(const config::DaemonConfig& config) {
+  std::vector<std::uint16_t> ids;
+  for (const correction::AssemblyPoint& point : config.machine.points) {
+    ids.push_back(static_cast<std::uint16_t>(point.id));
+  }
+  return ids;
+}
+
+void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& bits) {
+  for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
+}
+
+/// The last two bytes of an IPv4 or IPv6 address, the last one low.
+std::uint16_t AddressEnd(const modbus::Client& client) {
+  return static_cast<std::uint16_t>(client.address[14] << 8 | client.address[15]);
+}
+
+CameraInput CameraInputFrom(const status::CameraStatus& camera) {
+  return {camera.configured,   camera.state == lens::ZoomState::kValid,
+          camera.board_wanted, camera.fiducial_moved,
+          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_tag_covariance_W},
+          camera.tip_time_s};
+}
+
+}  // namespace
+
+CycleParts::CycleParts(const config::DaemonConfig& config,
+                       std::unique_ptr<robot::RobotDevice> device, int version)
+    : CycleParts(config, std::make_shared<robot::RobotLink>(std::move(device)), version) {}
+
+CycleParts::CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot::RobotLink> reused,
+                       int version)
+    : machine(config.machine),
+      branches(config.machine),
+      model_version(version),
+      records_probes(config.monitoring.enabled),
+      convention(config.plc.convention),
+      encoder(convention, PointIds(config)),
+      readable(ReadableRanges(config.machine.points.size())),
+      link(std::move(reused)),
+      period_s(config.cycle_period_s) {
+  if (config.robot.connection.push.enabled) {
+    for (const int id : config.push_ids) {
+      for (std::size_t k = 0; k < config.machine.points.size(); ++k) {
+        if (config.machine.points[k].id == id) push.push_back({k, id});
+      }
+    }
+  }
+  machine.MarkTaughtBranchesPending();
+  branches.Start();
+}
+
+plc::PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
+  plc::PlcEnvironment environment;
+  environment.boot_count = boot_count;
+  environment.firmware =
+      10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR + PLUMBLINE_VERSION_PATCH;
+  environment.cycle_period_s = period_s;
+  return environment;
+}
+
+ControlCycle::ControlCycle(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
+                           Latest<modbus::RegisterImage>& images, CycleMailboxes& mailboxes,
+                           std::uint16_t boot_count, const modbus::TcpServer* server)
+    : parts_(std::move(parts)),
+      handler_(handler),
+      images_(images),
+      mailboxes_(mailboxes),
+      snapshots_(kSnapshotReaders, parts_->machine.Cycle({})),
+      server_(server) {
+  environment_ = EnvironmentAtStart(boot_count, parts_->period_s);
+}
+
+ControlCycle::~ControlCycle() {
+  Stop();
+}
+
+void ControlCycle::Start() {
+  start_s_ = MonotonicSeconds();
+  parts_->link->Start();
+  thread_ = std::thread([this] {
+    SetRealTimePriority(kCyclePriority, "cycle");
+    Run();
+  });
+}
+
+void ControlCycle::Stop() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+  parts_->link->Stop();
+}
+
+void ControlCycle::Replace(std::unique_ptr<CycleParts> parts, const std::function<void()>& step) {
+  const bool link_kept = parts->link == parts_->link;
+  if (link_kept) {
+    const Snapshot last = *ReadSnapshot();
+    parts->machine.Prepare(parts_->machine.config(), last, clock_.UtcAt(MonotonicSeconds()));
+  }
+  next_.store(parts.get());
+  while (next_.load() != nullptr && !stop_) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  if (!link_kept) StopLink(*parts_->link, step);
+  parts_ = std::move(parts);
+  if (!link_kept) parts_->link->Start();
+}
+
+void ControlCycle::StopLink(robot::RobotLink& link, const std::function<void()>& step) {
+  link.RequestStop();
+  while (!link.ended()) {
+    step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  link.Stop();
+}
+
+CycleCounters ControlCycle::counters() const {
+  return {cycles_, overruns_, longest_cycle_s_, starts_.Counts()};
+}
+
+void ControlCycle::Run() {
+  CycleParts* parts = parts_.get();
+  double tick_s = MonotonicSeconds();
+  while (!stop_) {
+    CycleParts* const next = next_.load();
+    if (next != nullptr) {
+      next->machine.ResumeFrom(parts->machine, next->link == parts->link
+                                                   ? Machine::RobotLinkContinuity::kKept
+                                                   : Machine::RobotLinkContinuity::kNew);
+      parts = next;
+      environment_.cycle_period_s = parts->period_s;
+    }
+    heartbeat_.Beat();
+    starts_.Add(MonotonicSeconds() - tick_s);
+    RunOnce(*parts, tick_s);
+    // From here on neither this thread nor the newest snapshot refers to the old parts.
+    if (next != nullptr) next_.store(nullptr);
+    tick_s += parts->period_s;
+    const double now_s = MonotonicSeconds();
+    if (now_s > tick_s) {
+      overruns_.fetch_add(1);
+      last_overrun_s_ = now_s;
+      tick_s = now_s;
+    }
+    SleepUntil(tick_s);
+  }
+}
+
+void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
+  parts.link->RequestRead();
+  parts.link->WaitForState(TimePoint(tick_s + 0.5 * parts.period_s));
+
+  const double start_s = MonotonicSeconds();
+  MachineInput input;
+  input.now_s = start_s;
+  input.utc_s = clock_.UtcAt(start_s);
+  input.unix_ms = UnixMilliseconds();
+  input.robot = parts.link->Latest();
+  input.cycle_overrun = start_s - last_overrun_s_ < 1.0;
+  modbus::Client writer;
+  bool two_masters = false;
+  {
+    const auto commands = handler_.Commands();
+    input.command = plc::PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
+                                                 parts.convention);
+    writer = commands->writer;
+    two_masters = start_s < commands->two_masters_until_s;
+    environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
+  }
+  environment_.monitoring = *mailboxes_.monitoring.Read();
+  environment_.gauges = *mailboxes_.gauges.status.Read();
+  environment_.monitoring.model.applied = parts.model_version;
+  const model::CellModel& cell = parts.machine.config().cell;
+  environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
+  environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    environment_.cameras[k] = *mailboxes_.cameras[k].status.Read();
+    input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
+  }
+  environment_.scene = *mailboxes_.scene.Read();
+  environment_.now_s = start_s;
+  input.probes_recorded = environment_.monitoring.recording && mailboxes_.queue.HasRoom();
+  input.probes_pending = parts.records_probes && !environment_.monitoring.settled;
+  input.storage_unavailable = environment_.monitoring.storage_unavailable;
+  input.background_warnings = static_cast<std::uint16_t>(
+      MonitoringWarnings(environment_.monitoring) | CameraWarnings(environment_.cameras) |
+      SceneWarnings(environment_.scene, start_s) | (two_masters ? warning::kTwoMasters : 0) |
+      (parts.model_superseded ? warning::kModelSetAside : 0));
+  const bool scene_fresh = environment_.scene.FreshAt(start_s);
+  input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
+  input.objects_near = scene_fresh && environment_.scene.near > 0;
+  input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
+  input.reference_refused = environment_.monitoring.reference_refused;
+  input.radius_contradicted = environment_.monitoring.radius_contradicted;
+  input.quarantined = environment_.monitoring.quarantined > 0;
+  const GaugePress press = *mailboxes_.gauges.press.Read();
+  const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;
+  if (is_new && start_s - press.time_s < kGaugePressValid_s) input.gauge = press;
+  parts.branches.DeliverTo(parts.machine);
+  const std::uint16_t executed = parts.machine.snapshot().result.sequence;
+  const Snapshot& snapshot = parts.machine.Cycle(input);
+  if (snapshot.result.sequence != executed) {
+    environment_.masters.executed = AddressEnd(writer);
+    environment_.masters.executed_port = writer.port;
+  }
+  if (snapshot.gauge_code) {
+    mailboxes_.gauges.handled =
+        std::uint64_t{press.number} << 8U | static_cast<std::uint8_t>(*snapshot.gauge_code);
+  }
+  PostRequests(parts, snapshot, press.number);
+  Publish(parts, snapshot);
+
+  alarms_.fetch_or(snapshot.alarms);
+  cycles_.fetch_add(1, std::memory_order_relaxed);
+  const double spent_s = MonotonicSeconds() - start_s;
+  if (spent_s > longest_cycle_s_.load(std::memory_order_relaxed)) longest_cycle_s_ = spent_s;
+}
+
+void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot,
+                                std::uint32_t press) {
+  const bool temperature_valid = (snapshot.status & status::kTemperatureValid) != 0;
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    vision::CameraLink& camera = mailboxes_.cameras[k];
+    camera.temp_C = temperature_valid ? snapshot.robot.temp_C.value_or(NAN) : NAN;
+    const CalibrationRequest order = snapshot.calibration_requests[k];
+    if (order == CalibrationRequest::kStart) ++camera.start_board;
+    if (order == CalibrationRequest::kCancel) ++camera.cancel_board;
+  }
+  if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
+  const bool by_gauge = snapshot.probe_taken && snapshot.probe.by_gauge;
+  mailboxes_.queue.Push(
+      {snapshot.monitor_restart, snapshot.probe, parts.model_version, by_gauge ? press : 0});
+}
+
+void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
+  environment_.uptime_s = snapshot.now_s - start_s_;
+  environment_.heartbeat =
+      static_cast<std::uint16_t>(static_cast<std::uint64_t>(10 * environment_.uptime_s));
+  environment_.clients =
+      server_ != nullptr ? static_cast<std::uint16_t>(server_->counters().clients) : 0;
+  environment_.overruns = overruns_;
+  environment_.longest_cycle_s = longest_cycle_s_;
+
+  modbus::RegisterImage& image = images_.Begin();
+  image.readable = parts.readable;
+  parts.encoder.Encode(snapshot, environment_);
+  parts.encoder.CopyTo(image.registers);
+  image.bits.resize(plc::registers::kBits);
+  SetBits(snapshot.status, 0, image.bits);
+  SetBits(snapshot.alarms, 16, image.bits);
+  SetBits(snapshot.warnings, 32, image.bits);
+  images_.Publish();
+
+  snapshots_.Begin() = snapshot;
+  snapshots_.Publish();
+
+  if (parts.push.empty()) return;
+  std::array<robot::PushPoint, robot::kMaxPushPoints> pushed;
+  const std::size_t count = std::min(parts.push.size(), pushed.size());
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const PointResult& point = snapshot.points[parts.push[slot].point];
+    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id, point.correction.X_BP_command,
+                    point.valid};
+  }
+  parts.link->QueuePush(std::span(pushed).first(count));
+}
+
+}  // namespace plumbline::cell

@@ -1,0 +1,127 @@
+// The control cycle: a real-time thread that reads the robot, computes and publishes, once per
+// period.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "app/base/service/utc_clock.h"
+#include "app/cell/daemon/cycle_mailboxes.h"
+#include "app/cell/daemon/setup.h"
+#include "app/cell/daemon/taught_branch_search.h"
+#include "drivers/lateness.h"
+#include "drivers/latest.h"
+#include "drivers/modbus/image_handler.h"
+#include "drivers/plc/codec.h"
+#include "drivers/robot/robot_link.h"
+#include "drivers/thread_heartbeat.h"
+
+namespace plumbline::cell {
+
+/// Everything of one configuration that the cycle uses; replaced as a whole on reload.
+struct CycleParts {
+  CycleParts(const config::DaemonConfig& config, std::unique_ptr<robot::RobotDevice> device,
+             int version);
+  /// @param reused  the running link of the parts that this object replaces
+  CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot::RobotLink> reused,
+             int version);
+
+  Machine machine;
+  TaughtBranchSearch branches;    ///< of the machine's taught points, which are pending until found
+  int model_version;              ///< of the machine's cell; 0: not in the model store
+  bool records_probes;            ///< whether [monitoring] is enabled
+  bool model_superseded = false;  ///< whether an applied version is not in force
+  plc::PlcConvention convention;
+  plc::PlcEncoder encoder;
+  std::shared_ptr<const modbus::AddressRanges> readable;
+  RobotSetup robot;  ///< the setup that the link was created from
+  std::shared_ptr<robot::RobotLink>
+      link;  ///< shared only while one configuration replaces the other
+  double period_s;
+  struct PushSlot {
+    std::size_t point;  ///< index of the configured point
+    int id;
+  };
+  std::vector<PushSlot> push;  ///< empty: no points are pushed
+};
+
+/// Timing statistics of the cycle since its start.
+struct CycleCounters {
+  std::uint64_t cycles = 0;
+  std::uint32_t overruns = 0;
+  double longest_cycle_s = 0;  ///< computation only, without the wait for the robot
+  LatenessHistogram starts;    ///< of cycles, relative to their scheduled time
+};
+
+/// The registers that identify this start to the PLC, from its first request on.
+plc::PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s);
+
+class ControlCycle {
+ public:
+  /// @param handler    shared by the PLC transports; commands are read from it
+  /// @param images     the register images that it answers from
+  /// @param mailboxes  receives probes, delivers the status of monitoring, cameras and scene
+  ControlCycle(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
+               Latest<modbus::RegisterImage>& images, CycleMailboxes& mailboxes,
+               std::uint16_t boot_count, const modbus::TcpServer* server);
+  ~ControlCycle();
+  ControlCycle(const ControlCycle&) = delete;
+  ControlCycle& operator=(const ControlCycle&) = delete;
+
+  void Start();
+  /// Stops the cycle and the robot link, which withdraws the points it has pushed.
+  void Stop();
+
+  /// Switches to a new configuration, which continues from the values of the previous one, and
+  /// waits until its first cycle is published. With the same robot link, no point is withdrawn that
+  /// the new model can correct: its points are solved before the switch. A new robot link starts
+  /// after the old one has withdrawn its pushed points, because slots may have been reassigned.
+  /// @param step  progress callback, called every few milliseconds while the old link stops, which
+  ///              can take as long as its timeouts
+  void Replace(
+      std::unique_ptr<CycleParts> parts, const std::function<void()>& step = [] {});
+
+  /// The newest snapshot; at most kSnapshotReaders may be held at a time.
+  static constexpr int kSnapshotReaders = 2;
+  Latest<Snapshot>::Guard ReadSnapshot() const { return snapshots_.Read(); }
+  /// Alarm bits raised in any cycle since the last call.
+  std::uint16_t TakeAlarms() { return alarms_.exchange(0); }
+  CycleCounters counters() const;
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
+  /// The clock of probes and of time-dependent effects.
+  const service::UtcClock& clock() const { return clock_; }
+  /// The parts in use; only for the thread that calls Replace().
+  const CycleParts& parts() const { return *parts_; }
+
+ private:
+  void Run();
+  void RunOnce(CycleParts& parts, double tick_s);
+  void StopLink(robot::RobotLink& link, const std::function<void()>& step);
+  /// @param press  number of the present press of a gauge
+  void PostRequests(const CycleParts& parts, const Snapshot& snapshot, std::uint32_t press);
+  void Publish(CycleParts& parts, const Snapshot& snapshot);
+
+  std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()
+  std::atomic<CycleParts*> next_{nullptr};  ///< to be used from the next cycle on
+  modbus::ImageHandler& handler_;
+  Latest<modbus::RegisterImage>& images_;
+  CycleMailboxes& mailboxes_;
+  Latest<Snapshot> snapshots_;
+  plc::PlcEnvironment environment_;
+  const modbus::TcpServer* server_;
+  const service::UtcClock clock_ = service::UtcClock::FromSystemClock();
+  double start_s_ = 0;
+  double last_overrun_s_ = -1e9;
+  std::atomic<std::uint16_t> alarms_{0};
+  std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::uint32_t> overruns_{0};
+  std::atomic<double> longest_cycle_s_{0};
+  LatenessRecorder starts_;
+  ThreadHeartbeat heartbeat_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace plumbline::cell

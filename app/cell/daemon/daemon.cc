@@ -1,0 +1,168 @@
+#include "app/cell/daemon/daemon.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "app/base/log/fault_log.h"
+#include "app/base/log/log.h"
+#include "app/base/service/signals.h"
+#include "app/cell/daemon/boot_counter.h"
+#include "app/cell/daemon/camera_supervisors.h"
+#include "app/cell/daemon/cycle_setup.h"
+#include "app/cell/daemon/reload.h"
+#include "app/cell/daemon/running.h"
+#include "app/cell/daemon/state_storage.h"
+#include "app/cell/daemon/supervision.h"
+#include "app/cell/daemon/watched_threads.h"
+#include "app/cell/model_store/configuration_note.h"
+#include "app/version.h"
+#include "drivers/os/port_file.h"
+
+namespace plumbline::cell {
+namespace {
+
+int NotStarted(const std::string& config_file) {
+  log::Log(
+      {log::Event::kNotStarted,
+       fmt::format("not started: fix the faults reported above in {} and in its state directory; "
+                   "run `plumbline check` to verify",
+                   config_file)});
+  return 1;
+}
+
+/// Locks the state directory, or logs which daemon uses it.
+bool Acquire(StateStorage& storage, const config::DaemonConfig& config) {
+  const std::optional<std::string> other_daemon = storage.Acquire();
+  if (!other_daemon) return true;
+  const bool fatal = config.monitoring.enabled;
+  log::Log({fatal ? log::Event::kNotStarted : log::Event::kStateDirectory,
+            fmt::format("{}state directory: {}: {}; stop it, or give this daemon its own "
+                        "state_directory{}",
+                        fatal ? "not started: " : "", config.state_directory, *other_daemon,
+                        fatal ? "" : "; otherwise `plumbline model` cannot notify it")});
+  return false;
+}
+
+/// Records the path for `plumbline model apply`, which reports how far the configured points move.
+void RecordConfiguration(const config::DaemonConfig& config) {
+  if (const auto recorded = RecordConfigurationPath(config.state_directory, config.file);
+      !recorded) {
+    log::Log(
+        {log::Event::kStateDirectory,
+         fmt::format("state directory: {}; `plumbline model apply` does not know this daemon's "
+                     "points unless it is given --config",
+                     recorded.error())});
+  }
+}
+
+std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
+  auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
+  if (opened) return std::move(opened).value();
+  log::Log({log::Event::kViewUnavailable, fmt::format("no display possible: {}", opened.error())});
+  return nullptr;
+}
+
+void LogPushNotWithdrawn(const ControlCycle& cycle) {
+  const robot::RobotLinkStatus robot = cycle.parts().link->Status();
+  if (robot.push_result == robot::LinkResult::kOk) return;
+  log::Log({log::Event::kPushNotWithdrawn,
+            fmt::format("pushed points may still be marked valid in the controller: {}",
+                        robot::LinkResultText(robot.push_result))});
+}
+
+}  // namespace
+
+int RunDaemon(const std::string& config_file, const std::string& port_file) {
+  // Per-thread malloc arenas would double the resident memory of a daemon that hardly allocates.
+  mallopt(M_ARENA_MAX, 1);
+  const int signals = service::OpenSignalDescriptor();
+  service::ServiceManager manager;
+
+  config::FaultList faults;
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
+  log::LogFaults(faults);
+  if (!in_force) return NotStarted(config_file);
+  const config::DaemonConfig* const config = &in_force->config;
+  StateStorage storage(config->state_directory, log::Log);
+  const bool owns_directory = Acquire(storage, *config);
+  // Two writers of one journal would raise alarms for each other.
+  if (!owns_directory && config->monitoring.enabled) return 2;
+
+  if (owns_directory && storage.writable()) RecordConfiguration(*config);
+  std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
+  if (!parts) return NotStarted(config_file);
+  AwaitBranches(*parts);
+  CycleMailboxes mailboxes;
+  DisplayFeed display(OpenView(config->state_directory), mailboxes, config->vision.cameras.size());
+  const auto cameras = CameraSupervisors::Open(*config, mailboxes, display);
+  if (!cameras) {
+    log::Log({log::Event::kNotStarted, cameras.error()});
+    return 1;
+  }
+  const std::uint16_t boot_count = NextBootCount(config->state_directory);
+  Latest<modbus::RegisterImage> images(1, FirstImage(*parts, boot_count));
+  modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
+
+  const auto plc = PlcServers::Open(config->plc, manager, handler);
+  if (!plc) {
+    log::Log({log::Event::kPlcServerFailed, fmt::format("PLC server: {}", plc.error())});
+    return 2;
+  }
+  if (owns_directory) storage.StoreBootCount(boot_count);
+
+  storage.OnWritable([&display, config] {
+    display.Reopen([config] { return OpenView(config->state_directory); });
+  });
+  MonitoringWorker worker(
+      mailboxes, log::Log, [] { kill(getpid(), SIGHUP); }, owns_directory ? &storage : nullptr);
+  worker.Configure(*config, in_force->models);
+  worker.Start();
+  ControlCycle cycle(std::move(parts), handler, images, mailboxes, boot_count, &(*plc)->server());
+  cycle.Start();
+  display.Configure(*config);
+  display.Start(cycle);
+  GaugeWorker gauges(mailboxes.gauges, log::Log);
+  gauges.Start(*config);
+  (*cameras)->Start();
+  log::Log({log::Event::kStarted,
+            fmt::format("plumblined {} with {} ({} points), PLC server on {}:{}", PLUMBLINE_VERSION,
+                        config->machine.cell.robot.name, config->machine.points.size(),
+                        config->plc.tcp.address, (*plc)->server().port())});
+  LogModel(*in_force);
+  if (!port_file.empty()) {
+    if (const auto written = os::WritePortFile(port_file, {{"plc", (*plc)->server().port()}});
+        !written) {
+      log::Log({log::Event::kFileWarning, written.error()});
+    }
+  }
+  malloc_trim(0);
+  Running running{config_file,
+                  *config,
+                  cycle,
+                  worker,
+                  display,
+                  gauges,
+                  **plc,
+                  manager,
+                  {},
+                  RobotTimeout_s(*config),
+                  RunningDaemon{config->state_directory, in_force->models, owns_directory}};
+  AddThreads(*config, cycle, worker, gauges, running.watchdog);
+  (*cameras)->AddTo(running.watchdog);
+  (*plc)->AddTo(running.watchdog);
+  manager.Ready("started");
+  Supervise(signals, running);
+  (*cameras)->Stop();
+  gauges.Stop();
+  cycle.Stop();
+  worker.Stop();
+  LogPushNotWithdrawn(cycle);
+  (*plc)->DepositConnections(manager);  // including those that connected during the shutdown
+  log::FlushLog(true);
+  return 0;
+}
+
+}  // namespace plumbline::cell

@@ -1,0 +1,61 @@
+// HTTP server of the page: accepts connections and limits their number.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "app/display/page/http_connection.h"
+#include "app/display/page/http_message.h"
+#include "drivers/os/descriptor.h"
+#include "drivers/os/tcp_listener.h"
+
+namespace plumbline::display {
+
+/// One request per connection and one thread per connection. At most kMaxConnections at a time, at
+/// most kMaxPerPeer of them from one address; further connections get status 503.
+class HttpServer {
+ public:
+  static constexpr std::size_t kMaxConnections = 32, kMaxPerPeer = 16;
+
+  /// Fills in the response to a request; called from several threads.
+  using Answer = std::function<void(const HttpRequest&, HttpResponse&)>;
+
+  HttpServer(os::TcpListener listener, ConnectionLimits limits, Answer answer);
+  ~HttpServer();
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  void Start();
+  int connections() const { return connections_; }
+  std::uint64_t rejected() const { return rejected_; }
+
+ private:
+  struct Slot {
+    std::thread thread;
+    std::string peer;
+    os::Descriptor socket;  ///< closed by the accepting thread
+    std::atomic<bool> done{true};
+  };
+  void Run();
+  void Admit(os::Descriptor socket, const std::string& peer);
+  void Serve(Slot& slot);
+  /// Reads one request and writes its response.
+  void HandleRequest(HttpConnection& connection, const std::string& peer) const;
+  static void Free(Slot& slot);
+
+  const Answer answer_;
+  const ConnectionLimits limits_;
+  const os::TcpListener listener_;
+  const os::Descriptor wake_;
+  std::array<Slot, kMaxConnections> slots_;
+  std::atomic<bool> ending_{false};
+  std::atomic<int> connections_{0};
+  std::atomic<std::uint64_t> rejected_{0};
+  std::thread thread_;
+};
+
+}  // namespace plumbline::display

@@ -1,0 +1,326 @@
+#include "app/display/page/page.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <system_error>
+
+#include "app/base/config/page_token.h"
+#include "app/base/text/json_text.h"
+#include "app/display/page/camera_list.h"
+#include "app/display/page/page_files.h"
+#include "app/display/page/report_files.h"
+#include "app/display/page/request_parts.h"
+#include "app/display/page/residual_trend.h"
+#include "app/display/page/static_files.h"
+#include "app/display/page/status_json.h"
+#include "drivers/clock.h"
+
+namespace plumbline::display {
+namespace {
+
+constexpr double kCachePeriod_s = 5;           ///< for the trend and the list of reports
+constexpr double kPicturePollPeriod_s = 0.05;  ///< between checks for a newer picture
+constexpr double kMaxPictureAge_s = 10;        ///< older pictures are not served as live
+constexpr double kFailureLogPeriod_s = 60;     ///< between log lines about wrong tokens
+constexpr const char* kJson = "application/json";
+constexpr const char* kMetricsText = "text/plain; version=0.0.4; charset=utf-8";
+/// Nothing from other origins, nothing inline, no framing.
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+    "form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
+/// Reports have inline styles and drawings, and may not run any script.
+constexpr const char* kReportPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string LocalHostName() {
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  std::string small(name);
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return small;
+}
+
+std::string NewStartId() {
+  std::random_device chance;
+  return fmt::format("{:08x}{:08x}", chance(), chance());
+}
+
+/// One part of the multipart stream: boundary, headers, picture.
+std::string MultipartFrame(const JpegPicture& picture) {
+  return fmt::format("--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n",
+                     picture.bytes.size()) +
+         picture.bytes + "\r\n";
+}
+
+}  // namespace
+
+std::string CachedText::Get(double now_s, double period_s,
+                            const std::function<std::string()>& make) {
+  const std::lock_guard lock(mutex_);
+  if (now_s - made_s_ >= period_s) {
+    text_ = make();
+    made_s_ = now_s;
+  }
+  return text_;
+}
+
+Page::Page(PageOptions options, display::DisplayMailbox& shown, log::LogSink sink)
+    : options_(std::move(options)),
+      sink_(std::move(sink)),
+      authentication_(options_.config.token),
+      shown_(shown),
+      feed_(shown),
+      own_names_(options_.config.hosts),
+      start_id_(NewStartId()) {
+  const std::string name = LocalHostName();
+  own_names_.push_back(name);
+  own_names_.push_back(name + ".local");
+}
+
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, display::DisplayMailbox& shown,
+                                          log::LogSink sink, os::Descriptor listener) {
+  const config::PageConfig& config = options.config;
+  auto opened = listener ? Result(os::TcpListener(std::move(listener)))
+                         : os::TcpListener::Open(config.listen, config.port.value_or(0),
+                                                 "a port below 1024 needs plumbline-view.socket");
+  if (!opened) return opened.failure();
+  const os::TcpEndpoint at = opened.value().endpoint();
+  if (config.token.empty() && !config::IsLoopback(at.address)) {
+    return Error{fmt::format(
+        "{} is reachable from other computers and needs a token: set token = \"...\" under [page]",
+        at.Text())};
+  }
+  if (!config::IsLoopback(at.address)) {
+    if (const auto why = config::WhyTokenWeak(config.token)) {
+      return Error{fmt::format("{} is reachable from other computers: {}", at.Text(), *why)};
+    }
+  }
+  const ConnectionLimits limits = options.limits;
+  std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
+  page->at_ = at;
+  page->authentication_.SetPort(at.port);
+  page->server_ = std::make_unique<HttpServer>(
+      std::move(opened).value(), limits,
+      [raw = page.get()](const HttpRequest& request, HttpResponse& response) {
+        raw->Answer(request, response);
+      });
+  try {
+    page->server_->Start();
+  } catch (const std::system_error& error) {
+    return Error{fmt::format("cannot start a thread: {}", error.what())};
+  }
+  return page;
+}
+
+void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
+  ++refused_;
+  response.Refuse(status, why);
+}
+
+bool Page::IsThrottled(const HttpRequest& request, const Credential& credential,
+                       HttpResponse& response) {
+  const double wait_s = authentication_.Attempt(request, credential, MonotonicSeconds());
+  if (wait_s <= 0) return false;
+  const auto whole_s = static_cast<int>(std::ceil(wait_s));
+  Refuse(response, 429,
+         fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
+  response.Set("Retry-After", fmt::format("{}", whole_s));
+  return true;
+}
+
+void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
+  const bool tried =
+      request.HeaderCount("authorization") > 0 || request.Parameter("token").has_value();
+  if (request.path == "/") {
+    ++refused_;
+    response.status = 401;
+    response.SetBody(std::string(page_files::kLogin), kHtmlType);
+  } else {
+    Refuse(response, 401, "token required: send the header Authorization: Bearer TOKEN");
+  }
+  response.Set("WWW-Authenticate", "Bearer");
+  if (!tried) return;
+  const std::lock_guard lock(failure_mutex_);
+  const double now_s = MonotonicSeconds();
+  if (now_s - failure_logged_s_ < kFailureLogPeriod_s) return;
+  failure_logged_s_ = now_s;
+  sink_({log::Event::kPageRefused,
+         fmt::format("the page was asked with a wrong token by {}", request.peer),
+         {{"CLIENT", request.peer}}});
+}
+
+/// Replaces a right token in the address by a cookie.
+void Page::RedirectWithCookie(HttpResponse& response) const {
+  response.status = 303;
+  response.Set("Location", "/");
+  response.Set("Set-Cookie", authentication_.Cookie());
+}
+
+void Page::Answer(const HttpRequest& request, HttpResponse& response) {
+  ++requests_;
+  response.Set("Content-Security-Policy", kPolicy);
+  response.Set("X-Content-Type-Options", "nosniff");
+  response.Set("Referrer-Policy", "no-referrer");
+  response.Set("Cross-Origin-Resource-Policy", "same-origin");
+  response.Set("Cache-Control", "no-store");
+  if (request.method != "GET" && request.method != "HEAD") {
+    Refuse(response, 405, "this page is read-only: use GET or HEAD");
+    response.Set("Allow", "GET, HEAD");
+    return;
+  }
+  const Credential credential = authentication_.CredentialOf(request);
+  const auto host = HostOf(request.host);
+  if (!host) {
+    Refuse(response, 400, "missing or malformed Host header");
+  } else if (!IsOwnHost(*host, own_names_)) {
+    Refuse(response, 421,
+           "unknown host name; if it is this computer's, add it to hosts under [page]");
+  } else if (IsLoginFile(request.path)) {
+    AnswerAuthorized(request, response);
+  } else if (!IsThrottled(request, credential, response)) {
+    if (!credential.right) {
+      AskForToken(request, response);
+    } else if (credential.in_address || request.path == "/login") {
+      RedirectWithCookie(response);
+    } else {
+      AnswerAuthorized(request, response);
+    }
+  }
+}
+
+void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) {
+  constexpr std::string_view kReports = "/reports/";
+  const double now_s = MonotonicSeconds();
+  const std::string& path = request.path;
+  if (const StaticFile* const file = StaticFileAt(path)) {
+    response.SetBody(std::string(file->text), file->type);
+  } else if (path == "/status.json") {
+    response.SetBody(Status(), kJson);
+  } else if (path == "/metrics") {
+    response.SetBody(MetricsResponse(now_s), kMetricsText);
+  } else if (path == "/healthz") {
+    AnswerHealth(response);
+  } else if (path == "/trend.json") {
+    response.SetBody(
+        trend_.Get(
+            now_s, kCachePeriod_s,
+            [this] { return TrendJson(ReadTrend(options_.state_directory, options_.joints)); }),
+        kJson);
+  } else if (path == "/reports.json") {
+    response.SetBody(reports_.Get(now_s, kCachePeriod_s, [this] { return Reports(); }), kJson);
+  } else if (path == "/cameras.json") {
+    response.SetBody(
+        cameras_.Get(now_s, kCachePeriod_s,
+                     [this] { return CameraListJson(camera::ListVideoNodes(options_.cameras)); }),
+        kJson);
+  } else if (path.starts_with(kReports)) {
+    AnswerReport(path.substr(kReports.size()), response);
+  } else if (path == "/live.mjpg") {
+    AnswerLive(response);
+  } else if (path == "/picture.jpg") {
+    const auto picture = feed_.Newest(now_s);
+    if (picture && now_s - picture->drawn_s < kMaxPictureAge_s) {
+      response.SetBody(picture->bytes, "image/jpeg");
+    } else {
+      Refuse(response, 503, "no current picture; try again");
+    }
+  } else {
+    Refuse(response, 404, "not found");
+  }
+}
+
+void Page::AnswerLive(HttpResponse& response) {
+  if (viewers_.fetch_add(1) >= kMaxViewers) {
+    --viewers_;
+    Refuse(
+        response, 503,
+        fmt::format("at most {} viewers can watch the live picture; try again later", kMaxViewers));
+    return;
+  }
+  const std::shared_ptr<void> leaving(nullptr, [this](void*) { --viewers_; });
+  response.Set("Content-Type", "multipart/x-mixed-replace; boundary=frame");
+  // The first picture is sent twice, since browsers display a part when the next one starts.
+  response.stream = [this, leaving, number = std::uint64_t{0}](const HttpWrite& write) mutable {
+    const double now_s = MonotonicSeconds();
+    const auto picture = feed_.Newest(now_s);
+    const bool old = !picture || now_s - picture->drawn_s > kMaxPictureAge_s;
+    if (old || picture->number == number) {
+      if (!write("")) return false;
+      SleepSeconds(kPicturePollPeriod_s);
+      return true;
+    }
+    const std::string part = MultipartFrame(*picture);
+    if (number == 0 && !write(part)) return false;
+    number = picture->number;
+    return write(part);
+  };
+}
+
+void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
+  const Result<std::string> bytes = ReadReport(options_.state_directory, name);
+  if (!bytes) {
+    response.Refuse(404, bytes.error());
+    return;
+  }
+  response.Set("Content-Security-Policy", kReportPolicy);
+  response.SetBody(*bytes,
+                   ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtmlType);
+}
+
+void Page::CollectLog() {
+  auto now = shown_.status();
+  if (!now || now == collected_) return;
+  log_.Add(*now);
+  collected_ = std::move(now);
+}
+
+std::string Page::Status() {
+  const double now_s = MonotonicSeconds();
+  const auto now = shown_.status();
+  const auto picture = shown_.picture();
+  if (now) log_.Add(*now);
+  PictureFacts facts;
+  if (picture) facts = {picture->image.size, now_s - picture->time_s, ""};
+  facts.server_start = start_id_;
+  return StatusJson(now.get(), facts, log_.Lines(), now_s);
+}
+
+std::string Page::Reports() const {
+  nlohmann::ordered_json json = {{"reports", nlohmann::ordered_json::array()}};
+  for (const ReportFile& report : ListReports(options_.state_directory)) {
+    const char* const kind = report.kind == ReportKind::kModel       ? "model"
+                             : report.kind == ReportKind::kDiagnosis ? "diagnosis"
+                                                                     : "alarm";
+    json["reports"].push_back(
+        {{"name", report.name}, {"kind", kind}, {"bytes", report.bytes}, {"utc_s", report.utc_s}});
+  }
+  return text::JsonText(json);
+}
+
+std::string Page::MetricsResponse(double now_s) const {
+  PageCounts counts;
+  counts.requests = requests_;
+  counts.refused = refused_ + server_->rejected();
+  counts.connections = server_->connections();
+  counts.viewers = viewers_;
+  return MetricsText(shown_.status().get(), counts, now_s);
+}
+
+void Page::AnswerHealth(HttpResponse& response) const {
+  const auto now = shown_.status();
+  const bool well = DaemonReports(now.get(), MonotonicSeconds());
+  if (well) {
+    response.SetBody("plumblined is running\n", "text/plain; charset=utf-8");
+  } else {
+    response.Refuse(503, "no data from plumblined");
+  }
+}
+
+}  // namespace plumbline::display

@@ -1,0 +1,96 @@
+// Read-only status page of plumbline-view for browsers, Prometheus and scripts.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "app/base/config/page_config.h"
+#include "app/base/log/log_entry.h"
+#include "app/display/page/authentication.h"
+#include "app/display/page/http_server.h"
+#include "app/display/page/log_tail.h"
+#include "app/display/page/metrics.h"
+#include "app/display/page/picture_feed.h"
+#include "drivers/camera/v4l2_device.h"
+#include "drivers/os/descriptor.h"
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline::display {
+
+struct PageOptions {
+  config::PageConfig config;
+  std::string state_directory;
+  std::vector<model::Joint> joints;  ///< the cell's joints, to read the journal
+  camera::DeviceTree cameras;        ///< the kernel's video devices
+  ConnectionLimits limits;
+};
+
+/// Text that is recomputed at most once per period, whatever the number of requests. Thread-safe.
+class CachedText {
+ public:
+  std::string Get(double now_s, double period_s, const std::function<std::string()>& make);
+
+ private:
+  std::mutex mutex_;
+  double made_s_ = -1e300;
+  std::string text_;
+};
+
+/// Serves from threads of its own until destroyed. If a token is configured, everything except the
+/// three files of the login page requires it.
+class Page {
+ public:
+  static constexpr int kMaxViewers = 8;  ///< of the live picture
+
+  /// @param listener  socket from the service manager; invalid: the page opens its own
+  /// @return          the page, or why it cannot be served, with a remedy
+  static Result<std::unique_ptr<Page>> Start(PageOptions options, display::DisplayMailbox& shown,
+                                             log::LogSink sink, os::Descriptor listener = {});
+
+  const os::TcpEndpoint& at() const { return at_; }
+
+  /// Collects the log lines of the newest status. Call it regularly, also without viewers.
+  void CollectLog();
+
+  /// Fills in the response to one request; called by the server's threads.
+  void Answer(const HttpRequest& request, HttpResponse& response);
+
+ private:
+  Page(PageOptions options, display::DisplayMailbox& shown, log::LogSink sink);
+  /// Refuses the request if its address has to wait after too many wrong tokens, even if this token
+  /// is right: the response must not reveal that.
+  bool IsThrottled(const HttpRequest& request, const Credential& credential,
+                   HttpResponse& response);
+  void AskForToken(const HttpRequest& request, HttpResponse& response);
+  void RedirectWithCookie(HttpResponse& response) const;
+  void AnswerAuthorized(const HttpRequest& request, HttpResponse& response);
+  void AnswerLive(HttpResponse& response);
+  void AnswerReport(const std::string& name, HttpResponse& response) const;
+  void Refuse(HttpResponse& response, int status, const std::string& why);
+  std::string Status();
+  std::string Reports() const;
+  std::string MetricsResponse(double now_s) const;
+  void AnswerHealth(HttpResponse& response) const;
+
+  const PageOptions options_;
+  const log::LogSink sink_;
+  Authentication authentication_;
+  display::DisplayMailbox& shown_;
+  PictureFeed feed_;
+  LogTail log_;
+  std::shared_ptr<const display::DisplayStatus> collected_;  ///< used by CollectLog() only
+  CachedText trend_, reports_, cameras_;
+  std::vector<std::string> own_names_;
+  os::TcpEndpoint at_;
+  const std::string start_id_;  ///< unique for each start of the page
+  std::atomic<std::uint64_t> requests_{0}, refused_{0};
+  std::atomic<int> viewers_{0};
+  std::mutex failure_mutex_;
+  double failure_logged_s_ = -1e300;
+  std::unique_ptr<HttpServer> server_;  ///< destroyed first: its threads use the other members
+};
+
+}  // namespace plumbline::display

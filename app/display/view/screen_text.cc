@@ -1,0 +1,279 @@
+#include "app/display/view/screen_text.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <span>
+
+#include "app/display/view/detail_band.h"
+#include "app/display/view/label_placement.h"
+#include "app/display/view/palette.h"
+#include "app/display/view/point_tiles.h"
+#include "app/display/view/silent_daemon.h"
+#include "app/display/view/stress_scale.h"
+#include "app/display/view/tip_inset.h"
+#include "firmware-like/image/image_size.h"
+
+namespace plumbline::display {
+namespace {
+
+constexpr float kImageGap_em = 0.3F;
+
+/// Of the first displayed camera; without an image, as most cameras have.
+image::ImageSize ImageSizeOf(const ViewFacts& facts) {
+  if (facts.state != nullptr && !facts.shown.empty()) {
+    const auto& image = cell::CameraOf(*facts.state, facts.shown.front()).image;
+    if (image && image->width > 0 && image->height > 0) return {image->width, image->height};
+  }
+  return {1920, 1080};
+}
+
+std::string ClockText(double utc_s) {
+  if (!(utc_s >= 0 && utc_s < 253402300800.0)) return "";
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(utc_s)));
+}
+
+/// Cell and clock at the right end, two lines. @return  their width with a margin [px]
+float AddCellAndClock(const ViewFacts& facts, const scene::Colour& ink, PictureWriter& writer) {
+  if (facts.state == nullptr) return 0;
+  const PictureLayout& layout = writer.layout();
+  const float margin = 0.6F * layout.em, most = 0.3F * layout.strip.width;
+  const std::string clock = ClockText(facts.state->utc_s);
+  const float width = std::min(most, 1 + std::max(writer.WidthOf(facts.state->cell, layout.em),
+                                                  writer.WidthOf(clock, layout.em)));
+  const float right = layout.strip.right() - margin;
+  const float y = layout.strip.y + layout.strip.height / 2 - layout.line();
+  writer.TextAtRight(right, y, width, layout.em, facts.state->cell, ink);
+  writer.TextAtRight(right, y + layout.line(), width, layout.em, clock, ink);
+  return width + 2 * margin;
+}
+
+/// The reason with the remedy below it, or the remedy alone if there is room for one of them;
+/// what is alone and long takes two rows.
+void AddReason(const StateStrip& strip, const scene::Area& area, const scene::Colour& ink,
+               PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const float reason_em = writer.FittingEm(strip.reason, layout.name_em, area.width);
+  const bool remedy = !strip.remedy.empty() && 1.2F * (reason_em + layout.em) <= area.height;
+  const bool alone = !strip.remedy.empty() && !remedy;
+  const std::string first = alone ? "→ " + strip.remedy : strip.reason;
+  const float em = alone ? writer.FittingEm(first, layout.name_em, area.width) : reason_em;
+  const float middle = area.y + area.height / 2;
+  std::vector<std::string> rows = {first};
+  if (!remedy && writer.WidthOf(first, em) > area.width) rows = writer.Rows(first, em, area.width);
+  if (rows.size() > 2) rows = {rows.front(), first.substr(rows.front().size() + 1)};
+  float y = middle - (remedy             ? 0.6F * (em + layout.em)
+                      : rows.size() == 2 ? 1.25F * em
+                                         : 0.65F * em);
+  for (const std::string& row : rows) {
+    writer.Text(area.x, y, area.width, em, row, ink);
+    y += 1.2F * em;
+  }
+  if (remedy) writer.Text(area.x, y, area.width, layout.em, "→ " + strip.remedy, ink);
+}
+
+/// Glyph and word, and beside them the reason.
+void AddStrip(const ViewFacts& facts, PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const scene::Area& area = layout.strip;
+  const StateStrip strip = StripOf(facts);
+  const StateMark& mark = MarkOf(strip.state);
+  writer.Box(area, mark.fill);
+  const bool filled = strip.state != StateClass::kHealthy && strip.state != StateClass::kAdvisory;
+  const scene::Colour text = filled ? mark.ink : palette::kText;
+  const float taken = AddCellAndClock(facts, text, writer);
+  const std::string word = std::string(mark.glyph) + " " + strip.word;
+  const float margin = 0.6F * layout.em;
+  const float word_width =
+      std::min(writer.WidthOf(word, layout.word_em) + 1, 0.6F * (area.width - taken));
+  float x = area.x + margin;
+  writer.Text(x, area.y + area.height / 2 - 0.65F * layout.word_em, word_width, layout.word_em,
+              word, mark.ink);
+  x += word_width + 2 * margin;
+  AddReason(strip, {x, area.y, area.right() - taken - x, area.height}, text, writer);
+}
+
+/// Notes on a camera's image, with the tone of each.
+std::vector<PanelLine> NotesOf(const OverlayInput& input, std::size_t k) {
+  const cell::ViewState& state = *input.facts.state;
+  const status::CameraStatus& status = cell::CameraOf(state, k).status;
+  std::vector<PanelLine> notes;
+  for (const std::string& reason : StaleReasons(input.facts, std::span(&k, 1)))
+    notes.push_back({"STALE: " + reason, Tone::kAttention});
+  if (notes.empty() && status.name != status::CameraName::kNone)
+    notes.push_back({status::CameraNameText(status.name), Tone::kPlain});
+  if (state.cameras.empty()) notes.push_back({"no camera is configured", Tone::kFaded});
+  if (input.config.exaggeration != 1 && k == input.facts.shown.front()) {
+    notes.push_back({fmt::format("deflection exaggerated {:g} times", input.config.exaggeration),
+                     Tone::kPlain});
+  }
+  const cell::ViewCamera& camera = cell::CameraOf(state, k);
+  if (camera.lens && camera.usable_radius_px)
+    notes.push_back({"lens calibrated inside the dashed line only", Tone::kAttention});
+  if (status.prompt != lens::BoardPrompt::kNone) {
+    const auto* const model = input.facts.model;
+    const std::string all =
+        model != nullptr ? fmt::format(" of {}", model->config.vision.board.views) : "";
+    notes.push_back({fmt::format("→ {} ({}{} views)", lens::BoardPromptText(status.prompt),
+                                 status.board_views, all),
+                     Tone::kAttention});
+  }
+  return notes;
+}
+
+/// Adds the notes as a block in a corner of the image.
+void AddNotes(const std::vector<PanelLine>& notes, const scene::Area& image, LabelPlacer& placer,
+              PictureWriter& writer) {
+  if (notes.empty()) return;
+  const PictureLayout& layout = writer.layout();
+  const float pad = 0.3F * layout.em, most = image.width - 4 * layout.em;
+  float width = 0;
+  for (const PanelLine& note : notes)
+    width = std::max(width, std::min(most, writer.WidthOf(MarkedText(note), layout.em) + 1));
+  const auto rows = static_cast<std::size_t>(std::clamp(
+      (image.height - 2 * layout.em) / layout.line(), 1.0F, static_cast<float>(notes.size())));
+  const scene::Area area =
+      placer.TakeCorner(width + 2 * pad, static_cast<float>(rows) * layout.line() + pad,
+                        {Corner::kTopLeft, Corner::kTopRight, Corner::kBottomLeft});
+  writer.Box(area, palette::kShadow);
+  for (std::size_t row = 0; row < rows; ++row) {
+    writer.Line(area.x + pad, area.y + pad / 2 + static_cast<float>(row) * layout.line(), width,
+                notes[row]);
+  }
+}
+
+/// @param all  the placed labels: the leader line passes behind them
+void AddLabel(const Label& label, const PlacedLabel& placed, const std::vector<PlacedLabel>& all,
+              PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const float pad = 0.3F * layout.em;
+  writer.Box(placed.area, palette::kShadow);
+  for (const LeaderLine& part : PartsOutside(placed.leader, all)) {
+    writer.Stroke({part.from, part.to}, label.colour, std::max(1.5F, 0.07F * layout.em));
+  }
+  writer.Text(placed.area.x + pad, placed.area.y, placed.area.width - 2 * pad, layout.em,
+              label.text, label.colour.a < 1 ? palette::kFaded : label.colour);
+}
+
+void AddLabels(std::vector<Label> labels, LabelPlacer& placer, PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const float pad = 0.3F * layout.em;
+  std::stable_sort(labels.begin(), labels.end(),
+                   [](const Label& a, const Label& b) { return a.rank < b.rank; });
+  const float most = 0.8F * layout.image.width;
+  std::vector<PlacedLabel> all;
+  std::vector<Label> shown;
+  for (Label& label : labels) {
+    const auto place = [&](const std::string& text) {
+      const float width = std::min(writer.WidthOf(text, layout.em) + 1, most) + 2 * pad;
+      return placer.Place({label.x, label.y}, width, layout.line());
+    };
+    if (label.text.empty()) label.text = "?";
+    const bool fits = writer.WidthOf(label.text, layout.em) < most;
+    auto placed = fits || label.shorter.empty() ? place(label.text) : std::nullopt;
+    if (!placed && !label.shorter.empty()) {
+      label.text = label.shorter;
+      placed = place(label.text);
+    }
+    if (!placed) continue;
+    all.push_back(*placed);
+    shown.push_back(std::move(label));
+  }
+  for (std::size_t k = 0; k < all.size(); ++k) AddLabel(shown[k], all[k], all, writer);
+}
+
+}  // namespace
+
+PictureLayout LayoutFor(const ViewFacts& facts, image::ImageSize size) {
+  return LayoutOf(size, std::max<std::size_t>(1, facts.shown.size()), ImageSizeOf(facts));
+}
+
+void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
+               scene::DisplayList& list) {
+  PictureWriter writer(layout, text_width, list);
+  AddStrip(facts, writer);
+  AddPointTiles(facts, writer);
+  AddDetailBand(facts, writer);
+}
+
+bool AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                    const ImageMarks& marks, const TextWidth& text_width, const lens::Lens& pinhole,
+                    bool inset_wanted, scene::DisplayList& list) {
+  PictureWriter writer(layout, text_width, list);
+  const scene::Area& image = layout.image;
+  LabelPlacer placer(image, layout.em);
+  for (const scene::Area& area : marks.keep_clear) placer.KeepClear(area);
+  if (!StaleReasons(input.facts, std::span(&k, 1)).empty())
+    writer.Frame(image, std::max(3.0F, 0.25F * layout.em), palette::kWarningFill);
+  AddNotes(NotesOf(input, k), image, placer, writer);
+  const bool first = k == input.facts.shown.front();
+  if (first) AddStressScale(input, placer, writer);
+  const auto inset = inset_wanted ? InsetOf(input, k, pinhole) : std::nullopt;
+  const bool added = inset && AddTipInset(*inset, image, placer, writer);
+  AddLabels(marks.labels, placer, writer);
+  return added;
+}
+
+namespace {
+
+/// Fills the gap between two neighbouring images.
+void AddGap(const scene::Area& a, const scene::Area& b, scene::DisplayList& list) {
+  const bool beside = b.x > a.x;
+  const scene::Area gap = beside ? scene::Area{a.right(), a.y, b.x - a.right(), a.height}
+                                 : scene::Area{a.x, a.bottom(), a.width, b.y - a.bottom()};
+  list.boxes.push_back({gap.x, gap.y, gap.width, gap.height, palette::kGround});
+}
+
+scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layout,
+                                  const TextWidth& text_width) {
+  scene::DisplayList list;
+  const std::vector<std::size_t>& shown = input.facts.shown;
+  const image::ImageSize size = ImageSizeOf(input.facts);
+  // The layout may have been made for another number or size of images.
+  const std::vector<scene::Area> parts =
+      layout.images.size() == shown.size()
+          ? layout.images
+          : SplitArea(layout.image, shown.size(), size, kImageGap_em * layout.em);
+  bool inset = false;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    PictureLayout part = layout;
+    part.image = parts[i];
+    if (i > 0) AddGap(parts[i - 1], parts[i], list);
+    scene::DisplayList& view = i == 0 ? list : list.beside.emplace_back();
+    view.area = part.image;  // nothing is drawn under the panels
+    ImageMarks marks;
+    AddOverlay(input, shown[i], part, view, marks);
+    const lens::Lens pinhole = view.pinhole;
+    inset =
+        AddAnnotations(input, shown[i], part, marks, text_width, pinhole, !inset, list) || inset;
+  }
+  AddPanels(input.facts, layout, text_width, list);
+  return list;
+}
+
+}  // namespace
+
+scene::DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
+                             const TextWidth& text_width) {
+  const ViewFacts& facts = input.facts;
+  if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
+    ViewFacts silent = facts;
+    silent.state = &*withdrawn;
+    return PictureOfState({silent, input.config, input.meshes, input.pixels, input.mesh_facts},
+                          layout, text_width);
+  }
+  return PictureOfState(input, layout, text_width);
+}
+
+scene::DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,
+                                       const TextWidth& text_width) {
+  scene::DisplayList list;
+  list.size = layout.size;
+  list.pinhole = PinholeIn(layout.image, PlainLens({1920, 1080}), {1920, 1080});
+  AddPanels(facts, layout, text_width, list);
+  return list;
+}
+
+}  // namespace plumbline::display

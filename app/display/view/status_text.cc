@@ -1,0 +1,190 @@
+#include "app/display/view/status_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/display/view/silent_daemon.h"
+
+namespace plumbline::display {
+
+std::string AgeText(double age_s) {
+  if (!std::isfinite(age_s) || age_s > 86400) return "long ago";
+  if (age_s < 1) return fmt::format("{:.0f} ms ago", std::max(0.0, 1e3 * age_s));
+  return age_s < 120 ? fmt::format("{:.0f} s ago", age_s)
+                     : fmt::format("{:.0f} min ago", age_s / 60);
+}
+
+std::string CameraPrefix(const cell::ViewCamera& camera) {
+  const std::string name = status::CameraNameText(camera.status.name);
+  return name.empty() ? "" : name + ": ";
+}
+
+Tone ToneOf(HealthSeverity severity) {
+  switch (severity) {
+    case HealthSeverity::kGood:
+      return Tone::kGood;
+    case HealthSeverity::kNotice:
+      return Tone::kPlain;
+    case HealthSeverity::kAttention:
+      return Tone::kAttention;
+    case HealthSeverity::kAlarm:
+      return Tone::kBad;
+  }
+  return Tone::kBad;
+}
+
+Tone ToneOf(const cell::ViewPoint& point, const cell::ViewState& state) {
+  if (!point.valid) return Tone::kBad;
+  constexpr std::uint16_t kDoubts = warning::kDrift | warning::kModelSetAside;
+  const bool doubtful = point.extrapolated || point.differs ||
+                        point.basis == model::RadiusBasis::kUnknown ||
+                        (state.warnings & kDoubts) != 0;
+  if (doubtful) return Tone::kAttention;
+  return point.basis == model::RadiusBasis::kAssumed ? Tone::kPlain : Tone::kGood;
+}
+
+namespace {
+
+constexpr const char* kClearTags = "clear the view of the cell's tags";
+
+std::vector<StaleReason> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
+  const cell::ViewCamera& camera = facts.state->cameras[k];
+  const Carriers& carriers = facts.carriers[k];
+  constexpr const char* kCable = "check the camera and its cable";
+  std::vector<StaleReason> reasons;
+  if (!camera.image) {
+    reasons.push_back({"no image", kCable});
+  } else if (carriers.image_stale) {
+    reasons.push_back({"last image " + AgeText(facts.now_s - camera.image->time_s), kCable});
+  }
+  if (camera.status.state != lens::ZoomState::kValid) {
+    const std::string_view prompt = lens::BoardPromptText(camera.status.prompt);
+    reasons.push_back({fmt::format("lens {}: {}", lens::ZoomStateText(camera.status.state),
+                                   lens::ZoomReasonText(camera.status.reason)),
+                       camera.status.prompt != lens::BoardPrompt::kNone
+                           ? std::string(prompt)
+                           : "keep the zoom at rest and the reference tags in view"});
+  } else if (camera.image && !camera.lens) {
+    reasons.push_back({"no lens for the image", "show the calibration board"});
+  }
+  if (camera.image && camera.lens && !carriers.world) {  // without a lens nothing is placed
+    reasons.push_back({"cell tags not seen yet", kClearTags});
+  } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
+             !carriers.image_stale) {
+    reasons.push_back({"cell tags not visible", kClearTags});
+  }
+  return reasons;
+}
+
+}  // namespace
+
+std::vector<StaleReason> StaleReasonsOf(const ViewFacts& facts,
+                                        std::span<const std::size_t> cameras) {
+  if (facts.state == nullptr) return {};
+  const cell::ViewState& state = *facts.state;
+  std::vector<StaleReason> reasons;
+  if (facts.now_s - state.now_s > kStateOld_s) {
+    return {{"last data from plumblined " + AgeText(facts.now_s - state.now_s),
+             RemedyOf(HealthReason::kNoDaemon)}};
+  }
+  if (facts.model == nullptr)
+    reasons.push_back({"plumbline-view cannot read the configuration or the model",
+                       "journalctl -u plumbline-view names the file and the line"});
+  for (const std::size_t k : cameras) {
+    if (k >= state.cameras.size()) continue;
+    for (const StaleReason& reason : StaleCameraReasons(facts, k)) {
+      reasons.push_back({CameraPrefix(state.cameras[k]) + reason.text, reason.remedy});
+    }
+  }
+  if (facts.carriers.front().robot_stale)
+    reasons.push_back({"no current robot joint positions", RemedyOf(HealthReason::kRobotStale)});
+  if (!state.payload_kg)
+    reasons.push_back({"payload unknown", RemedyOf(HealthReason::kPayloadUnknown)});
+  return reasons;
+}
+
+std::vector<std::string> StaleReasons(const ViewFacts& facts,
+                                      std::span<const std::size_t> cameras) {
+  std::vector<std::string> texts;
+  for (const StaleReason& reason : StaleReasonsOf(facts, cameras)) texts.push_back(reason.text);
+  return texts;
+}
+
+CellHealth DisplayedHealth(const ViewFacts& facts) {
+  const bool silent =
+      facts.state == nullptr || DaemonIsSilent(*facts.state, facts.link_problem, facts.now_s);
+  if (silent) return HealthOf({.daemon_silent = true});
+  const CellHealth health = facts.state->health;
+  const SceneMeasurements* const measured = facts.measured;
+  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
+  const auto interferes = [](const MeasuredPair& pair) {
+    return pair.state == scene::Proximity::kInterference;
+  };
+  const auto blocked = [](const MeasuredSweep& sweep) {
+    return sweep.result && sweep.result->hits;
+  };
+  std::uint16_t warnings = 0;
+  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), interferes)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
+  }
+  if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kApproachBlocked);
+  }
+  const CellHealth here = HealthOf({.warnings = warnings});
+  return here.severity > health.severity ? here : health;
+}
+
+namespace {
+
+/// Text in which every number reads the same but that of an assembly point: the key of repeats.
+std::string WithoutNumbers(const std::string& text) {
+  std::string key;
+  bool named = false;
+  for (const char c : text) {
+    const bool digit = (c >= '0' && c <= '9') || c == '.';
+    if (!digit) named = (key += c).ends_with("point ");
+    if (digit && (named || key.empty() || key.back() != '0')) key += named ? c : '0';
+  }
+  return key;
+}
+
+std::string TimeOfDay(double utc_s) {
+  const auto second = static_cast<int>(std::fmod(std::max(utc_s, 0.0), 86400.0));
+  return fmt::format("{:02}:{:02}:{:02}", second / 3600, second / 60 % 60, second % 60);
+}
+
+}  // namespace
+
+std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count) {
+  std::vector<cell::ViewLine> lines =
+      facts.state != nullptr ? facts.state->lines : facts.viewer_lines;
+  std::stable_sort(
+      lines.begin(), lines.end(),
+      [](const cell::ViewLine& a, const cell::ViewLine& b) { return a.utc_s > b.utc_s; });
+  struct Folded {
+    cell::ViewLine newest;
+    int count = 1;
+  };
+  std::vector<Folded> folded;
+  std::map<std::string, std::size_t> place;
+  for (const cell::ViewLine& line : lines) {
+    const auto [found, fresh] = place.try_emplace(WithoutNumbers(line.text), folded.size());
+    if (fresh) folded.push_back({line});
+    if (!fresh) ++folded[found->second].count;
+  }
+  std::vector<PanelLine> messages;
+  for (std::size_t k = 0; k < folded.size() && k < count; ++k) {
+    const auto& [line, repeats] = folded[k];
+    const Tone tone = line.level <= 3   ? Tone::kBad
+                      : line.level == 4 ? Tone::kAttention
+                                        : Tone::kPlain;
+    const std::string times = repeats > 1 ? fmt::format(" ({} times)", repeats) : "";
+    messages.push_back({TimeOfDay(line.utc_s) + times + " " + line.text, tone});
+  }
+  return messages;
+}
+
+}  // namespace plumbline::display

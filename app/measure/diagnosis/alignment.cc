@@ -1,0 +1,176 @@
+#include "app/measure/diagnosis/alignment.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "app/measure/diagnosis/artefact_start.h"
+#include "app/measure/diagnosis/frame_start.h"
+#include "app/measure/diagnosis/nuisances.h"
+#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/whitener.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/statistics/median.h"
+
+namespace plumbline::measure {
+namespace {
+
+/// Variance of one axis used by the alignment [m^2].
+/// @param middle_m  median of SizesOf [m]
+double VarianceOf(const Dataset& data, double middle_m) {
+  constexpr double kMinSigma_m = 1e-6;
+  return std::pow(std::max({middle_m, data.sigma_m, kMinSigma_m}), 2);
+}
+
+/// Sizes of the residuals, each divided by the median that it has at unit noise [m].
+std::vector<double> SizesOf(const Dataset& data, const Linearisation& linear) {
+  std::vector<double> sizes;
+  for (const RowIndex row : data.row_indices()) {
+    const RowNumbers& numbers = data.numbers[row];
+    if (numbers.count == 0) continue;
+    sizes.push_back(SizeOf(numbers, linear.rows[row].residual) / MedianOfChi(numbers.count));
+  }
+  return sizes;
+}
+
+/// Precision of the prior of every nuisance, and its mean relative to the model.
+struct NuisancePrior {
+  Eigen::VectorXd information, offset;
+};
+
+/// The prior of the frames (FramePrior). Places of artefacts are anywhere in the cell; like the
+/// base, they are damped about their current values.
+NuisancePrior PriorAt(const Nuisances& nuisances, const Indexed<SessionIndex, FramePrior>& priors,
+                      const Model& model) {
+  constexpr double kPlace_m = 5;
+  NuisancePrior prior;
+  prior.information.setConstant(nuisances.size(), 1 / (kPlace_m * kPlace_m));
+  prior.offset.setZero(nuisances.size());
+  for (const SessionIndex session : priors.indices()) {
+    const FramePrior& of = priors[session];
+    int at = nuisances.FirstOf(session);
+    if (nuisances.frames()) {
+      prior.information.segment<6>(at) = of.information.head<6>();
+      at += 6;
+    }
+    if (!nuisances.tip()) continue;
+    prior.information.segment<3>(at) = of.information.tail<3>();
+    prior.offset.segment<3>(at) = of.tip_F - model.frames[session].tip_F;
+  }
+  return prior;
+}
+
+/// Precision of the nuisances, and the Gauss-Newton step to their maximum a posteriori.
+struct NuisanceStep {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd step;
+};
+
+NuisanceStep StepTo(const Dataset& data, const Nuisances& nuisances, const Linearisation& linear,
+                    const Model& model, const NuisancePrior& prior) {
+  std::vector<double> sizes = SizesOf(data, linear);
+  const double middle_m = statistics::MedianOf(sizes);
+  const double variance_m2 = VarianceOf(data, middle_m);
+  NuisanceEquations equations(nuisances);
+  for (const RowIndex row : data.row_indices()) {
+    const LinearRow& at = linear.rows[row];
+    const RowNumbers& numbers = data.numbers[row];
+    if (numbers.count == 0) continue;
+    if (SizeOf(numbers, at.residual) / MedianOfChi(numbers.count) > 4 * middle_m + 1e-9) continue;
+    equations.Add(data, nuisances, at, row, 1 / variance_m2, at.residual);
+  }
+  equations.Add(nuisances.EquationsAt(model), 1);
+  equations.H.diagonal() += prior.information;
+  equations.g += prior.information.cwiseProduct(prior.offset);
+  return {equations.H, equations.H.ldlt().solve(equations.g)};
+}
+
+/// Covariance of a session's frames, shape (9, 9); zero for frames that are not free.
+Eigen::Matrix<double, 9, 9> FrameCovariance(const Nuisances& nuisances,
+                                            const Eigen::MatrixXd& covariance,
+                                            SessionIndex session) {
+  Eigen::Matrix<double, 9, 9> of_session = Eigen::Matrix<double, 9, 9>::Zero();
+  const int free = nuisances.per_session(), first = nuisances.FirstOf(session);
+  const int place = nuisances.frames() ? 0 : 6;
+  of_session.block(place, place, free, free) = covariance.block(first, first, free, free);
+  return of_session;
+}
+
+}  // namespace
+
+Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threads) {
+  Alignment alignment{given, {}};
+  alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
+  const Nuisances nuisances(data);
+  if (nuisances.size() == 0) return alignment;
+  Indexed<SessionIndex, FramePrior> priors;
+  for (const Model::Frames& frames : given.frames) {
+    priors.push_back(FramePriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
+  }
+  Model& model = alignment.model;
+  if (nuisances.of_sessions() > 0 && !data.ranges()) StartFrames(data, priors, model);
+  if (const Result<void> started = StartPlaces(data, threads, model); !started) {
+    return started.failure();
+  }
+  // Refined with the loaded arm and robust weights.
+  const int passes = nuisances.size() > nuisances.of_sessions() ? 30 : 8;
+  NuisanceStep last;
+  for (int pass = 0; pass < passes; ++pass) {
+    const Result<Linearisation> linear = Linearise(data, model, false, threads);
+    if (!linear) return Error{linear.error()};
+    last = StepTo(data, nuisances, *linear, model, PriorAt(nuisances, priors, model));
+    if (!last.step.allFinite())
+      return Error{
+          "the rows do not determine the unknown frames: measure poses spread over the cell"};
+    nuisances.Move(last.step, model);
+    if (last.step.cwiseAbs().maxCoeff() < 1e-9) break;
+  }
+  const Eigen::MatrixXd covariance = last.information.inverse();
+  for (const SessionIndex session : data.sessions.indices()) {
+    alignment.covariance[session] = FrameCovariance(nuisances, covariance, session);
+  }
+  return alignment;
+}
+
+Result<Model> Align(const Dataset& data, const Model& given, int threads) {
+  const Result<Alignment> alignment = AlignFrames(data, given, threads);
+  if (!alignment) return Error{alignment.error()};
+  return alignment->model;
+}
+
+std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
+                                                  SessionIndex session) {
+  // A posterior deviation above a fifth of the prior's: the rows add little along that direction.
+  constexpr double kUndetermined_m = 0.01, kUndetermined_rad = 0.1;
+  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
+  const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
+  const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
+  std::string directions;
+  for (int k = 0; data.tip_free() && k < 3; ++k) {
+    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kUndetermined_m) continue;
+    const Vec3 axis = tip.eigenvectors().col(k);
+    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ",
+                              axis.x(), axis.y(), axis.z());
+  }
+  std::string text;
+  if (!directions.empty()) {
+    text = fmt::format(
+        "the rows do not determine the tip along {} in the flange frame, because the tool keeps "
+        "its orientation: it stays as declared, assumed correct within 100 mm (95 %), and the "
+        "radius of poses with another orientation increases by that. Measure a few poses with "
+        "the tool turned by 30 deg or more",
+        directions);
+  }
+  if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kUndetermined_rad) {
+    text += fmt::format(
+        "{}the rows do not determine the orientation of the robot base: measure poses spread over "
+        "the cell",
+        text.empty() ? "" : "; ");
+  }
+  if (text.empty()) return std::nullopt;
+  return text;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,103 @@
+// Blocks: catalogue effects and empirical terms as columns of a linear model.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/measure/diagnosis/linearisation.h"
+
+namespace plumbline::measure {
+
+/// One column of a block. For an effect: d prediction / d parameter at `values`. For an empirical
+/// term: the gradient of its carrier times a Legendre polynomial of a signal.
+struct BlockColumn {
+  int unit = 0;                ///< columns of one unit are kept or dropped together
+  int parameter = 0;           ///< index into the parameters of the term
+  std::vector<double> values;  ///< linearisation point: sizes 0, shapes set
+  int entry = -1;              ///< carrier of an empirical term: entry of the influence
+  std::optional<SignalIndex> signal = std::nullopt;  ///< driver of an empirical term
+  int degree = 0;
+  /// Second driver of an empirical surface, with its degree.
+  std::optional<SignalIndex> second_signal = std::nullopt;
+  int second_degree = 0;
+  model::Interval plausible{-1e300, 1e300};  ///< plausible values of a healthy machine, SI
+
+  /// Largest absolute value of `plausible`.
+  double Largest() const;
+};
+
+/// A candidate effect with fixed shapes.
+struct Block {
+  std::string id;
+  effects::EffectTerm term;
+  Indexed<BlockColumnIndex, BlockColumn> columns;
+  int units = 1;
+  double trials = 1;  ///< number of independent shapes searched for this one
+
+  bool empirical() const { return term.effect->traits().empirical; }
+};
+
+/// True if two blocks have the same columns.
+bool SameColumns(const Block& a, const Block& b);
+
+/// Block with one column for each size of an effect; for per-joint effects, of every joint that
+/// moved or is loaded.
+Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word);
+
+/// Whether the cell already contains an effect with this id, which a value found in addition may
+/// reduce.
+bool IsDeclared(const model::CellModel& cell, std::string_view id);
+
+/// Plausible values of a parameter on a healthy machine, SI.
+/// @param word  of the effect; empty if a negative value may reduce a declared one
+/// @param spec  index into the effect's parameters
+/// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
+model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,
+                               std::string_view word = {}, std::uint32_t prismatic = 0,
+                               int joint = -1);
+
+/// True if a refit adjusts a shape of the block: a time constant, or non-integer cycles per turn.
+bool HasContinuousShape(const Block& block);
+/// True for a term that acts from an event time on; that time is its first value.
+bool ActsFromEventTime(const effects::EffectTerm& term);
+/// True if the prediction is linear in all parameters of the term.
+bool IsLinear(const effects::EffectTerm& term);
+/// True for an effect that is periodic in a joint angle, with any number of cycles per turn.
+bool RepeatsWithAngle(const effects::Effect& effect);
+
+/// A line of the spectrum along a joint angle.
+struct PeriodicLine {
+  int joint = 0;
+  double cycles_per_turn = 0;
+  double gain = 0;  ///< reduction of chi2
+  double amplitude_rad = 0;
+};
+/// Joint and cycles of a block that is periodic in a joint angle; nullopt for other blocks.
+std::optional<PeriodicLine> LineOf(const Block& block);
+
+/// Empirical curve: carriers (entries of the influence) times polynomials of a signal up to
+/// `degree`.
+/// @param with_constant  false if a free frame already represents the constant
+/// @param trials         number of terms searched for this one
+Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
+                     int degree, bool with_constant, double trials);
+
+/// Empirical surface over two signals: carriers times P_a(first) P_b(second).
+Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex second,
+                       const std::vector<int>& entries, int degree, bool with_constant,
+                       double trials);
+
+/// The pairs of degrees (a, b) of a surface; degree 1 is bilinear.
+std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant);
+
+/// Factor of an empirical column on its carrier at a row.
+double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
+
+/// Computes the columns of a block at one row.
+/// @param out  shape (residuals of the row, columns)
+void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
+               Eigen::Ref<Eigen::MatrixXd> out);
+
+}  // namespace plumbline::measure

@@ -1,0 +1,207 @@
+#include "app/measure/diagnosis/diagnosis_text.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "app/measure/diagnosis/candidates.h"
+#include "app/measure/diagnosis/signal_unit.h"
+#include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr double kPercent = 100;
+
+}  // namespace
+
+std::string EffectName(std::string_view id) {
+  const effects::Effect* effect = effects::FindEffect(id);
+  if (effect != nullptr && !effect->traits().name.empty())
+    return std::string(effect->traits().name);
+  std::string name(id);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+std::string EffectName(std::string_view id, const std::vector<std::string>& scope) {
+  if (scope.empty()) return EffectName(id);
+  std::vector<std::string> axes;
+  axes.reserve(scope.size());
+  for (const std::string& joint : scope) axes.push_back(joint.substr(joint.starts_with('q')));
+  return EffectName(id) + (axes.size() == 1 ? " on axis " : " on axes ") + Listed(axes);
+}
+
+std::string EffectName(std::string_view id, std::string_view word,
+                       const std::vector<std::string>& scope) {
+  std::string name = EffectName(id, scope);
+  if (!word.empty()) name += fmt::format(" ({})", word);
+  return name;
+}
+
+std::string CyclesText(const std::set<double>& cycles) {
+  if (cycles == std::set<double>{1}) return "1 cycle per turn";
+  std::vector<std::string> texts;
+  texts.reserve(cycles.size());
+  for (const double value : cycles) texts.push_back(fmt::format("{:.3g}", value));
+  return Listed(texts, "or") + " cycles per turn";
+}
+
+std::string RivalName(const Rival& rival) {
+  if (rival.cycles) return EffectName(rival.id, CyclesText({*rival.cycles}), rival.scope);
+  return EffectName(rival.id, rival.id == rival.instead_of ? rival.word : "", rival.scope);
+}
+
+std::string ReplacedName(const Rival& rival) {
+  if (rival.cycles) return CyclesText({*rival.instead_of_cycles});
+  return EffectName(rival.instead_of, rival.id == rival.instead_of ? rival.instead_of_word : "",
+                    {});
+}
+
+std::string EffectName(const Finding& finding) {
+  const model::WrittenEffect written = effects::WrittenFromActive(finding.effect, {});
+  return EffectName(written.id, written.scope);
+}
+
+std::string Capitalized(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') {
+    text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  }
+  return text;
+}
+
+std::string Listed(const std::vector<std::string>& items, std::string_view last) {
+  std::string text;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    if (k > 0) text += k + 1 == items.size() ? fmt::format(" {} ", last) : ", ";
+    text += items[k];
+  }
+  return text;
+}
+
+std::string MillimetreText(double metres) {
+  const double mm = 1e3 * metres;
+  const double size = std::abs(mm);
+  if (!std::isfinite(mm)) return "unknown";
+  if (size == 0) return "0";
+  if (size < 1e-3) return "<0.001";
+  return fmt::format("{:.{}f}", mm, size < 0.1 ? 3 : size < 10 ? 2 : 1);
+}
+
+std::string PercentText(double share) {
+  if (!std::isfinite(share)) return "unknown";
+  if (share > 0 && share < 0.005) return "<1 %";
+  if (share < 1 && share > 0.995) return ">99 %";
+  return fmt::format("{:.0f} %", kPercent * share);
+}
+
+namespace {
+
+/// Slope of each carrier per unit of the driver, by least squares over the nodes; nullopt if the
+/// curve is not straight.
+std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
+  constexpr double kStraight = 0.05;          // of the rise
+  if (nodes.rows() < 3) return std::nullopt;  // any two points lie on a line
+  const Eigen::VectorXd x = nodes.col(0).array() - nodes.col(0).mean();
+  const Eigen::MatrixXd curves = nodes.rightCols(nodes.cols() - 1);
+  const Eigen::MatrixXd centred = curves.rowwise() - curves.colwise().mean();
+  const Eigen::VectorXd slopes = centred.transpose() * x / x.squaredNorm();
+  const double rise = slopes.norm() * (x.maxCoeff() - x.minCoeff());
+  const double bend = (centred - x * slopes.transpose()).rowwise().norm().maxCoeff();
+  return rise > 0 && bend <= kStraight * rise ? std::optional(slopes) : std::nullopt;
+}
+
+}  // namespace
+
+std::string LinearTrendText(const effects::ActiveEffect& effect) {
+  const effects::EffectTerm& term = effect.term;
+  if (!term.effect->traits().empirical || term.drivers.size() != 1) return "";
+  const auto slopes = SlopesOf(term.nodes);
+  if (!slopes) return "";
+  const std::string per = "per " + UnitOfSignal(term.drivers.front());
+  std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // by "base" and "tip"
+  std::vector<std::string> texts;
+  for (std::size_t k = 0; k < term.parameters.size(); ++k) {
+    const std::string name = effects::NameFromParameter(term.effect->traits(), term.parameters[k]);
+    const double slope = effect.values[k] * (*slopes)[static_cast<Eigen::Index>(k)];
+    const bool shifts = name.starts_with("base_") || name.starts_with("tip_");
+    if (shifts) {
+      axes[name.substr(0, name.find('_'))].emplace_back(name.substr(name.find('_') + 1), slope);
+    } else if (name == "tool_bending") {
+      texts.push_back(
+          fmt::format("the tool's bending changes by {:+.3g} % {}", kPercent * slope, per));
+    } else if (name.starts_with("a") || name.starts_with("d")) {
+      texts.push_back(fmt::format("{} of the DH table changes by {:+.3g} mm {}", name, slope, per));
+    } else if ((term.prismatic >> static_cast<unsigned>(term.parameters[k].joint) & 1U) != 0) {
+      texts.push_back(fmt::format("{} moves {:.3g} mm {}", name, 1e3 * slope, per));
+    } else {
+      texts.push_back(fmt::format("{} turns {:.3g} mrad {}", name, 1e3 * slope, per));
+    }
+  }
+  for (const auto& [what, of_axes] : axes) {
+    double square = 0;
+    std::vector<std::string> parts;
+    for (const auto& [axis, slope] : of_axes) {
+      square += slope * slope;
+      parts.push_back(fmt::format("{} {:.3g}", axis, slope));
+    }
+    texts.push_back(fmt::format("the {} moves {:.3g} mm {} ({})", what, std::sqrt(square), per,
+                                fmt::join(parts, ", ")));
+  }
+  return "linear: " + fmt::format("{}", fmt::join(texts, "; "));
+}
+
+ValueText ValueTextOf(double value, std::optional<double> sd) {
+  if (!std::isfinite(value)) return {"unknown", ""};
+  const bool known = sd && std::isfinite(*sd) && *sd > 0;
+  if (!known) return {fmt::format("{:.4g}", value), ""};
+  const double largest = std::max(std::abs(value), *sd);
+  const int exponent = static_cast<int>(std::floor(std::log10(largest)));
+  const int last_digit = static_cast<int>(std::floor(std::log10(*sd))) - 1;
+  if (exponent < -3 || exponent > 5) {
+    const int digits = std::clamp(exponent - last_digit, 1, 9);
+    return {fmt::format("{:.{}e}", value, digits), fmt::format("{:.1e}", *sd)};
+  }
+  const int digits = std::clamp(-last_digit, 0, 9);
+  return {fmt::format("{:.{}f}", value, digits), fmt::format("{:.{}f}", *sd, digits)};
+}
+
+std::string OriginText(const std::string& origin) {
+  if (origin == "repeats") return "from repeats";
+  if (origin == "residual") return "from the residual";
+  return origin;
+}
+
+bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
+  return std::any_of(
+      diagnosis.findings.begin(), diagnosis.findings.end(),
+      [](const Finding& finding) { return finding.effect.term.effect->traits().empirical; });
+}
+
+std::string MeasuringText(const NextPose& pose) {
+  std::vector<std::string> texts;
+  if (pose.wait_s > 0) texts.push_back(fmt::format("wait {:.4g} min", pose.wait_s / 60));
+  for (const double sign : {-1.0, 1.0}) {
+    std::vector<std::string> joints;
+    for (Eigen::Index i = 0; i < pose.via_q.size(); ++i) {
+      if ((pose.q[i] - pose.via_q[i]) * sign > 0) joints.push_back(fmt::format("q{}", i + 1));
+    }
+    if (joints.empty()) continue;
+    texts.push_back(fmt::format("{} {}", Listed(joints), sign > 0 ? "rising" : "falling"));
+  }
+  const bool moves =
+      (pose.qd.size() > 0 && !pose.qd.isZero()) || (pose.qdd.size() > 0 && !pose.qdd.isZero());
+  if (moves) {
+    texts.emplace_back("in motion");
+  } else if (pose.qd.size() > 0 || pose.qdd.size() > 0) {
+    texts.emplace_back("at rest");
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+}  // namespace plumbline::measure

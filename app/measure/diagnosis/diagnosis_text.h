@@ -1,0 +1,65 @@
+// Text of a diagnosis shared by the terminal summary, the JSON answer and the report.
+#pragma once
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/measure/diagnosis/diagnosis.h"
+
+namespace plumbline::measure {
+
+/// Display name of an effect: "joint compliance". The id with spaces if the effect has no name.
+std::string EffectName(std::string_view id);
+
+/// "joint compliance on axes 2 and 3"; the name alone if `scope` is empty.
+std::string EffectName(std::string_view id, const std::vector<std::string>& scope);
+/// "backlash on axis 2 (load)", "a step at one moment (base)": the variant follows in parentheses
+/// if the effect has one.
+std::string EffectName(std::string_view id, std::string_view word,
+                       const std::vector<std::string>& scope);
+std::string EffectName(const Finding& finding);
+
+/// Slope of an empirical term whose curve deviates from a straight line by at most 5 % of its rise:
+/// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
+/// a term of two signals, and an effect of the catalogue.
+std::string LinearTrendText(const effects::ActiveEffect& effect);
+/// "1, 23 or 25 cycles per turn".
+std::string CyclesText(const std::set<double>& cycles);
+
+/// Name of a rival, and of the finding that it would replace; with the variants if both have the
+/// same id and differ in the variant only.
+std::string RivalName(const Rival& rival);
+std::string ReplacedName(const Rival& rival);
+
+/// The text with its first letter in upper case.
+std::string Capitalized(std::string text);
+
+/// The items joined as "a, b and c", or with another conjunction: "a, b or c".
+std::string Listed(const std::vector<std::string>& items, std::string_view last = "and");
+
+/// A length in mm with its significant digits, without the unit: "8.64", "0.087", "<0.001".
+std::string MillimetreText(double metres);
+
+/// "93 %", "<1 %"; a share below 1 is never rounded up to "100 %" (">99 %" instead).
+std::string PercentText(double share);
+
+/// A value rounded to the second significant digit of its standard deviation, and that deviation:
+/// {"5.100e-07", "2.0e-09"}. Without a deviation: four significant digits and an empty `sd`.
+struct ValueText {
+  std::string value, sd;
+};
+ValueText ValueTextOf(double value, std::optional<double> sd);
+
+/// Source of the noise estimate: "declared", "from repeats", "from the residual".
+std::string OriginText(const std::string& origin);
+
+/// True if the answer contains an empirical term.
+bool HasEmpiricalTerm(const Diagnosis& diagnosis);
+
+/// Measuring conditions of a proposed pose other than joints and payload: "wait 20 min, q3 rising";
+/// empty if there are none.
+std::string MeasuringText(const NextPose& pose);
+
+}  // namespace plumbline::measure

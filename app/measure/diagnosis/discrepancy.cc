@@ -1,0 +1,176 @@
+#include "app/measure/diagnosis/discrepancy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/measure/diagnosis/discrepancy_design.h"
+#include "app/measure/diagnosis/explained_effects.h"
+#include "app/measure/diagnosis/thresholds.h"
+#include "firmware-like/statistics/chi_square.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr double kMinEffective = 0.5;  // effective parameters of a group with a variance
+
+/// Sum over the rows of the variances of the written effects, taken as independent.
+double SumOfVariances(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
+                      const Eigen::MatrixXd& covariance) {
+  std::map<BlockIndex, std::vector<int>> of_blocks;
+  std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and carrier
+  int at = 0;
+  for (const auto& [block, column] : design.of.size_columns) of_blocks[block].push_back(at++);
+  for (const CurveTerm& term : design.of.curves) {
+    of_curves[{term.signal, term.entry}].push_back(at++);
+  }
+  double sum = 0;
+  const auto add = [&](const std::vector<int>& columns) {
+    const Eigen::MatrixXd own = raw(Eigen::all, columns);
+    sum += (own * covariance(columns, columns)).cwiseProduct(own).sum();
+  };
+  for (const auto& [block, columns] : of_blocks) add(columns);
+  for (const auto& [curve, columns] : of_curves) add(columns);
+  return sum;
+}
+
+NormalEquations EquationsOf(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response,
+                            double freedom) {
+  NormalEquations equations;
+  equations.gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  equations.gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  equations.gram = equations.gram.selfadjointView<Eigen::Lower>();
+  equations.moment = columns.transpose() * response;
+  equations.square = response.squaredNorm();
+  equations.freedom = freedom;
+  return equations;
+}
+
+NormalEquations Part(const NormalEquations& equations, const std::vector<int>& columns) {
+  NormalEquations part = equations;
+  part.gram = equations.gram(columns, columns);
+  part.moment = equations.moment(columns);
+  if (equations.most_variance.size() > 0) part.most_variance = equations.most_variance(columns);
+  return part;
+}
+
+/// Groups of a subset of columns, renumbered without gaps.
+std::vector<int> Renumbered(const std::vector<int>& group, const std::vector<int>& columns) {
+  std::map<int, int> numbers;
+  std::vector<int> renumbered;
+  for (const int column : columns) {
+    const int own = group[static_cast<std::size_t>(column)];
+    renumbered.push_back(numbers.emplace(own, static_cast<int>(numbers.size())).first->second);
+  }
+  return renumbered;
+}
+
+/// Cost of the estimated variances: ln(1 + columns) for each group with effective parameters.
+double VarianceCost(const ShrunkenFit& fit, const std::vector<int>& group) {
+  double cost = 0;
+  for (int g = 0; g < fit.effective_parameters.size(); ++g) {
+    if (fit.effective_parameters[g] < kMinEffective) continue;
+    cost += std::log(static_cast<double>(1 + std::count(group.begin(), group.end(), g)));
+  }
+  return cost;
+}
+
+/// True if the residual of the named effects is consistent with the declared noise, or that of the
+/// replicates. If the noise is unknown, the marginal likelihood decides.
+bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
+  const double sigma_m = problem.data().sigma_m;
+  if (sigma_m <= 0) return false;
+  const double freedom =
+      std::max(1.0, problem.freedom() - static_cast<double>(named.columns.size()));
+  const double ratio = problem.sigma_m() / sigma_m;
+  return statistics::ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseSignificance;
+}
+
+/// Cost of selecting the named effects and their shapes among all.
+double ChoiceCost(const CandidateSet& candidate_set, const Explanation& named) {
+  double cost =
+      candidate_set.EffectCost() * static_cast<double>(EffectIds(candidate_set, named).size());
+  for (const BlockIndex block : named.blocks) cost += candidate_set.BlockCost(block);
+  for (const ColumnIndex column : named.columns) {
+    const double clusters = candidate_set.problem().clusters();
+    if (IsJointCurve(candidate_set.blocks()[candidate_set.BlockOfColumn(column)]))
+      cost += std::log(clusters);
+  }
+  return cost;
+}
+
+}  // namespace
+
+RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
+                           const Linearisation& linear, RowIndex row) {
+  const Gradient& at = linear.gradients[row];
+  RowResidual sum = RowResidual::Zero(at.rows());
+  Eigen::MatrixXd columns;
+  for (const BlockIndex b : discrepancy.blocks.indices()) {
+    const Block& block = discrepancy.blocks[b];
+    columns.resize(at.rows(), block.columns.count());
+    ColumnsAt(data, linear, block, row, columns);
+    for (const BlockColumnIndex c : block.columns.indices()) {
+      sum += discrepancy.sizes.at({b, c}) * columns.col(c.value());
+    }
+  }
+  for (const CurveTerm& term : discrepancy.curves) {
+    if (term.value == 0) continue;
+    sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.col(term.entry);
+  }
+  return sum;
+}
+
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& candidate_set,
+                                                   const Explanation& named,
+                                                   const Candidates& candidates) {
+  const LinearProblem& problem = candidate_set.problem();
+  if (WithinNoise(problem, named)) return std::nullopt;
+  DiscrepancyDesign design = MakeDiscrepancyDesign(candidate_set, named, candidates);
+  // Exempt named blocks are subtracted from the response.
+  Explanation exempt = named, curves = named;
+  for (std::size_t k = 0; k < named.columns.size(); ++k) {
+    const Block& block = candidate_set.blocks()[candidate_set.BlockOfColumn(named.columns[k])];
+    if (!IsExemptFromShrinkage(block)) exempt.values[static_cast<int>(k)] = 0;
+    if (!IsExemptFromShrinkage(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
+  }
+  const Eigen::VectorXd response = candidate_set.Residual(exempt);
+  const Eigen::MatrixXd raw = ColumnsOf(problem, design);
+  Eigen::MatrixXd columns = raw;
+  problem.Project(columns);
+  NormalEquations equations = EquationsOf(columns, response, problem.freedom());
+  // Limits each column to a displacement of the total residual. Columns that the free frames almost
+  // reproduce would exceed it: they cancel at these rows and nowhere else.
+  const double squares = candidate_set.chi2_null();
+  equations.most_variance = raw.colwise().squaredNorm().transpose().unaryExpr(
+      [squares](double square) { return square > 0 ? squares / square : 0.0; });
+  const std::vector<int> own = NamedColumns(candidate_set, named, design);
+  // The named effects alone include their curves; the search has already charged those columns.
+  NormalEquations of_named = Part(equations, own);
+  const Eigen::VectorXd left = candidate_set.Residual(curves);
+  of_named.moment = columns(Eigen::all, own).transpose() * left;
+  of_named.square = left.squaredNorm();
+  const std::vector<int> named_group = Renumbered(design.group, own);
+  const ShrunkenFit alone = Shrink(of_named, named_group, {}, false);
+  const ShrunkenFit whole = Shrink(equations, design.group, {}, true);
+  const double by_curves = problem.freedom() * std::log(equations.square / of_named.square);
+  // The full fit pays for its variances, but not for a selection; the named effects pay for both.
+  const double gain = whole.gain - VarianceCost(whole, design.group) -
+                      (alone.gain + by_curves - VarianceCost(alone, named_group) -
+                       ChoiceCost(candidate_set, named));
+  if (gain < kDiscrepancyMargin) return std::nullopt;
+  // Written effects are treated as independent. Scale their covariance so that their summed
+  // variance at the rows equals the joint one.
+  const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
+  const double separately = SumOfVariances(design, raw, whole.covariance);
+  DiscrepancyModel discrepancy = std::move(design.of);
+  int at = 0;
+  for (const auto& column : discrepancy.size_columns)
+    discrepancy.sizes[column] = whole.values[at++];
+  for (CurveTerm& term : discrepancy.curves) term.value = whole.values[at++];
+  discrepancy.covariance = whole.covariance * (separately > 0 ? jointly / separately : 0);
+  discrepancy.effective_parameters = whole.effective_parameters.sum();
+  discrepancy.gain = gain;
+  return discrepancy;
+}
+
+}  // namespace plumbline::measure

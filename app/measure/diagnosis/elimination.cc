@@ -1,0 +1,134 @@
+#include "app/measure/diagnosis/elimination.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "app/measure/diagnosis/plausibility.h"
+#include "app/measure/diagnosis/thresholds.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr std::size_t kMaxTries = 3;  // failed refits in one round after which elimination ends
+/// A unit is tried if its Wald statistic is below this multiple of its cost. The statistic is a
+/// quadratic approximation; the increase of chi2 after the refit may be smaller.
+constexpr double kMaxWaldRatio = 2;
+
+using UnitParameters = std::map<BlockUnit, std::vector<int>>;
+
+/// Indices into the covariance of the refitted sizes of each unit.
+UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExplanation& of) {
+  const EffectsOfUnits from =
+      EffectsAndUnits(candidate_set.problem().data(), candidate_set.blocks(),
+                      candidate_set.CoefficientsOf(of.explanation));
+  UnitParameters sizes;
+  for (std::size_t j = 0; j < of.refit.parameters.size(); ++j) {
+    const auto effect = static_cast<std::size_t>(of.refit.parameters[j].first);
+    const auto value = static_cast<std::size_t>(of.refit.parameters[j].second);
+    const effects::EffectTerm& term = of.refit.model.effects[effect].term;
+    const auto spec = static_cast<std::size_t>(term.parameters[value].spec);
+    if (term.effect->traits().parameters[spec].role != effects::ParameterRole::kSize) continue;
+    sizes[from.units[effect][value]].push_back(static_cast<int>(j));
+  }
+  return sizes;
+}
+
+/// Wald statistic v^T C^-1 v of some refitted sizes v with covariance C: the increase of chi2, to
+/// second order, if they are set to 0. 0 if one of them is not identifiable.
+double Wald(const Refit& refit, const std::vector<int>& places) {
+  const auto n = static_cast<Eigen::Index>(places.size());
+  Eigen::VectorXd values(n), scale(n);
+  Eigen::MatrixXd correlation(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int at = places[static_cast<std::size_t>(i)];
+    if (!refit.identifiable[static_cast<std::size_t>(at)] || !(refit.covariance(at, at) > 0))
+      return 0;
+    scale[i] = std::sqrt(refit.covariance(at, at));
+    const auto [effect, value] = refit.parameters[static_cast<std::size_t>(at)];
+    values[i] = refit.model.effects[static_cast<std::size_t>(effect)]
+                    .values[static_cast<std::size_t>(value)] /
+                scale[i];
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      correlation(i, j) = refit.covariance(places[static_cast<std::size_t>(i)],
+                                           places[static_cast<std::size_t>(j)]) /
+                          (scale[i] * scale[j]);
+    }
+  }
+  return values.dot(correlation.ldlt().solve(values));
+}
+
+/// An explanation with one unit less.
+struct Smaller {
+  Explanation explanation;
+  double saved = 0;   ///< reduction of the cost
+  double excess = 0;  ///< Wald statistic minus the saved cost
+};
+
+std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
+                                        const Explanation& explanation, const BlockUnit& gone) {
+  std::vector<ColumnIndex> columns;
+  for (const ColumnIndex column : explanation.columns) {
+    const bool of_it = candidate_set.BlockOfColumn(column) == gone.block &&
+                       candidate_set.UnitOfColumn(column) == gone.number;
+    if (!of_it) columns.push_back(column);
+  }
+  return columns;
+}
+
+/// False if a refitted size is impossible: beyond ten times the largest plausible one, or with a
+/// sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
+bool WithinBounds(const Dataset& data, const Model& model) {
+  return std::all_of(model.effects.begin(), model.effects.end(),
+                     [&](const effects::ActiveEffect& effect) {
+                       return ImplausibilityOf(data, effect).times <= kDiscardRatio;
+                     });
+}
+
+/// Explanations with one unit less that are worth a refit, the smallest loss first.
+std::vector<Smaller> SmallerExplanations(const CandidateSet& candidate_set,
+                                         const RefittedExplanation& of) {
+  std::vector<Smaller> smaller;
+  for (const auto& [unit, places] : SizesOfUnits(candidate_set, of)) {
+    Smaller& one = smaller.emplace_back();
+    one.explanation = candidate_set.FitColumns(ColumnsWithout(candidate_set, of.explanation, unit));
+    one.saved = of.explanation.prior_and_cost() - one.explanation.prior_and_cost();
+    const double wald = Wald(of.refit, places);
+    one.excess = wald - one.saved;
+    if (wald > kMaxWaldRatio * one.saved) smaller.pop_back();
+  }
+  std::stable_sort(smaller.begin(), smaller.end(),
+                   [](const Smaller& a, const Smaller& b) { return a.excess < b.excess; });
+  if (smaller.size() > kMaxTries) smaller.resize(kMaxTries);
+  return smaller;
+}
+
+std::optional<RefittedExplanation> BestSmaller(const CandidateSet& candidate_set,
+                                               const RefittedExplanation& of,
+                                               const RefitExplanation& refit) {
+  const Dataset& data = candidate_set.problem().data();
+  const bool within = WithinBounds(data, of.refit.model);
+  for (Smaller& one : SmallerExplanations(candidate_set, of)) {
+    Result<Refit> refitted = refit(one.explanation);
+    if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
+    // Another unit may absorb what this one explained, but only with an impossible size.
+    if (within && !WithinBounds(data, refitted->model)) continue;
+    return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
+                                              RefittedExplanation of,
+                                              const RefitExplanation& refit) {
+  if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
+  while (auto smaller = BestSmaller(candidate_set, of, refit)) of = std::move(*smaller);
+  return of;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,232 @@
+#include "app/measure/diagnosis/gross_errors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/measure/diagnosis/alignment.h"
+#include "app/measure/diagnosis/mistakes.h"
+#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/unit_change_search.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/statistics/median.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr double kAlternativeRatio =
+    1.5;  // largest ratio to the best score of a reported alternative
+constexpr double kFreeParameterRatio =
+    1.5;                             // required advantage of a hypothesis with free parameters
+constexpr double kNoiseRatio = 1.5;  // largest residual that counts as noise, in declared sigma
+constexpr double kSubtleRatio = 3;   // required reduction of the residual by a subtle mistake
+constexpr int kMaxRows = 60;
+constexpr std::size_t kMaxReported = 3;
+
+double MedianResidual(const Linearisation& linear) {
+  std::vector<double> sizes;
+  for (const Vec3& error : ErrorsOf(linear)) sizes.push_back(error.norm());
+  return statistics::MedianOf(sizes);
+}
+
+/// True if several rows, more than a few misread ones, are farther away than effects can move them.
+bool SomeRowsAreGross(const Linearisation& linear) {
+  constexpr int kMinGross = 4;
+  const PerRow<Vec3> errors = ErrorsOf(linear);
+  return std::count_if(errors.begin(), errors.end(),
+                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kMinGross;
+}
+
+/// Fit of the data with one mistake corrected.
+struct Trial {
+  const Mistake* mistake = nullptr;
+  double residual_m = HUGE_VAL;  ///< median
+  double sigma_m = HUGE_VAL;     ///< robust, one axis
+  PerRow<RowResidual> residuals;
+  Model model;
+  Model::Frames declared;
+};
+
+Trial RunTrial(Dataset changed, int threads) {
+  Trial trial;
+  const Model start = Model::Declared(changed);
+  trial.declared = start.frames.front();
+  const Result<Model> model = Align(changed, start, threads);
+  if (!model) return trial;
+  const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
+  if (!linear) return trial;
+  trial.model = *model;
+  trial.residual_m = MedianResidual(*linear);
+  trial.residuals = ResidualsOf(*linear);
+  trial.sigma_m = RobustSigma(changed, trial.residuals);
+  if (!std::isfinite(trial.residual_m)) trial.residual_m = HUGE_VAL;
+  return trial;
+}
+
+Dataset Corrected(Dataset data, const std::function<void(Dataset&)>& undo) {
+  undo(data);
+  return data;
+}
+
+/// An evenly spaced subset of the rows, sufficient for a median.
+Dataset Subset(const Dataset& data) {
+  return data.rows() <= kMaxRows ? data : SelectRows(data, EvenlySpacedRows(data, kMaxRows));
+}
+
+std::string MillimetresText(const Vec3& v_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * v_m.x(), 1e3 * v_m.y(), 1e3 * v_m.z());
+}
+
+std::string SentenceOf(const Trial& trial) {
+  if (!trial.mistake->fits()) return trial.mistake->sentence;
+  const Model::Frames& found = trial.model.frames.front();
+  if (trial.mistake->fits_tip) {
+    return fmt::format("the TCP is {} from the declared one, in the flange frame",
+                       MillimetresText(found.tip_F - trial.declared.tip_F));
+  }
+  const Mat3 R = found.X_WB.R * trial.declared.X_WB.R.transpose();
+  const double angle_deg = VectorFromRotation(R).norm() / kRadPerDeg;
+  return fmt::format("the robot's base is {} from the declared position and rotated by {:.2f} deg",
+                     MillimetresText(found.X_WB.p - trial.declared.X_WB.p), angle_deg);
+}
+
+/// Median residual, increased for hypotheses with free parameters.
+double ScoreOf(const Trial& trial) {
+  return trial.residual_m * (trial.mistake->fits() ? kFreeParameterRatio : 1.0);
+}
+
+/// Median distance of each measured point from the nearest tip predicted for any row; nullopt
+/// unless it is so small (a fifth of the distance between the points) that measurements and joint
+/// readings must be in different orders.
+std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& aligned,
+                                      double before_m) {
+  constexpr int kMaxPairedRows = 1000;
+  if (data.ranges() || data.frames_free() || data.tip_free() || data.rows() > kMaxPairedRows) {
+    return std::nullopt;
+  }
+  std::vector<double> nearest_m, apart_m;
+  for (const RowIndex row : data.row_indices()) {
+    const std::optional<Vec3>& p = data.measured(row).measured_W;
+    if (!p) continue;
+    double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
+    for (const RowIndex other : data.row_indices()) {
+      to_tip_m = std::min(to_tip_m, (*p - aligned.rows[other].p_W).norm());
+      const std::optional<Vec3>& of_other = data.measured(other).measured_W;
+      if (other != row && of_other) to_point_m = std::min(to_point_m, (*p - *of_other).norm());
+    }
+    nearest_m.push_back(to_tip_m);
+    apart_m.push_back(to_point_m);
+  }
+  if (nearest_m.empty()) return std::nullopt;
+  const double middle_m = statistics::MedianOf(nearest_m);
+  const bool in_other_order =
+      middle_m < kExplainedRatio * std::min(before_m, statistics::MedianOf(apart_m));
+  return in_other_order ? std::optional(middle_m) : std::nullopt;
+}
+
+/// The subset with a mistake undone, before thinning where the mistake moves values between rows.
+Dataset CorrectedSubset(const Dataset& data, const Dataset& subset, const Mistake& mistake) {
+  return mistake.needs_all_rows ? Subset(Corrected(data, mistake.undo))
+                                : Corrected(subset, mistake.undo);
+}
+
+std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
+                           const std::vector<Mistake>& mistakes, double before_m, int threads) {
+  const std::string found = fmt::format(
+      "measured points are {:.0f} mm from the positions predicted by the declared cell (median)",
+      1e3 * before_m);
+  const Dataset subset = Subset(data);
+  std::vector<Trial> all;
+  for (const Mistake& mistake : mistakes) {
+    all.push_back(RunTrial(CorrectedSubset(data, subset, mistake), threads));
+    all.back().mistake = &mistake;
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Trial& a, const Trial& b) { return ScoreOf(a) < ScoreOf(b); });
+  if (!(all.front().residual_m < kExplainedRatio * before_m)) {
+    if (const auto nearest_m = NearestOfAnyRow(data, aligned, before_m)) {
+      return fmt::format(
+          "{}, but only {:.2g} mm from the tip predicted for some other row: measurements and "
+          "joint readings are in different orders; put those of the same moment into one row",
+          found, 1e3 * *nearest_m);
+    }
+    return found +
+           ": no effect is that large, but an error of a frame may be; check the DH table, the "
+           "units (mm, deg), the frame (is it \"unaligned\"?), that the measurement and the joint "
+           "readings of each row belong together, and that the data belong to this cell";
+  }
+  std::string text =
+      fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * all.front().residual_m,
+                  SentenceOf(all.front()), all.front().mistake->remedy);
+  for (std::size_t k = 1; k < std::min(kMaxReported, all.size()); ++k) {
+    if (ScoreOf(all[k]) > kAlternativeRatio * ScoreOf(all.front())) break;
+    text += fmt::format("; or, which these rows cannot distinguish from it, {}: {}",
+                        SentenceOf(all[k]), all[k].mistake->remedy);
+  }
+  return text;
+}
+
+/// Robust sigma of the rows that a mistake affects. If these are fewer than half of all rows, the
+/// median over all rows would not show it.
+double SigmaOfAffected(const Dataset& data, const Trial& trial, const Mistake& mistake) {
+  if (!mistake.affects || trial.residuals.empty()) return trial.sigma_m;
+  FitRows rows;
+  PerRow<RowResidual> residuals;
+  for (const RowIndex row : data.row_indices()) {
+    if (!mistake.affects(data.measured(row))) continue;
+    rows.push_back(row);
+    residuals.push_back(trial.residuals[row]);
+  }
+  return RobustSigma(SelectRows(data, rows), residuals);
+}
+
+std::optional<std::string> SubtleErrorText(const Dataset& data,
+                                           const std::vector<Mistake>& mistakes,
+                                           double sigma_before_m, int threads) {
+  const Dataset subset = Subset(data);
+  const double noise_m = kNoiseRatio * subset.sigma_m;
+  const auto is_large = [&](double sigma_m) { return sigma_m >= kSubtleRatio * subset.sigma_m; };
+  const bool some_affect_part =
+      std::any_of(mistakes.begin(), mistakes.end(),
+                  [](const Mistake& mistake) { return mistake.subtle && mistake.affects; });
+  if (subset.sigma_m <= 0 || !(is_large(sigma_before_m) || some_affect_part)) return std::nullopt;
+  const Trial as_read = some_affect_part ? RunTrial(subset, threads) : Trial{};
+  for (const Mistake& mistake : mistakes) {
+    if (!mistake.subtle) continue;
+    const double before_m =
+        mistake.affects ? SigmaOfAffected(subset, as_read, mistake) : sigma_before_m;
+    if (!is_large(before_m)) continue;
+    const Trial trial = RunTrial(CorrectedSubset(data, subset, mistake), threads);
+    const double after_m = SigmaOfAffected(subset, trial, mistake);
+    if (std::max(after_m, trial.sigma_m) > std::min(noise_m, before_m / kSubtleRatio)) continue;
+    const bool alternative_fits =
+        std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
+                    [&](const std::function<void(Dataset&)>& undo) {
+                      return RunTrial(Corrected(subset, undo), threads).sigma_m < noise_m;
+                    });
+    if (alternative_fits) continue;
+    return fmt::format(
+        "the residual of the declared cell{} is {:.3g} mm on one axis; it falls to {:.3g} mm, the "
+        "noise, if {}: {}",
+        mistake.affects ? " in those rows" : "", 1e3 * before_m, 1e3 * after_m, mistake.sentence,
+        mistake.remedy);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
+                                      int threads) {
+  const double before_m = MedianResidual(aligned);
+  if (SomeRowsAreGross(aligned)) {
+    if (const auto changed = ChangedUnit(data, threads)) return changed;
+  }
+  const std::vector<Mistake> mistakes = MistakesOf(data);
+  if (before_m >= kGross_m) return GrossErrorText(data, aligned, mistakes, before_m, threads);
+  return SubtleErrorText(data, mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,197 @@
+#include "app/measure/diagnosis/headline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "app/measure/diagnosis/candidates.h"
+#include "app/measure/diagnosis/diagnosis_text.h"
+
+namespace plumbline::measure {
+namespace {
+
+/// The cycles per turn between which the rows cannot decide for a finding; empty if they can.
+std::set<double> UndecidedCycles(const Diagnosis& diagnosis, const Finding& finding) {
+  const std::vector<std::string> scope = ScopeOf(finding.effect.term);
+  std::set<double> cycles;
+  for (const Rival& rival : diagnosis.rivals) {
+    if (!rival.cycles || rival.id != finding.effect.term.effect->traits().id) continue;
+    if (std::find(scope.begin(), scope.end(), rival.scope.front()) == scope.end()) continue;
+    cycles.insert({*rival.cycles, *rival.instead_of_cycles});
+  }
+  return cycles;
+}
+
+std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
+  std::vector<std::string> names;
+  for (const Finding& finding : diagnosis.findings) {
+    const effects::EffectTerm& term = finding.effect.term;
+    // A rival of the same id is distinguished by its variant.
+    const bool differs_by_word =
+        std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
+          return !rival.cycles && rival.id == rival.instead_of &&
+                 rival.id == term.effect->traits().id && rival.instead_of_word == term.word;
+        });
+    std::string name = differs_by_word
+                           ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
+                           : EffectName(finding);
+    const std::set<double> cycles = UndecidedCycles(diagnosis, finding);
+    if (!cycles.empty()) name += fmt::format(" ({})", CyclesText(cycles));
+    if (with_shares) {
+      name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
+                          names.empty() ? " of the residual" : "");
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+/// Clause about a stated noise that is too small for the residual; empty if it is not.
+std::string NoiseClause(const Diagnosis& diagnosis) {
+  if (!diagnosis.declared_noise_too_small) return "";
+  const std::string noise = MillimetreText(diagnosis.noise_floor_m) + " mm";
+  const bool of_rows = diagnosis.row_sigma_m.has_value();
+  return fmt::format(
+      "; the {} is too small for the residual of {} mm: repeat one pose ten times; if those "
+      "repeats scatter less than the residual, look for a cause that no recorded signal captures{}",
+      of_rows ? "noise of " + noise + " stated in the column sigma_mm"
+              : "declared noise of " + noise,
+      MillimetreText(diagnosis.rms_after_m), of_rows ? "; otherwise correct the column" : "");
+}
+
+std::string NoEffectHeadline(const Diagnosis& diagnosis) {
+  const double noise_m =
+      diagnosis.declared_noise_too_small ? diagnosis.noise_in_use_m : diagnosis.noise_floor_m;
+  std::string text =
+      fmt::format("no effect detected above the noise of {} mm", MillimetreText(noise_m));
+  const auto& detectable = diagnosis.minimum_detectable_m;
+  if (detectable.empty()) return text;
+  const auto smaller = [](const auto& a, const auto& b) { return a.second < b.second; };
+  const auto least = std::min_element(detectable.begin(), detectable.end(), smaller);
+  const auto most = std::max_element(detectable.begin(), detectable.end(), smaller);
+  text += fmt::format("; {} mm of {} would have been detected", MillimetreText(least->second),
+                      EffectName(least->first));
+  if (detectable.size() > 1) {
+    text += fmt::format(", and {} mm of any of the {} effects searched for",
+                        MillimetreText(most->second), detectable.size());
+  }
+  return text;
+}
+
+/// The alternative driver signals: "t_s or temp_C", or for pairs "t_s and q1_deg or t_s and
+/// temp_C".
+std::string RivalDrivers(const Diagnosis& diagnosis) {
+  std::vector<std::string> choices;
+  for (const Finding& finding : diagnosis.findings) {
+    const std::vector<std::string>& drivers = finding.effect.term.drivers;
+    if (!drivers.empty()) choices.push_back(Listed(drivers));
+  }
+  for (const std::vector<std::string>& drivers : diagnosis.rival_drivers) {
+    choices.push_back(Listed(drivers));
+  }
+  return Listed(choices, "or");
+}
+
+std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
+  if (!diagnosis.rival_drivers.empty()) {
+    return "an effect outside the catalogue follows " + RivalDrivers(diagnosis) +
+           ": these points cannot distinguish which; measure again with the signals varying "
+           "independently";
+  }
+  std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
+  for (const Rival& rival : diagnosis.rivals) {
+    if (rival.cycles) continue;  // in the name of the finding
+    std::string name = RivalName(rival);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  if (diagnosis.rivals.empty()) {
+    std::vector<std::string> doubtful;
+    for (const Doubt& doubt : diagnosis.doubts) {
+      doubtful.push_back(EffectName(doubt.id, doubt.scope));
+    }
+    const std::size_t all = diagnosis.findings.size();
+    const std::string fits = names.front() + (all == 1 ? " fits" : " fit") + " these points, but ";
+    if (doubtful.size() == all && all == 1) return fits + "is in doubt";
+    if (doubtful.size() == all) return fits + (all == 2 ? "both" : "all of them") + " are in doubt";
+    return fits + Listed(doubtful) + (doubtful.size() == 1 ? " is" : " are") + " in doubt";
+  }
+  std::string text = Listed(names, "or") + ": these points cannot distinguish them";
+  const std::size_t poses = diagnosis.next_poses.size();
+  const char* can = diagnosis.next_poses_separate_all ? "would" : "may, but need not";
+  if (poses == 0) text += ", and no pose nearby was found that would";
+  if (poses == 1) text += fmt::format("; one further pose {}", can);
+  if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);
+  return text;
+}
+
+/// What the named effects leave.
+std::string UnknownPart(const Diagnosis& diagnosis) {
+  const bool certain = diagnosis.misfit && diagnosis.misfit->certain;
+  if (certain && (diagnosis.drivers == std::vector<std::string>{"artefact"} ||
+                  diagnosis.drivers == std::vector<std::string>{"camera"})) {
+    return "something in the rejected rows with " + TextOf(diagnosis.misfit->condition) +
+           ", which may have moved";
+  }
+  if (certain && diagnosis.drivers.size() == 1) {
+    return std::string("an effect outside the catalogue, or larger noise, in the ") +
+           (diagnosis.misfit->larger_residuals ? "rows with " : "rejected rows with ") +
+           TextOf(diagnosis.misfit->condition);
+  }
+  if (!diagnosis.drivers.empty()) {
+    return "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
+  }
+  if (diagnosis.declared_noise_too_small) {
+    return "an effect outside the catalogue that follows no recorded signal, or noise" +
+           NoiseClause(diagnosis);
+  }
+  return "an effect outside the catalogue that follows no recorded signal";
+}
+
+std::string UnknownHeadline(const Diagnosis& diagnosis) {
+  std::string text;
+  std::vector<std::string> physical;
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.effect.term.effect->traits().empirical) continue;
+    physical.push_back(fmt::format("{} ({} of the residual)", EffectName(finding),
+                                   PercentText(finding.share_of_residual)));
+  }
+  if (!physical.empty()) text = Listed(physical) + ", plus ";
+  text += UnknownPart(diagnosis);
+  if (!diagnosis.withheld.empty()) return text + "; no correction is written";
+  text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
+                                      : "; that part is not corrected";
+  return text;
+}
+
+}  // namespace
+
+std::string Headline(const Diagnosis& diagnosis) {
+  switch (diagnosis.verdict) {
+    case Verdict::kNoEffect:
+      return NoEffectHeadline(diagnosis) + NoiseClause(diagnosis);
+    case Verdict::kExplained:
+      return Listed(NamesOf(diagnosis, true)) + NoiseClause(diagnosis);
+    case Verdict::kAmbiguous:
+      return AmbiguousHeadline(diagnosis) + NoiseClause(diagnosis);
+    case Verdict::kUnknown:
+      break;
+  }
+  return UnknownHeadline(diagnosis);
+}
+
+std::string ErrorSentence(const Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return "";
+  if (diagnosis.held_out_by.empty()) {
+    return fmt::format("{} -> {} mm RMS on the fitted points; no points could be held out",
+                       MillimetreText(diagnosis.rms_before_m),
+                       MillimetreText(diagnosis.rms_after_m));
+  }
+  const HeldOutError& error = diagnosis.held_out;
+  return fmt::format("{} -> {} mm RMS on held-out points (95 %: {} to {} mm)",
+                     MillimetreText(error.before_m), MillimetreText(error.after_m),
+                     MillimetreText(error.after_low_m), MillimetreText(error.after_high_m));
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,294 @@
+#include "app/measure/diagnosis/identify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/measure/diagnosis/elimination.h"
+#include "app/measure/diagnosis/event_outliers.h"
+#include "app/measure/diagnosis/explained_effects.h"
+#include "app/measure/diagnosis/line_aliases.h"
+#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/row_correlation.h"
+#include "app/measure/diagnosis/thresholds.h"
+#include "app/measure/diagnosis/unknown.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr int kPasses = 7;
+constexpr int kRestrictedPasses =
+    2;  // the first passes allow few effects, so that these do not fit outliers
+constexpr std::size_t kRestrictedBlocks = 2;
+constexpr std::size_t kMaxRefits = 12;
+constexpr double kSameCorrelation = 0.05;
+constexpr double kSameChi2 = 0.5;  // a twentieth of the smallest margin between explanations
+
+bool SameSupport(const Model& a, const Model& b) {
+  return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
+                    [](const effects::ActiveEffect& x, const effects::ActiveEffect& y) {
+                      return x.term.effect == y.term.effect && x.term.word == y.term.word &&
+                             x.term.parameters == y.term.parameters;
+                    });
+}
+
+/// True if the frames changed so much that the gradients must be recomputed: by more than changes a
+/// gradient by a share of 1e-4 (1 um of 10 mm).
+bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
+                 const Indexed<SessionIndex, Model::Frames>& now) {
+  constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
+                     [](const Model::Frames& a, const Model::Frames& b) {
+                       return (a.X_WB.p - b.X_WB.p).norm() < kLeast_m &&
+                              (a.X_WB.R - b.X_WB.R).norm() < kLeast &&
+                              (a.tip_F - b.tip_F).norm() < kLeast_m;
+                     });
+}
+
+/// The same for the places of artefacts. Rows on a point have gradients that do not depend on it.
+bool PlacesMoved(const Dataset& data, const Indexed<ArtefactIndex, PlacedArtefact>& before,
+                 const Indexed<ArtefactIndex, PlacedArtefact>& now) {
+  constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
+  const auto directed = [](const Observation& of) {
+    return OnArtefact(of.kind) && of.kind != ObservationKind::kPoint;
+  };
+  if (std::none_of(data.observations.begin(), data.observations.end(), directed)) return false;
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
+                     [](const PlacedArtefact& a, const PlacedArtefact& b) {
+                       return (a.place - b.place).norm() < kLeast_m &&
+                              (a.direction - b.direction).norm() < kLeast;
+                     });
+}
+
+/// Weighted RMS of one axis, corrected for the number of parameters.
+double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& residuals,
+                     double parameters) {
+  double sum = 0, count = 0;
+  for (const RowIndex row : residuals.indices()) {
+    const RowNumbers& numbers = problem.data.numbers[row];
+    sum += problem.weights[row] * SquareOf(numbers, residuals[row]);
+    count += problem.weights[row] * numbers.count;
+  }
+  return std::sqrt(sum / std::max(1.0, count - parameters));
+}
+
+/// Largest change of chi2 by new weights: the sum of the changes, all taken as positive.
+double ChangeOfChi2(const FitProblem& problem, const PerRow<double>& before,
+                    const PerRow<RowResidual>& residuals) {
+  double change = 0;
+  for (const RowIndex row : residuals.indices()) {
+    const double of_weight = std::abs(problem.weights[row] - before[row]);
+    if (of_weight > 0) change += of_weight * SquareOf(problem.data.numbers[row], residuals[row]);
+  }
+  return change / (problem.sigma_m * problem.sigma_m);
+}
+
+/// Residual standard deviation of one axis with all effects fitted at once; nullopt if there are
+/// too few rows.
+std::optional<double> SigmaOfFullFit(const CandidateSet& candidate_set,
+                                     const Candidates& candidates, CandidateSet& scratch) {
+  const Explanation full_fit = scratch.Fit(scratch.Add(candidates.blocks));
+  const double freedom =
+      candidate_set.problem().freedom() - static_cast<double>(full_fit.columns.size());
+  if (freedom < 12) return std::nullopt;
+  return candidate_set.problem().sigma_m() * std::sqrt(full_fit.chi2 / freedom);
+}
+
+Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) {
+  Model start = so_far.model;
+  start.effects = EffectsFrom(so_far.fit.data, so_far.candidate_set->blocks(),
+                              so_far.candidate_set->CoefficientsOf(explanation));
+  return RefitModel(so_far.fit, start, {});
+}
+
+/// Replaces the best explanation by another one that predicts the rows which the best one rejects.
+/// A row measured to separate two explanations is an apparent gross error of the wrong one.
+void PreferFewerRejections(Identified& so_far, Refit& refit) {
+  const Dataset& data = so_far.fit.data;
+  const PerRow<double>& weights = so_far.fit.weights;
+  const auto rejected = [](double weight) { return weight < kOutlierWeight; };
+  if (so_far.unknown || std::none_of(weights.begin(), weights.end(), rejected)) return;
+  const auto cost = [&](const Refit& of, const Explanation& explanation) {
+    const Result<Linearisation> linear = Linearise(data, of.model, false, so_far.fit.threads);
+    if (!linear) return 1e300;
+    return HampelLoss(data, ResidualsOf(*linear), so_far.fit.sigma_m) + explanation.score -
+           explanation.chi2;
+  };
+  const double worst_score = so_far.best.score + kRefitScoreRange;
+  double least = cost(refit, so_far.best) - kRejectionMargin;
+  for (std::size_t k = 0; k < std::min(kMaxRefits, so_far.ranked.size()); ++k) {
+    const Explanation& other = so_far.ranked[k];
+    if (other.score > worst_score) break;
+    if (other.blocks.empty() || other.columns == so_far.best.columns) continue;
+    const Result<Refit> of_other = RefitTo(so_far, other);
+    if (!of_other) continue;
+    const double of = cost(*of_other, other);
+    if (of >= least) continue;
+    least = of;
+    so_far.best = other;
+    refit = *of_other;
+  }
+}
+
+/// Searches at the current linearisation and refits the best explanation that can be refitted.
+Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const DiagnosisOptions& options,
+                             Identified& so_far) {
+  so_far.candidate_set.reset();
+  so_far.problem = std::make_unique<LinearProblem>(so_far.fit, so_far.linear, so_far.model);
+  so_far.candidate_set = std::make_unique<CandidateSet>(*so_far.problem);
+  Candidates candidates = so_far.candidates;
+  for (Block& block : BlocksOf(so_far.fit.data, so_far.model.effects)) {
+    candidates.blocks.push_back(std::move(block));
+  }
+  so_far.ranked = Search(*so_far.candidate_set, candidates, most, options.interrupted);
+  // An empirical term competes with catalogue explanations of every depth.
+  const Explanation extended =
+      with_unknown ? WithUnknown(*so_far.candidate_set, so_far.ranked) : so_far.ranked.front();
+  const bool empirical = HasEmpirical(*so_far.candidate_set, extended);
+  const double margin = empirical ? kUnknownMargin : 0;  // none between effects of the catalogue
+  const bool better = extended.score < so_far.ranked.front().score - margin;
+  so_far.unknown = better && empirical;
+  so_far.best = better ? extended : so_far.ranked.front();
+  Result<Refit> refit = RefitTo(so_far, so_far.best);
+  // If the refit fails, the linear fit was misleading: use the next explanation.
+  for (std::size_t next = better ? 0 : 1;
+       !refit && next < std::min(kMaxRefits, so_far.ranked.size()); ++next) {
+    so_far.best = so_far.ranked[next];
+    so_far.unknown = false;
+    refit = RefitTo(so_far, so_far.best);
+  }
+  if (!refit) {
+    so_far.best = so_far.candidate_set->Fit({});
+    so_far.unknown = false;
+    refit = RefitTo(so_far, so_far.best);
+  }
+  if (refit) PreferFewerRejections(so_far, refit.value());
+  return refit;
+}
+
+/// Like SearchAndRefit, without units that became superfluous after the refit and without events
+/// supported only by outliers.
+Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
+                                      const DiagnosisOptions& options, Identified& so_far) {
+  Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
+  if (!refit) return refit;
+  RefittedExplanation kept = EliminateUnsupportedUnits(
+      *so_far.candidate_set, {std::move(so_far.best), std::move(refit).value()},
+      [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
+  const auto refit_with = [&so_far](const FitProblem& fit, const Explanation& explanation) {
+    Model start = so_far.model;
+    start.effects = EffectsFrom(fit.data, so_far.candidate_set->blocks(),
+                                so_far.candidate_set->CoefficientsOf(explanation));
+    return RefitModel(fit, start, {});
+  };
+  WithoutOutlierEvents tested =
+      DropOutlierEvents(so_far.fit, *so_far.candidate_set, std::move(kept), refit_with);
+  so_far.many_outliers = so_far.many_outliers || tested.dropped;
+  so_far.best = std::move(tested.kept.explanation);
+  return std::move(tested.kept.refit);
+}
+
+/// Scale of the robust weights: the scatter, or a larger value at which one row in ten is rejected.
+double ScaleOfWeights(const Identified& found, const PerRow<RowResidual>& residuals,
+                      double scatter) {
+  const Dataset& data = found.fit.data;
+  const double scale = std::max(scatter, data.sigma_m);
+  return found.many_outliers ? scale : OutlierScale(data, residuals, scale);
+}
+
+}  // namespace
+
+Result<Identified> Identify(const Dataset& data, const Model& aligned,
+                            const DiagnosisOptions& options,
+                            const std::function<void(double, const std::string&)>& progress,
+                            std::size_t most) {
+  Identified found(UnitWeightFit(data, options.threads));
+  found.candidates = CandidatesFor(data);
+  found.aligned = found.model = aligned;
+  const auto linearise = [&]() -> std::optional<std::string> {
+    const bool moved = FramesMoved(found.linear_frames, found.model.frames) ||
+                       PlacesMoved(data, found.linear_places, found.model.artefacts);
+    if (moved) {
+      found.linear_frames = found.model.frames;
+      found.linear_places = found.model.artefacts;
+    }
+    Result<Linearisation> linear =
+        LineariseApart(data, found.model, options.threads, moved ? nullptr : found.linear.get());
+    if (!linear) return linear.error();
+    found.linear = std::make_shared<const Linearisation>(std::move(linear).value());
+    return std::nullopt;
+  };
+  if (const auto fault = linearise()) return Error{*fault};
+  PerRow<RowResidual> residuals = ResidualsOf(*found.linear);
+  double scatter = RobustSigma(data, residuals);
+  found.fit.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
+  found.fit.weights =
+      HampelWeights(data, residuals, OutlierScale(data, residuals, found.fit.sigma_m));
+  std::optional<double> full_fit_sigma;
+
+  for (int pass = 0; pass < kPasses; ++pass) {
+    if (options.interrupted && options.interrupted()) return Error{"interrupted"};
+    progress(static_cast<double>(pass) / kPasses,
+             fmt::format("searching effects, pass {}", pass + 1));
+    const bool restricted = pass < kRestrictedPasses;
+    const Result<Refit> refit = SearchRefitAndEliminate(
+        restricted ? std::min(kRestrictedBlocks, most) : most, pass > 0, options, found);
+    if (!refit) return Error{refit.error()};
+    const bool same_support = !restricted && SameSupport(refit->model, found.model);
+    found.refit = *refit;
+    found.model = refit->model;
+    if (const auto fault = linearise()) return Error{*fault};
+    residuals = ResidualsOf(*found.linear);
+    scatter = RobustSigma(data, residuals);
+    const PerRow<double> before = found.fit.weights;
+    found.fit.weights = HampelWeights(data, residuals, ScaleOfWeights(found, residuals, scatter));
+    scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
+                                              static_cast<double>(found.best.columns.size())));
+    if (pass >= kRestrictedPasses - 1) {
+      CandidateSet scratch(*found.problem);
+      full_fit_sigma = SigmaOfFullFit(*found.candidate_set, found.candidates, scratch);
+    }
+    const double sigma =
+        std::max({data.sigma_m, std::min(full_fit_sigma.value_or(scatter), scatter), 1e-7});
+    // With few effects allowed, the residual still contains real effects, which look like
+    // correlation.
+    const double correlation = restricted ? 0 : RowCorrelation(data, residuals, found.fit.weights);
+    const bool converged = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
+                           std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
+                           ChangeOfChi2(found.fit, before, residuals) < kSameChi2;
+    if (same_support && converged) {  // its chi2 and costs refer to the current noise
+      AddLineAliases(*found.candidate_set, found.best, found.ranked);
+      return found;
+    }
+    found.fit.sigma_m = sigma;
+    found.fit.row_correlation = correlation;
+  }
+  // Not converged: final selection with the final weights.
+  const Result<Refit> refit = SearchRefitAndEliminate(most, true, options, found);
+  if (!refit) return Error{refit.error()};
+  found.refit = *refit;
+  found.model = refit->model;
+  if (const auto fault = linearise()) return Error{*fault};
+  AddLineAliases(*found.candidate_set, found.best, found.ranked);
+  return found;
+}
+
+Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
+                                     const Linearisation* before) {
+  Model bare = model;
+  bare.effects.clear();
+  Result<Linearisation> linear =
+      before != nullptr ? Result<Linearisation>(*before) : Linearise(data, bare, true, threads);
+  if (!linear || (model.effects.empty() && before == nullptr)) return linear;
+  Result<Linearisation> full = Linearise(data, model, false, threads);
+  if (!full) return full;
+  Linearisation apart = *linear;
+  for (const RowIndex row : apart.rows.indices()) {
+    apart.rows[row].residual = full->rows[row].residual;
+    apart.rows[row].p_W = full->rows[row].p_W;
+  }
+  return apart;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,216 @@
+#include "app/measure/diagnosis/larger_residuals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "app/measure/diagnosis/outlier_condition.h"
+#include "app/measure/diagnosis/thresholds.h"
+#include "firmware-like/statistics/median.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr int kMinPoses = 3;
+// Points whose errors are half as large again hold a 95 % radius in about 70 %.
+constexpr double kMinRatio = 1.5;
+
+/// A pose with the mean size of its visits, and the rank of that size, from 1.
+struct RankedPose {
+  std::vector<RowIndex> visits;
+  double size = 0;
+  double rank = 0;
+};
+
+/// Sets sizes and ranks; equal sizes have their mean rank.
+void Rank(const PerRow<double>& sizes, std::vector<RankedPose>& poses) {
+  for (RankedPose& pose : poses) {
+    for (const RowIndex row : pose.visits) pose.size += sizes[row];
+    pose.size /= static_cast<double>(pose.visits.size());
+  }
+  std::vector<std::size_t> order(poses.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return poses[a].size < poses[b].size; });
+  for (std::size_t first = 0; first < order.size();) {
+    std::size_t end = first + 1;
+    while (end < order.size() && poses[order[end]].size == poses[order[first]].size) ++end;
+    for (std::size_t k = first; k < end; ++k)
+      poses[order[k]].rank = 0.5 * static_cast<double>(first + 1 + end);
+    first = end;
+  }
+}
+
+/// Every pose once, in the order of first visits.
+std::vector<RankedPose> RankedPoses(const Dataset& data, const PerRow<double>& sizes) {
+  std::map<ClusterIndex, std::size_t> places;
+  std::vector<RankedPose> poses;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const auto [place, is_new] = places.emplace(data.cluster_of[row], poses.size());
+    if (is_new) poses.emplace_back();
+    poses[place->second].visits.push_back(row);
+  }
+  Rank(sizes, poses);
+  return poses;
+}
+
+/// The poses in the order of the file, one for all successive visits.
+std::vector<RankedPose> SuccessivePoses(const Dataset& data, const PerRow<double>& sizes) {
+  std::vector<RankedPose> poses;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const bool continues =
+        !poses.empty() && data.cluster_of[poses.back().visits.back()] == data.cluster_of[row];
+    if (!continues) poses.emplace_back();
+    poses.back().visits.push_back(row);
+  }
+  Rank(sizes, poses);
+  return poses;
+}
+
+/// The sum of the ranks of `some` of `all` poses in standard deviations from its mean by chance.
+double Standardised(double sum, std::size_t some, std::size_t all) {
+  const auto k = static_cast<double>(some), n = static_cast<double>(all);
+  return (sum - k * (n + 1) / 2) / std::sqrt(k * (n - k) * (n + 1) / 12);
+}
+
+/// Probability of a standard normal variable above z.
+double NormalTail(double z) {
+  return 0.5 * std::erfc(z / std::sqrt(2.0));
+}
+
+/// Ratio of the medians; 0 if it does not exist.
+double MedianRatio(std::vector<double> inside, std::vector<double> outside) {
+  if (inside.empty() || outside.empty()) return 0;
+  const double of_outside = statistics::MedianOf(outside);
+  return of_outside > 0 ? statistics::MedianOf(inside) / of_outside : 0;
+}
+
+/// A limit, and the probability of the residuals beyond it, multiplied by the number of limits
+/// tried.
+struct Limit {
+  RowCondition condition;
+  double p_value = HUGE_VAL;
+};
+
+double MeanOf(const RecordedSignal& signal, const RankedPose& pose) {
+  double sum = 0;
+  for (const RowIndex row : pose.visits) sum += signal.values[row];
+  return sum / static_cast<double>(pose.visits.size());
+}
+
+/// The best limit of one signal, from above or below.
+Limit BestLimitOf(const RecordedSignal& signal, const std::vector<RankedPose>& poses) {
+  std::vector<std::pair<double, double>> values;  // of the signal, with the rank
+  values.reserve(poses.size());
+  for (const RankedPose& pose : poses) values.emplace_back(MeanOf(signal, pose), pose.rank);
+  std::sort(values.begin(), values.end());
+  Limit best;
+  double largest = -HUGE_VAL;
+  int trials = 0;
+  for (const bool above : {false, true}) {
+    if (above) std::reverse(values.begin(), values.end());
+    double sum = 0;
+    for (std::size_t k = 0; k + kMinPoses < values.size(); ++k) {
+      sum += values[k].second;
+      if (k + 1 < kMinPoses || values[k].first == values[k + 1].first) continue;
+      ++trials;
+      const double z = Standardised(sum, k + 1, values.size());
+      if (z <= largest) continue;
+      largest = z;
+      best.condition = {signal.column, "", values[k].first, above};
+    }
+  }
+  if (trials > 0) best.p_value = trials * NormalTail(largest);
+  return best;
+}
+
+bool IsBeyond(const RowCondition& limit, double value) {
+  return limit.above ? value >= limit.limit : value <= limit.limit;
+}
+
+LargerUnderCondition DescriptionOf(const Dataset& data, const RecordedSignal& signal,
+                                   const std::vector<RankedPose>& poses,
+                                   const RowCondition& condition) {
+  LargerUnderCondition found;
+  found.condition = condition;
+  found.of_poses = static_cast<int>(poses.size());
+  std::vector<double> inside, outside;
+  for (const RankedPose& pose : poses) {
+    (IsBeyond(condition, MeanOf(signal, pose)) ? inside : outside).push_back(pose.size);
+  }
+  found.poses = static_cast<int>(inside.size());
+  found.ratio = MedianRatio(std::move(inside), std::move(outside));
+  bool before = false;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.numbers[row].count == 0) continue;
+    const bool meets = Meets(condition, data, row);
+    if (meets && !before && found.stretches++ == 0) found.first = row;
+    if (meets) found.last = row;
+    before = meets;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::optional<LargerUnderCondition> FindLargerUnderCondition(const Dataset& data,
+                                                             const PerRow<double>& sizes) {
+  const std::vector<RankedPose> poses = RankedPoses(data, sizes);
+  const auto tested = [](const RecordedSignal& signal) {
+    return !signal.of_joint && signal.column != "t_s" && signal.column != "row";
+  };
+  const auto columns = std::count_if(data.signals.begin(), data.signals.end(), tested);
+  std::optional<LargerUnderCondition> best;
+  for (const RecordedSignal& signal : data.signals) {
+    if (!tested(signal)) continue;
+    const Limit limit = BestLimitOf(signal, poses);
+    const double p_value = static_cast<double>(columns) * limit.p_value;
+    if (!(p_value <= kConditionSignificance)) continue;
+    LargerUnderCondition found = DescriptionOf(data, signal, poses, limit.condition);
+    found.p_value = p_value;
+    if (!(found.ratio >= kMinRatio)) continue;
+    const bool repeated = found.stretches >= kMinStretches;
+    const bool best_repeated = best && best->stretches >= kMinStretches;
+    if (best && (best_repeated != repeated ? best_repeated : best->p_value <= p_value)) continue;
+    best = std::move(found);
+  }
+  return best;
+}
+
+std::optional<LargerResiduals> FindLargerForAWhile(const Dataset& data,
+                                                   const PerRow<double>& sizes) {
+  if (!data.table.recorded.order) return std::nullopt;
+  const std::vector<RankedPose> poses = SuccessivePoses(data, sizes);
+  const std::size_t n = poses.size();
+  std::vector<double> sums(n + 1, 0.0);
+  for (std::size_t k = 0; k < n; ++k) sums[k + 1] = sums[k] + poses[k].rank;
+  double largest = -HUGE_VAL, trials = 0;
+  std::size_t from = 0, end = 0;
+  for (std::size_t first = 0; first < n; ++first) {
+    for (std::size_t last = first + kMinPoses; last <= std::min(n, first + n / 2); ++last) {
+      ++trials;
+      const double z = Standardised(sums[last] - sums[first], last - first, n);
+      if (z <= largest) continue;
+      largest = z;
+      from = first;
+      end = last;
+    }
+  }
+  const double p_value = trials > 0 ? trials * NormalTail(largest) : 1;
+  if (!(p_value <= kConditionSignificance)) return std::nullopt;
+  std::vector<double> inside, outside;
+  for (std::size_t k = 0; k < n; ++k)
+    (k >= from && k < end ? inside : outside).push_back(poses[k].size);
+  LargerResiduals found{static_cast<int>(end - from), static_cast<int>(n),          0,
+                        poses[from].visits.front(),   poses[end - 1].visits.back(), p_value};
+  found.ratio = MedianRatio(std::move(inside), std::move(outside));
+  if (!(found.ratio >= kMinRatio)) return std::nullopt;
+  return found;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,31 @@
+// Rows without a signal that other rows have: the last move, velocities or accelerations.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "app/measure/diagnosis/diagnosis.h"
+#include "firmware-like/effects/effect.h"
+
+namespace plumbline::measure {
+
+/// A signal that is missing in some rows.
+struct MissingSignal {
+  effects::Signal signal = effects::Signal::kOrder;
+  std::vector<std::size_t> rows;  ///< indices into the table, ascending
+};
+
+/// Signals that are recorded, but not in every row. The first row of a session never has a last
+/// move and is not counted.
+std::vector<MissingSignal> LackedSignals(const model::CellModel& cell, const MeasuredTable& table);
+
+/// The table with some of its rows moved to `unmeasured`, where they still count as moves in their
+/// original order.
+/// @param rows  indices into the table, ascending
+MeasuredTable ExcludeRows(const MeasuredTable& table, const std::vector<std::size_t>& rows);
+
+/// True if an effect of the answer, named or in its discrepancy model, depends on one of these
+/// signals.
+bool DependsOn(const Diagnosis& diagnosis, const std::vector<MissingSignal>& lacked);
+
+}  // namespace plumbline::measure

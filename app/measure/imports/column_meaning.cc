@@ -1,0 +1,324 @@
+#include "app/measure/imports/column_meaning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <numbers>
+
+#include "firmware-like/model/joint_columns.h"
+
+namespace plumbline::measure {
+namespace {
+
+struct KnownUnit {
+  ValueKind kind;
+  std::string_view name;
+  UnitScale scale;
+};
+
+constexpr double kDegree = 180 / std::numbers::pi;
+constexpr std::array kKnownUnits = {
+    KnownUnit{ValueKind::kLength, "mm", {1, 0}},
+    KnownUnit{ValueKind::kLength, "m", {1000, 0}},
+    KnownUnit{ValueKind::kLength, "cm", {10, 0}},
+    KnownUnit{ValueKind::kLength, "um", {1e-3, 0}},
+    KnownUnit{ValueKind::kLength, "\xC2\xB5m", {1e-3, 0}},  // micro sign
+    KnownUnit{ValueKind::kLength, "\xCE\xBCm", {1e-3, 0}},  // Greek mu
+    KnownUnit{ValueKind::kLength, "in", {25.4, 0}},
+    KnownUnit{ValueKind::kLength, "inch", {25.4, 0}},
+    KnownUnit{ValueKind::kAngle, "deg", {1, 0}},
+    KnownUnit{ValueKind::kAngle, "\xC2\xB0", {1, 0}},
+    KnownUnit{ValueKind::kAngle, "degree", {1, 0}},
+    KnownUnit{ValueKind::kAngle, "degrees", {1, 0}},
+    KnownUnit{ValueKind::kAngle, "rad", {kDegree, 0}},
+    KnownUnit{ValueKind::kAngle, "mrad", {1e-3 * kDegree, 0}},
+    KnownUnit{ValueKind::kTemperature, "C", {1, 0}},
+    KnownUnit{ValueKind::kTemperature,
+              "\xC2\xB0"
+              "C",
+              {1, 0}},
+    KnownUnit{ValueKind::kTemperature, "degC", {1, 0}},
+    KnownUnit{ValueKind::kTemperature, "K", {1, -273.15}},
+    KnownUnit{ValueKind::kTemperature, "F", {5.0 / 9, -160.0 / 9}},
+    KnownUnit{ValueKind::kTemperature,
+              "\xC2\xB0"
+              "F",
+              {5.0 / 9, -160.0 / 9}},
+    KnownUnit{ValueKind::kMass, "kg", {1, 0}},
+    KnownUnit{ValueKind::kMass, "g", {1e-3, 0}},
+    KnownUnit{ValueKind::kMass, "lb", {0.45359237, 0}},
+    KnownUnit{ValueKind::kTime, "s", {1, 0}},
+    KnownUnit{ValueKind::kTime, "ms", {1e-3, 0}},
+    KnownUnit{ValueKind::kTime, "min", {60, 0}},
+    KnownUnit{ValueKind::kTime, "h", {3600, 0}},
+};
+
+/// Words, in lower case and without punctuation, by which exports name a column.
+struct KnownName {
+  std::string_view words;
+  std::string_view target;
+};
+
+constexpr std::array kKnownNames = {
+    KnownName{"x", "x_mm"},
+    KnownName{"y", "y_mm"},
+    KnownName{"z", "z_mm"},
+    KnownName{"mx coord", "x_mm"},
+    KnownName{"my coord", "y_mm"},
+    KnownName{"mz coord", "z_mm"},
+    KnownName{"mx", "x_mm"},
+    KnownName{"my", "y_mm"},
+    KnownName{"mz", "z_mm"},
+    KnownName{"x coord", "x_mm"},
+    KnownName{"y coord", "y_mm"},
+    KnownName{"z coord", "z_mm"},
+    KnownName{"x actual", "x_mm"},
+    KnownName{"y actual", "y_mm"},
+    KnownName{"z actual", "z_mm"},
+    KnownName{"x measured", "x_mm"},
+    KnownName{"y measured", "y_mm"},
+    KnownName{"z measured", "z_mm"},
+    KnownName{"measured x", "x_mm"},
+    KnownName{"measured y", "y_mm"},
+    KnownName{"measured z", "z_mm"},
+    KnownName{"meas x", "x_mm"},
+    KnownName{"meas y", "y_mm"},
+    KnownName{"meas z", "z_mm"},
+    KnownName{"x meas", "x_mm"},
+    KnownName{"y meas", "y_mm"},
+    KnownName{"z meas", "z_mm"},
+    KnownName{"x ist", "x_mm"},
+    KnownName{"y ist", "y_mm"},
+    KnownName{"z ist", "z_mm"},
+    KnownName{"x t", "x_mm"},
+    KnownName{"y t", "y_mm"},
+    KnownName{"z t", "z_mm"},
+    KnownName{"range", "range_mm"},
+    KnownName{"distance", "range_mm"},
+    KnownName{"dist", "range_mm"},
+    KnownName{"gauge", "gauge_mm"},
+    KnownName{"indicator", "gauge_mm"},
+    KnownName{"u 95", "u95_mm"},
+    KnownName{"u95", "u95_mm"},
+    KnownName{"u 95 x", "u95_x_mm"},
+    KnownName{"u 95 y", "u95_y_mm"},
+    KnownName{"u 95 z", "u95_z_mm"},
+    KnownName{"u95 x", "u95_x_mm"},
+    KnownName{"u95 y", "u95_y_mm"},
+    KnownName{"u95 z", "u95_z_mm"},
+    KnownName{"sigma", "sigma_mm"},
+    KnownName{"temperature", "temp_C"},
+    KnownName{"temp", "temp_C"},
+    KnownName{"temperatur", "temp_C"},
+    KnownName{"payload", "payload_kg"},
+    KnownName{"load", "payload_kg"},
+    KnownName{"time", "t_s"},
+    KnownName{"time stamp", "t_s"},
+    KnownName{"timestamp", "t_s"},
+    KnownName{"zeit", "t_s"},
+    KnownName{"session", "session"},
+    KnownName{"artefact", "artefact"},
+    KnownName{"artifact", "artefact"},
+    KnownName{"qw", "qw"},
+    KnownName{"qx", "qx"},
+    KnownName{"qy", "qy"},
+    KnownName{"qz", "qz"},
+    KnownName{"number", "number"},
+    KnownName{"no", "number"},
+    KnownName{"nr", "number"},
+    KnownName{"index", "number"},
+    KnownName{"id", "number"},
+    KnownName{"pose", "number"},
+    KnownName{"row", "number"},
+    KnownName{"step order", "number"},
+    KnownName{"point number", "number"},
+    KnownName{"pose number", "number"},
+    KnownName{"point", "name"},
+    KnownName{"point name", "name"},
+    KnownName{"target", "name"},
+    KnownName{"name", "name"},
+    KnownName{"element name", "name"},
+    KnownName{"delete", "delete"},
+};
+
+/// Splits "U(95) X  [mm]" into "u 95 x" and "mm"; a unit may also follow an underscore or stand in
+/// parentheses.
+struct NameAndUnit {
+  std::string words, unit;
+};
+
+std::string Words(std::string_view text) {
+  std::string words;
+  bool gap = false;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) == 0 && byte < 0x80) {
+      gap = true;
+      continue;
+    }
+    if (gap && !words.empty()) words += ' ';
+    gap = false;
+    words += static_cast<char>(std::tolower(byte));
+  }
+  return words;
+}
+
+bool IsKnownUnit(std::string_view unit) {
+  return std::any_of(kKnownUnits.begin(), kKnownUnits.end(),
+                     [&](const KnownUnit& known) { return known.name == unit; });
+}
+
+NameAndUnit Parted(std::string_view name) {
+  for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
+    const auto begin = name.rfind(open);
+    if (begin == std::string_view::npos || begin == 0 || name.back() != close) continue;
+    const std::string_view unit = name.substr(begin + 1, name.size() - begin - 2);
+    if (open == '[' || IsKnownUnit(unit)) return {Words(name.substr(0, begin)), std::string(unit)};
+  }
+  const auto last = name.find_last_of("_ ");
+  if (last != std::string_view::npos && last > 0 && IsKnownUnit(name.substr(last + 1))) {
+    return {Words(name.substr(0, last)), std::string(name.substr(last + 1))};
+  }
+  return {Words(name), ""};
+}
+
+/// "joint 3", "j3", "a3", "axis 3", "q3", "theta 3", "achse 3": 3; nullopt for other names.
+std::optional<int> JointNumber(std::string_view words) {
+  for (const std::string_view prefix : {"joint", "axis", "achse", "theta", "j", "a", "q"}) {
+    if (!words.starts_with(prefix)) continue;
+    std::string_view digits = words.substr(prefix.size());
+    if (digits.starts_with(' ')) digits.remove_prefix(1);
+    if (digits.empty() || digits.size() > 2) continue;
+    int number = 0;
+    for (const char c : digits) {
+      if (c < '0' || c > '9') return std::nullopt;
+      number = 10 * number + (c - '0');
+    }
+    return number;
+  }
+  return std::nullopt;
+}
+
+/// True if the numbered columns are q0..q3 and nothing else: a quaternion.
+bool HasQuaternion(const std::vector<NameAndUnit>& parts) {
+  bool zero = false, three = false, more = false;
+  for (const NameAndUnit& part : parts) {
+    if (!part.words.starts_with("q")) continue;
+    const auto number = JointNumber(part.words);
+    zero |= number == 0, three |= number == 3, more |= number > 3;
+  }
+  return zero && three && !more;
+}
+
+/// True if there are joints 0 and 1, and no column is a quaternion's.
+bool NumberedFromZero(const std::vector<NameAndUnit>& parts) {
+  const auto has = [&parts](int number) {
+    return std::any_of(parts.begin(), parts.end(), [number](const NameAndUnit& part) {
+      return JointNumber(part.words) == number;
+    });
+  };
+  return has(0) && has(1) && !HasQuaternion(parts);
+}
+
+/// @param first  number of the first joint in the file
+std::string TargetOf(const NameAndUnit& part, bool quaternion, int first) {
+  if (const auto number = JointNumber(part.words)) {
+    static constexpr std::array kParts = {"qw", "qx", "qy", "qz"};
+    if (quaternion && part.words.starts_with("q") && *number <= 3) {
+      return kParts[static_cast<std::size_t>(*number)];
+    }
+    const int joint = *number + 1 - first;
+    if (joint < 1 || joint > model::kMaxJoints) return "";
+    const auto scale = ScaleOf(ValueKind::kLength, part.unit);
+    return fmt::format("q{}_{}", joint, scale ? "mm" : "deg");
+  }
+  // "t" without a unit, or in degrees, may be a temperature.
+  if (part.words == "t" && !part.unit.empty() && ScaleOf(ValueKind::kTime, part.unit)) return "t_s";
+  for (const KnownName& known : kKnownNames) {
+    if (part.words == known.words) return std::string(known.target);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::optional<UnitScale> ScaleOf(ValueKind kind, std::string_view unit) {
+  for (const KnownUnit& known : kKnownUnits) {
+    if (known.kind == kind && known.name == unit) return known.scale;
+  }
+  const bool has_usual = kind == ValueKind::kMass || kind == ValueKind::kTime;
+  if (kind == ValueKind::kNumber || kind == ValueKind::kText) return UnitScale{};
+  if (unit.empty() && has_usual) return UnitScale{};
+  return std::nullopt;
+}
+
+std::string UnitsOf(ValueKind kind) {
+  std::string units;
+  for (const KnownUnit& known : kKnownUnits) {
+    if (known.kind == kind && static_cast<unsigned char>(known.name[0]) < 0x80) {
+      units += (units.empty() ? "" : ", ") + std::string(known.name);
+    }
+  }
+  return units;
+}
+
+std::optional<ValueKind> KindOfTarget(std::string_view target) {
+  static const std::map<std::string_view, ValueKind> kKinds = {
+      {"x_mm", ValueKind::kLength},        {"y_mm", ValueKind::kLength},
+      {"z_mm", ValueKind::kLength},        {"range_mm", ValueKind::kLength},
+      {"gauge_mm", ValueKind::kLength},    {"sigma_mm", ValueKind::kLength},
+      {"u95_mm", ValueKind::kLength},      {"u95_x_mm", ValueKind::kLength},
+      {"u95_y_mm", ValueKind::kLength},    {"u95_z_mm", ValueKind::kLength},
+      {"qw", ValueKind::kNumber},          {"qx", ValueKind::kNumber},
+      {"qy", ValueKind::kNumber},          {"qz", ValueKind::kNumber},
+      {"temp_C", ValueKind::kTemperature}, {"payload_kg", ValueKind::kMass},
+      {"t_s", ValueKind::kTime},           {"session", ValueKind::kText},
+      {"artefact", ValueKind::kText},      {"number", ValueKind::kText},
+      {"name", ValueKind::kText},          {"delete", ValueKind::kText},
+      {"camera", ValueKind::kText},        {"tool", ValueKind::kNumber},
+      {"payload_item", ValueKind::kNumber}};
+  if (const auto known = kKinds.find(target); known != kKinds.end()) return known->second;
+  const auto joint = model::JointColumnFromName(target);
+  if (!joint || joint->joint >= model::kMaxJoints ||
+      joint->form->quantity != model::JointQuantity::kPosition) {
+    return std::nullopt;
+  }
+  return joint->form->type == model::JointType::kRevolute ? ValueKind::kAngle : ValueKind::kLength;
+}
+
+std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
+                                      const std::vector<std::string>& units) {
+  std::vector<NameAndUnit> parts;
+  parts.reserve(names.size());
+  for (const std::string& name : names) parts.push_back(Parted(name));
+  const bool quaternion = HasQuaternion(parts), from_zero = NumberedFromZero(parts);
+  std::vector<ColumnMeaning> meanings;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ColumnMeaning& meaning = meanings.emplace_back();
+    meaning.unit = parts[i].unit;
+    if (meaning.unit.empty() && i < units.size()) meaning.unit = Parted(" " + units[i]).unit;
+    if (meaning.unit.empty() && i < units.size()) meaning.unit = units[i];
+    if (names[i].empty()) continue;
+    meaning.target = TargetOf({parts[i].words, meaning.unit}, quaternion, from_zero ? 0 : 1);
+    // Exports use such words for other things, too: only the names of measured.csv itself count.
+    if (names[i] == "camera" || names[i] == "tool" || names[i] == "payload_item")
+      meaning.target = names[i];
+    meaning.because =
+        from_zero && JointNumber(parts[i].words) ? "name; the joints are numbered from 0" : "name";
+    if (quaternion && meaning.target.starts_with("q") && meaning.target.size() == 2) {
+      meaning.because = "name; scalar first, as Leica writes it";
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (meaning.target.empty() || meanings[k].target != meaning.target) continue;
+      meaning.because = fmt::format("same meaning as column {}", k + 1);
+      meaning.same_as = k;
+      meaning.target.clear();
+    }
+  }
+  return meanings;
+}
+
+}  // namespace plumbline::measure

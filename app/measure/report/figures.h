@@ -1,0 +1,46 @@
+// Figures of the report as gnuplot scripts, one per panel.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/measure/diagnosis/diagnosis.h"
+
+namespace plumbline::measure {
+
+/// One panel. The panels of a group are arranged side by side, or stacked on a narrow page.
+struct Panel {
+  std::string title;  ///< above the panel; plain text
+  std::string note;   ///< below the title; may be empty
+  std::string script;
+  std::string svg;  ///< for embedding in HTML, once drawn; empty if it could not be drawn
+};
+
+/// Panels with a common caption.
+struct PanelGroup {
+  std::vector<Panel> panels;
+  std::string caption;  ///< plain text: what is drawn, with scale and units
+  /// Upper end of the colour scale [mm]; 0 if colour has no meaning.
+  double colour_to_mm = 0;
+};
+
+/// Residuals at the measured points with the declared and the corrected model, from above and from
+/// the side, at one scale; then the remaining residuals enlarged, if they would be too small to
+/// see.
+std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell);
+
+/// One panel per signal, ordered by how strongly the remaining residual depends on it. Each shows
+/// the axis of the residual that depends on the signal most.
+PanelGroup SignalFigures(const Diagnosis& diagnosis);
+
+/// One panel per joint: amplitude against cycles per turn. Empty if no search was made.
+PanelGroup SpectrumFigures(const Diagnosis& diagnosis);
+
+/// Difference between a rival's and the corrected model's predictions, by row and in the cell.
+PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival,
+                        const model::CellModel& cell);
+
+/// The arm in the proposed poses.
+PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const model::CellModel& cell);
+
+}  // namespace plumbline::measure

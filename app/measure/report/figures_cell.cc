@@ -1,0 +1,179 @@
+// Figures drawn in the cell.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/report/cell_view.h"
+#include "app/measure/report/figures.h"
+#include "app/measure/report/plot.h"
+#include "firmware-like/kinematics/chain.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr double kArrowShare = 0.09;  // length of a large arrow as a share of the panel's width
+constexpr double kLargeQuantile = 0.95;
+constexpr double kWorthEnlarging = 4;  // minimum ratio of the two scale factors
+
+/// 95th percentile of the arrows' lengths [mm].
+double LargeArrow_mm(const std::vector<Vec3>& arrows) {
+  if (arrows.empty()) return 0;
+  std::vector<double> sizes;
+  sizes.reserve(arrows.size());
+  for (const Vec3& arrow : arrows) sizes.push_back(1e3 * arrow.norm());
+  std::sort(sizes.begin(), sizes.end());
+  return sizes[static_cast<std::size_t>(kLargeQuantile * static_cast<double>(sizes.size() - 1))];
+}
+
+double FactorFor(double large_mm, const CellView& view) {
+  return large_mm > 0 ? plot::RoundDown(kArrowShare * view.extent_mm() / large_mm) : 1;
+}
+
+Panel ArrowPanel(const std::string& title, const CellView& view, const Projection& projection,
+                 const std::vector<Vec3>& at, const std::vector<Vec3>& arrows, double factor,
+                 double colour_to_mm) {
+  std::vector<std::vector<double>> rows;
+  for (std::size_t k = 0; k < at.size(); k += plot::Stride(at.size())) {
+    const Vec3 from = 1e3 * at[k], arrow = 1e3 * factor * arrows[k];
+    rows.push_back({from[projection.right], from[projection.up], arrow[projection.right],
+                    arrow[projection.up], 1e3 * arrows[k].norm()});
+  }
+  Panel panel{title, "", view.Begin(projection), ""};
+  panel.script += fmt::format("set cbrange [0:{:.6g}]\n", std::max(colour_to_mm, 1e-9));
+  panel.script += plot::Data("arrows", rows);
+  panel.script += std::string("plot ") + CellView::kOutline + (rows.empty() ? "\n" : ", ");
+  if (rows.empty()) return panel;
+  panel.script +=
+      "$arrows using 1:2:3:4:5 with vectors head size screen 0.012,20,60 filled "
+      "linecolor palette linewidth 1.1, "
+      "$arrows using 1:2:5 with points pointtype 7 pointsize 0.18 linecolor palette\n";
+  return panel;
+}
+
+std::string FactorText(double factor) {
+  return fmt::format("{:g}", factor);
+}
+
+}  // namespace
+
+std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell) {
+  std::vector<Vec3> at, before, after;
+  for (const RowTrace& row : diagnosis.rows) {
+    if (row.outlier) continue;
+    at.push_back(row.p_measured);
+    before.push_back(row.before);
+    after.push_back(row.after);
+  }
+  const CellView view(cell, at);
+  const double large_before = LargeArrow_mm(before), large_after = LargeArrow_mm(after);
+  const double factor = FactorFor(large_before, view);
+  const double factor_after = FactorFor(large_after, view);
+  PanelGroup both{{}, "", large_before};
+  const bool corrected = !diagnosis.findings.empty();
+  const auto add = [&](const char* title, const std::vector<Vec3>& arrows) {
+    for (const Projection& projection : kProjections) {
+      both.panels.push_back(ArrowPanel(fmt::format("{}, {}", title, projection.name), view,
+                                       projection, at, arrows, factor, large_before));
+    }
+  };
+  add(corrected ? "Before" : "Residual", before);
+  if (corrected) add("After", after);
+  const std::size_t stride = plot::Stride(at.size());
+  both.caption = fmt::format(
+      "Residual (measured minus predicted) at each measured point; arrows enlarged {} times{}. "
+      "Outline: reach of the tip.{}{}",
+      FactorText(factor), corrected ? ", at the same scale before and after" : "",
+      stride > 1 ? fmt::format(" One row in {} is drawn.", stride) : std::string(),
+      diagnosis.outlier_rows.empty() ? "" : " Outliers are not drawn.");
+  std::vector<PanelGroup> groups = {both};
+  if (!corrected || factor_after < kWorthEnlarging * factor) return groups;
+  PanelGroup enlarged{{}, "", large_after};
+  for (const Projection& projection : kProjections) {
+    enlarged.panels.push_back(ArrowPanel(fmt::format("After, enlarged, {}", projection.name), view,
+                                         projection, at, after, factor_after, large_after));
+  }
+  enlarged.caption = fmt::format(
+      "Residual after correction; arrows enlarged {} times. Pure noise has no preferred direction; "
+      "a pattern indicates an effect that the model lacks.",
+      FactorText(factor_after));
+  groups.push_back(enlarged);
+  return groups;
+}
+
+PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival,
+                        const model::CellModel& cell) {
+  PanelGroup group;
+  std::vector<Vec3> at;
+  for (const RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
+  assert(rival.shift_W.size() == at.size());
+  if (at.empty()) return group;
+  const double large_mm = LargeArrow_mm(rival.shift_W);
+  std::vector<std::vector<double>> rows;
+  for (std::size_t k = 0; k < at.size(); k += plot::Stride(at.size())) {
+    rows.push_back({rival.rows[k].value() + 1.0, 1e3 * rival.shift_W[k].norm()});
+  }
+  Panel by_row{"By row", "", plot::Begin(460, 420), ""};
+  by_row.script += "set xlabel 'row'\nset ylabel 'difference of predictions (mm)'\n";
+  by_row.script += "set yrange [0:*]\nset xrange [0:*]\n" + plot::Data("shift", rows);
+  by_row.script += fmt::format(
+      "plot $shift using 1:2 with impulses linecolor rgb '{}' linewidth 1.2, {:.6g} with lines "
+      "linecolor rgb '{}' dashtype 2\n",
+      plot::kAccent, 1e3 * diagnosis.noise_floor_m, plot::kInk);
+  group.panels.push_back(by_row);
+  const CellView view(cell, at);
+  const double factor = FactorFor(large_mm, view);
+  group.panels.push_back(ArrowPanel(fmt::format("In the cell, {}", kProjections[1].name), view,
+                                    kProjections[1], at, rival.shift_W, factor, large_mm));
+  group.colour_to_mm = large_mm;
+  group.caption = fmt::format(
+      "Difference between the predictions with {} and with {} at the measured points; dashed: "
+      "noise floor. Arrows enlarged {} times.",
+      RivalName(rival), ReplacedName(rival), FactorText(factor));
+  return group;
+}
+
+PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const model::CellModel& cell) {
+  PanelGroup group;
+  if (diagnosis.next_poses.empty()) return group;
+  const kinematics::Chain chain(cell.robot);
+  std::vector<std::vector<Vec3>> arms;
+  std::vector<Vec3> all;
+  for (const NextPose& pose : diagnosis.next_poses) {
+    kinematics::Posture posture;
+    chain.Evaluate(pose.q, posture);
+    std::vector<Vec3> arm = {cell.robot.X_WB.p};
+    for (int i = 0; i < posture.size; ++i) {
+      arm.push_back(cell.robot.X_WB * posture.X_BL[static_cast<std::size_t>(i)].p);
+    }
+    arm.push_back(cell.robot.X_WB * (posture.X_BF() * cell.tool.tcp_F));
+    all.insert(all.end(), arm.begin(), arm.end());
+    arms.push_back(std::move(arm));
+  }
+  const CellView view(cell, all);
+  for (const Projection& projection : kProjections) {
+    Panel panel{std::string("Proposed poses, ") + projection.name, "", view.Begin(projection), ""};
+    std::string lines = std::string("plot ") + CellView::kOutline;
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      std::vector<std::vector<double>> points;
+      for (const Vec3& p : arms[k]) {
+        points.push_back({1e3 * p[projection.right], 1e3 * p[projection.up]});
+      }
+      panel.script += plot::Data(fmt::format("arm{}", k), points);
+      const std::vector<double>& tip = points.back();
+      panel.script += fmt::format(
+          "set label {} '{}' at {:.6g},{:.6g} offset 0.6,0.4 textcolor rgb '{}' front\n", k + 10,
+          k + 1, tip[0], tip[1], plot::kAccent);
+      lines += fmt::format(
+          ", $arm{} using 1:2 with lines linecolor rgb '{}' linewidth 1.6, "
+          "$arm{} using 1:2 every ::{} with points pointtype 7 pointsize 0.5 linecolor rgb '{}'",
+          k, plot::kGrey, k, points.size() - 1, plot::kAccent);
+    }
+    panel.script += lines + '\n';
+    group.panels.push_back(panel);
+  }
+  group.caption = "The arm in the proposed poses; numbers mark the tip.";
+  return group;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,278 @@
+#include "app/measure/report/figures_certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/signal_unit.h"
+#include "app/measure/report/deciding_signal.h"
+#include "app/measure/report/plot.h"
+#include "app/measure/report/signal_bins.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr double kCompressed = 8;  // errors before correction over all others: a linear axis hides
+                                   // the others
+constexpr int kTitle_px = 25, kAxis_px = 50;  // above and below the deciding plot
+constexpr const char* kTolerance = "#b42318";
+constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
+constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
+
+struct Slope {
+  double mm_per_unit, expanded;  ///< k = 2
+};
+
+/// Slope of the correction along the signal if a straight line explains it.
+std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
+  const auto n = static_cast<double>(cloud.value.size());
+  if (n < 4) return std::nullopt;
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  const auto correction = [&](std::size_t k) { return cloud.before[k] - cloud.after[k]; };
+  for (std::size_t k = 0; k < cloud.value.size(); ++k) {
+    x += cloud.value[k] / n;
+    y += correction(k) / n;
+  }
+  for (std::size_t k = 0; k < cloud.value.size(); ++k) {
+    const double dx = cloud.value[k] - x, dy = correction(k) - y;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+  }
+  if (xx <= 0 || yy <= 0 || xy * xy < kStraightShare * xx * yy) return std::nullopt;
+  const double slope = xy / xx;
+  return Slope{slope, 2 * std::sqrt(std::max(0.0, yy - slope * xy) / (n - 2) / xx)};
+}
+
+bool MeasuresOneLength(const RowTrace& row) {
+  using enum ObservationKind;
+  return row.kind == kRange || row.kind == kSphere || row.kind == kPlane || row.kind == kGauge ||
+         row.kind == kArtefactRange;
+}
+
+std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
+                             const Diagnosis& diagnosis) {
+  const std::string label = SignalLabel(selected.signal->name);
+  // In a sentence without the unit: "time explains 77 % of the residual".
+  const std::string name = label.substr(0, label.rfind(" ("));
+  const char* const where = NameOf(selected.component);
+  const std::string before = PercentText(selected.share_before),
+                    after = PercentText(selected.share_after);
+  const bool unknown = diagnosis.verdict == Verdict::kUnknown;
+  const auto& drivers = diagnosis.drivers;
+  const bool driver =
+      unknown && std::find(drivers.begin(), drivers.end(), selected.signal->name) != drivers.end();
+  std::string text;
+  if (diagnosis.verdict == Verdict::kNoEffect || selected.share_before < kWeakShare) {
+    const bool decides = unknown && selected.share_after >= kWeakShare;
+    if (decides) {
+      text = fmt::format("The residual {} still follows {} after correction ({} of it).", where,
+                         name, after);
+    } else if (driver) {
+      text = fmt::format(
+          "The effect outside the catalogue follows {}; averaged over all postures and loads, {} "
+          "alone explains {} of the residual {}.",
+          name, name, before, where);
+    } else {
+      text = fmt::format(
+          "No single signal explains the residual; the strongest is {} with {} of the residual {}.",
+          name, before, where);
+    }
+  } else if (corrected) {
+    text = fmt::format("Before correction, {} explains {} of the residual {}; afterwards {}.", name,
+                       before, where, after);
+  } else {
+    text = fmt::format("{} of the residual {} is explained by {}.", before, where, name);
+  }
+  if (corrected && selected.share_before >= kWeakShare) {
+    if (const auto slope = CorrectionSlope(selected.cloud)) {
+      const auto shown = ValueTextOf(slope->mm_per_unit, slope->expanded);
+      text += fmt::format(" The correction changes by {} ± {} mm per {}.", shown.value, shown.sd,
+                          UnitOfSignal(selected.signal->name));
+    }
+  }
+  if (!selected.rejected.value.empty()) {
+    text += " Crosses: rows rejected as outliers.";
+  }
+  if (std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(), &MeasuresOneLength))
+    text += " A row that measures one length shows the component of that length only.";
+  return text +
+         " Line: means over a tenth of the rows each; dashed: ±2 standard deviations of the "
+         "noise.";
+}
+
+/// The smallest interval that contains all values and the noise band, widened by a margin.
+std::pair<double, double> ScaleOf(const DecidingSignal& selected, bool corrected, double noise_mm) {
+  double low = -noise_mm, high = noise_mm;
+  for (const Cloud* cloud : {&selected.cloud, &selected.rejected}) {
+    for (std::size_t k = 0; k < cloud->value.size(); ++k) {
+      low = std::min({low, cloud->before[k], corrected ? cloud->after[k] : 0});
+      high = std::max({high, cloud->before[k], corrected ? cloud->after[k] : 0});
+    }
+  }
+  const double margin = std::max(0.06 * (high - low), 1e-6);
+  return {low - margin, high + margin};
+}
+
+std::vector<std::vector<double>> PointsOf(const Cloud& cloud) {
+  std::vector<std::vector<double>> points;
+  for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
+    points.push_back({cloud.value[k], cloud.before[k], cloud.after[k]});
+  }
+  return points;
+}
+
+std::string DecidingPlot(const char* title, int column, const char* colour, double noise_mm,
+                         bool rejected) {
+  std::string script = fmt::format(
+      "set title '{}' offset 0,-0.6\n"
+      "plot {:.6g} with lines linecolor rgb '{}' dashtype 2, -{:.6g} with lines linecolor rgb '{}' "
+      "dashtype 2, "
+      "$points using 1:{} with points pointtype 7 pointsize 0.35 linecolor rgb '{}', "
+      "$means using 1:{} with linespoints pointtype 7 pointsize 0.4 linecolor rgb '{}' linewidth 2",
+      title, noise_mm, plot::kGrey, noise_mm, plot::kGrey, column, plot::kGrey, column, colour);
+  if (rejected) {
+    script += fmt::format(
+        ", $rejected using 1:{} with points pointtype 2 pointsize 0.6 linewidth 1.4 linecolor rgb "
+        "'{}'",
+        column, kTolerance);
+  }
+  return script + '\n';
+}
+
+/// Axis of the errors [mm].
+struct ErrorAxis {
+  double low_mm = 0, high_mm = 0;
+  bool logarithmic = false;
+};
+
+ErrorAxis ErrorAxisOf(const AchievedAccuracy& achieved, std::optional<double> tolerance_m) {
+  const auto& before = achieved.before->characteristics.poses;
+  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
+  const auto& poses = last.characteristics.poses;
+  double before_mm = 0, last_mm = tolerance_m ? 1e3 * *tolerance_m : 0, least_mm = last_mm;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const double error_mm = 1e3 * poses[k].accuracy_m;
+    before_mm = std::max(before_mm, 1e3 * before[k].accuracy_m);
+    last_mm = std::max(last_mm, error_mm + 1e3 * last.BudgetOfPose(k).expanded_m());
+    if (error_mm > 0 && (least_mm <= 0 || error_mm < least_mm)) least_mm = error_mm;
+  }
+  const double high_mm = std::max({before_mm, last_mm, 1e-6});
+  if (achieved.after && least_mm > 0 && before_mm > kCompressed * last_mm) {
+    return {std::max(0.8 * least_mm, 1e-3 * last_mm), 1.3 * high_mm, true};
+  }
+  return {0, 1.06 * high_mm, false};
+}
+
+/// Pose, error before and after correction, and the ends of the bar [mm], not below the axis.
+std::vector<std::vector<double>> ErrorRows(const AchievedAccuracy& achieved, double low_mm) {
+  const auto& before = achieved.before->characteristics.poses;
+  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
+  std::vector<std::vector<double>> rows;
+  for (std::size_t k = 0; k < before.size(); k += plot::Stride(before.size())) {
+    const double error_mm = 1e3 * last.characteristics.poses[k].accuracy_m;
+    const double expanded_mm = 1e3 * last.BudgetOfPose(k).expanded_m();
+    rows.push_back({static_cast<double>(k + 1), 1e3 * before[k].accuracy_m, error_mm,
+                    std::max(low_mm, error_mm - expanded_mm), error_mm + expanded_mm});
+  }
+  return rows;
+}
+
+}  // namespace
+
+CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m,
+                               int height) {
+  CertificateFigure figure;
+  if (!achieved.before) return figure;
+  const bool corrected = achieved.after.has_value();
+  const std::size_t poses = achieved.before->characteristics.poses.size();
+  const ErrorAxis axis = ErrorAxisOf(achieved, tolerance_m);
+  const std::vector<std::vector<double>> rows = ErrorRows(achieved, axis.low_mm);
+  Panel& panel = figure.panel;
+  panel.title = "Error at the measured poses";
+  panel.script = plot::Begin(kCertificateFigureWidth, height) + plot::Data("poses", rows);
+  panel.script += fmt::format(
+      "set xlabel 'pose, in the order of measuring' offset 0,0.5\nset ylabel 'error (mm)'\n"
+      "set xrange [0:{}]\nset yrange [{:.6g}:{:.6g}]\nset lmargin 8\nset rmargin {}\n"
+      "set tmargin 0.6\n",
+      poses + 1, axis.low_mm, axis.high_mm, tolerance_m ? 10 : 2);
+  panel.script += axis.logarithmic
+                      ? std::string("set logscale y\n")
+                      : fmt::format("set ytics {:.6g}\n", plot::RoundDown(axis.high_mm / 2.65));
+  if (tolerance_m) {
+    panel.script += fmt::format(
+        "set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead linewidth 1.4 "
+        "linecolor rgb '{1}' front\n"
+        "set label 1 'tolerance' at graph 1.01, first {0:.6g} textcolor rgb '{1}'\n",
+        1e3 * *tolerance_m, kTolerance);
+  }
+  const double size = rows.size() > 150 ? 0.3 : 0.5;
+  panel.script += "plot ";
+  if (corrected) {
+    panel.script +=
+        fmt::format("$poses using 1:2 with points pointtype 6 pointsize {} linecolor rgb '{}', ",
+                    size, "#7d8a93");
+  }
+  // Not yerrorbars: their points have a white margin, which hides the neighbours.
+  panel.script += fmt::format(
+      "$poses using 1:4:(0):($5-$4) with vectors nohead linewidth 1 linecolor rgb '{0}', "
+      "$poses using 1:3 with points pointtype 7 pointsize {1} linecolor rgb '{0}'\n",
+      plot::kAccent, size);
+  figure.sentence = fmt::format(
+      "{} bar: expanded uncertainty U.{}{}{}",
+      corrected ? "Circle: before correction; dot: after correction;" : "Dot: without correction;",
+      tolerance_m ? " A bar that crosses the line proves neither conformity nor the contrary." : "",
+      axis.logarithmic ? " Logarithmic axis." : "",
+      plot::Stride(poses) > 1 ? fmt::format(" One pose in {} is drawn.", plot::Stride(poses))
+                              : std::string());
+  return figure;
+}
+
+CertificateFigure DecidingFigure(const Diagnosis& diagnosis, const model::CellModel& cell,
+                                 int height) {
+  CertificateFigure figure;
+  const DecidingSignal selected = SelectSignal(diagnosis, cell);
+  if (selected.signal == nullptr) return figure;
+  const bool corrected = !diagnosis.findings.empty() && diagnosis.withheld.empty();
+  const bool rejected = !selected.rejected.value.empty();
+  const double noise_mm = 2e3 * diagnosis.sigma_m;
+  const auto [bottom, top] = ScaleOf(selected, corrected, noise_mm);
+  std::vector<std::vector<double>> means;
+  for (const Bin& bin : BinsOf(selected.cloud)) {
+    if (bin.after_gap) means.emplace_back();  // a blank line interrupts the curve
+    means.push_back({bin.value, bin.before, bin.after});
+  }
+  const Cloud all = Joined(selected.cloud, selected.rejected);
+  const double low = all.value.front(), high = all.value.back();
+  const double margin = high > low ? 0.04 * (high - low) : 1;
+  Panel& panel = figure.panel;
+  panel.title = fmt::format("Residual {} against {}", NameOf(selected.component),
+                            SignalLabel(selected.signal->name));
+  panel.script = plot::Begin(kCertificateFigureWidth, height) +
+                 plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
+  if (rejected) panel.script += plot::Data("rejected", PointsOf(selected.rejected));
+  panel.script += fmt::format(
+      "set xrange [{:.8g}:{:.8g}]\nset yrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n"
+      "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
+      "set tmargin at screen {:.4f}\nset bmargin at screen {:.4f}\n",
+      low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
+      GnuplotQuoted(SignalLabel(selected.signal->name)), plot::RoundDown((top - bottom) / 3),
+      1 - static_cast<double>(kTitle_px) / height, static_cast<double>(kAxis_px) / height);
+  if (!corrected) {
+    panel.script += "set lmargin at screen 0.1\nset rmargin at screen 0.98\n";
+    panel.script +=
+        DecidingPlot("measured minus declared model", 2, plot::kAccent, noise_mm, rejected);
+  } else {
+    panel.script += "set multiplot\nset lmargin at screen 0.1\nset rmargin at screen 0.52\n";
+    panel.script += DecidingPlot("before correction", 2, plot::kInk, noise_mm, rejected);
+    panel.script +=
+        "set lmargin at screen 0.55\nset rmargin at screen 0.98\nset format y ''\nunset ylabel\n";
+    panel.script += DecidingPlot("after correction", 3, plot::kAccent, noise_mm, rejected);
+    panel.script += "unset multiplot\n";
+  }
+  figure.sentence = DecidingSentence(selected, corrected, diagnosis);
+  return figure;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,199 @@
+// Figures of the residual against signals and of its periodic part.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/signal_unit.h"
+#include "app/measure/report/figures.h"
+#include "app/measure/report/plot.h"
+#include "app/measure/report/signal_bins.h"
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
+constexpr int kSpectrumHeight = 220;
+constexpr double kSideMargin = 0.04;  // share of the signal's range
+constexpr std::size_t kMaxSignals = 18;
+constexpr std::size_t kFewLines = 60;
+constexpr double kLogFrom = 30;  // ratio of cycles from which the axis is logarithmic
+
+Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
+  std::vector<RowIndex> order;
+  const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
+  for (const RowIndex row : FirstIndices<RowIndex>(count)) {
+    if (!diagnosis.rows[row].outlier && std::isfinite(signal.values[row])) order.push_back(row);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
+  Cloud cloud;
+  for (const RowIndex row : order) {
+    cloud.value.push_back(signal.values[row]);
+    cloud.before.push_back(1e3 * diagnosis.rows[row].before[axis]);
+    cloud.after.push_back(1e3 * diagnosis.rows[row].after[axis]);
+  }
+  return cloud;
+}
+
+/// The axis whose binned means, before and after, are largest.
+int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
+  int best = 2;
+  double most = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    double spread = 0;
+    for (const Bin& bin : BinsOf(CloudOf(diagnosis, signal, axis))) {
+      spread += bin.before * bin.before + bin.after * bin.after;
+    }
+    if (spread > most) {
+      most = spread;
+      best = axis;
+    }
+  }
+  return best;
+}
+
+/// One of a panel's two plots: points and binned means from a column of $points and $means.
+std::string SignalPlot(const char* when, int column, const char* colour, double noise_mm,
+                       const std::vector<double>& residual_mm) {
+  const auto [low, high] = std::minmax_element(residual_mm.begin(), residual_mm.end());
+  const double span = std::max(*high, noise_mm) - std::min(*low, -noise_mm);
+  return fmt::format(
+      "set ylabel '{0} (mm)'\nset ytics {5:.6g}\n"
+      "plot {4:.6g} with lines linecolor rgb '{3}' dashtype 2, -{4:.6g} with lines linecolor rgb "
+      "'{3}' dashtype 2, "
+      "$points using 1:{1} with points pointtype 7 pointsize 0.3 linecolor rgb '{3}', "
+      "$means using 1:{1} with linespoints pointtype 7 pointsize 0.35 linecolor rgb '{2}' "
+      "linewidth 1.8\n",
+      when, column, colour, plot::kGrey, noise_mm, plot::RoundDown(span / 2.2));
+}
+
+Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
+  const int axis = MostRelatedAxis(diagnosis, signal);
+  const Cloud cloud = CloudOf(diagnosis, signal, axis);
+  const std::string p_value = signal.p_value < 0.001
+                                  ? "p\u00a0<\u00a00.001"
+                                  : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
+  Panel panel{
+      SignalLabel(signal.name),
+      fmt::format("residual in {}; explains {} of the remaining residual, {}",
+                  plot::kAxisNames[axis], PercentText(signal.share), p_value),
+      plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
+      ""};
+  if (cloud.value.empty()) return panel;
+  std::vector<std::vector<double>> points, means;
+  for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
+    points.push_back({cloud.value[k], cloud.before[k], cloud.after[k]});
+  }
+  for (const Bin& bin : BinsOf(cloud)) {
+    if (bin.after_gap) means.emplace_back();  // a blank line interrupts the curve
+    means.push_back({bin.value, bin.before, bin.after});
+  }
+  const double low = cloud.value.front(), high = cloud.value.back();
+  const double margin = high > low ? kSideMargin * (high - low) : 1;
+  const double noise_mm = 2e3 * diagnosis.sigma_m;
+  panel.script += plot::Data("points", points) + plot::Data("means", means);
+  panel.script += fmt::format(
+      "set xrange [{:.8g}:{:.8g}]\nset xtics {:.6g}\nset offsets 0, 0, graph 0.05, graph 0.05\n",
+      low - margin, high + margin, plot::RoundDown(high > low ? (high - low) / 3 : 1));
+  const std::string label = "set xlabel " + GnuplotQuoted(SignalLabel(signal.name)) + '\n';
+  if (diagnosis.findings.empty()) {
+    panel.script += label + SignalPlot("residual", 2, plot::kAccent, noise_mm, cloud.before);
+    return panel;
+  }
+  panel.script +=
+      "set multiplot\nset lmargin at screen 0.2\nset rmargin at screen 0.97\n"
+      "set tmargin at screen 0.98\nset bmargin at screen 0.62\nset format x ''\n";
+  panel.script += SignalPlot("before", 2, plot::kInk, noise_mm, cloud.before);
+  panel.script +=
+      "set tmargin at screen 0.55\nset bmargin at screen 0.2\nset format x '% h'\n" + label;
+  panel.script +=
+      SignalPlot("after", 3, plot::kAccent, noise_mm, cloud.after) + "unset multiplot\n";
+  return panel;
+}
+
+/// Cycles per turn that the corrected model contains, by joint.
+std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
+  std::multimap<int, double> found;
+  for (const Finding& finding : diagnosis.findings) {
+    const effects::EffectTerm& term = finding.effect.term;
+    for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
+      const auto& spec =
+          term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+      if (spec.unit == "1/turn") {
+        found.emplace(term.parameters[k].joint, finding.effect.values[k] / spec.to_SI);
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+PanelGroup SignalFigures(const Diagnosis& diagnosis) {
+  PanelGroup group;
+  std::vector<const SignalTrace*> signals;
+  for (const SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
+  std::stable_sort(signals.begin(), signals.end(), [](const auto* a, const auto* b) {
+    return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
+  });
+  for (std::size_t k = 0; k < std::min(signals.size(), kMaxSignals); ++k) {
+    group.panels.push_back(SignalPanel(diagnosis, *signals[k]));
+  }
+  group.caption = fmt::format(
+      "Residual{} against each recorded signal. Line: means over a tenth of the rows each; dashed: "
+      "±2 standard deviations of the noise. Shown is the axis that depends on the signal most. p: "
+      "probability that pure noise would show at least this dependence.",
+      diagnosis.findings.empty() ? ""
+                                 : " before (upper plot) and after correction (lower plot, on its "
+                                   "own scale)");
+  if (signals.size() > kMaxSignals) {
+    group.caption += fmt::format(" {} signals with weaker dependence are not shown.",
+                                 signals.size() - kMaxSignals);
+  }
+  return group;
+}
+
+PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
+  PanelGroup group;
+  std::map<int, std::vector<std::vector<double>>> by_joint;
+  double highest_urad = 0, least = 1e300, most = 0;
+  for (const SpectralLine& line : diagnosis.spectrum) {
+    by_joint[line.joint].push_back({line.cycles_per_turn, 1e6 * line.amplitude_rad});
+    highest_urad = std::max(highest_urad, 1e6 * line.amplitude_rad);
+    least = std::min(least, line.cycles_per_turn);
+    most = std::max(most, line.cycles_per_turn);
+  }
+  const auto found = CyclesFound(diagnosis);
+  for (auto& [joint, lines] : by_joint) {
+    std::sort(lines.begin(), lines.end());
+    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kFigureWidth, kSpectrumHeight),
+                ""};
+    const bool logarithmic = least > 0 && most > kLogFrom * least;
+    panel.script += fmt::format(
+        "set xlabel 'cycles per turn'\nset ylabel 'amplitude (µrad)'\n"
+        "set yrange [0:{:.6g}]\n{}",
+        std::max(1.1 * highest_urad, 1e-3), logarithmic ? "set logscale x\n" : "");
+    panel.script += fmt::format("set xrange [{:.6g}:{:.6g}]\n", logarithmic ? least : 0, most);
+    int label = 1;
+    const auto [first, last] = found.equal_range(joint);
+    for (auto cycles = first; cycles != last; ++cycles, ++label) {
+      panel.script += fmt::format(
+          "set arrow {0} from {1:.6g}, graph 0 to {1:.6g}, graph 1 nohead dashtype 2 linecolor rgb "
+          "'{2}'\nset label {0} '{1:.4g}' at {1:.6g}, graph 0.95 offset 0.4,0 textcolor rgb "
+          "'{2}'\n",
+          label, cycles->second, plot::kInk);
+    }
+    panel.script += plot::Data("lines", lines);
+    panel.script += fmt::format("plot $lines using 1:2 with {} linecolor rgb '{}' linewidth 1.2\n",
+                                lines.size() <= kFewLines ? "impulses" : "lines", plot::kAccent);
+    group.panels.push_back(panel);
+  }
+  group.caption = "Amplitude of the periodic part of the remaining residual, for each joint.";
+  if (!found.empty()) group.caption += " Dashed: cycles that the corrected model contains.";
+  return group;
+}
+
+}  // namespace plumbline::measure

@@ -1,0 +1,41 @@
+// Sections of the report as HTML; empty if a section has no content.
+#pragma once
+
+#include <string>
+
+#include "app/measure/report/figures.h"
+#include "app/measure/report/report.h"
+
+namespace plumbline::measure {
+
+/// The verdict with the key figures.
+std::string VerdictBlock(const Diagnosis& diagnosis);
+
+/// Residuals with the declared and the corrected model, fitted and held out: RMS, percentiles,
+/// maximum.
+std::string ErrorTable(const Diagnosis& diagnosis);
+
+/// Each effect's physical meaning, its remedy, its parameters and their plausible ranges.
+std::string EffectsBlock(const Diagnosis& diagnosis);
+
+/// Correlation matrix of the parameters; for many parameters, the strongest pairs.
+std::string CorrelationBlock(const Diagnosis& diagnosis);
+
+/// Smallest detectable value of each effect.
+std::string DetectableTable(const Diagnosis& diagnosis);
+
+/// All candidate effects with the outcome for each, sorted by evidence.
+std::string ConsideredTable(const Diagnosis& diagnosis);
+
+std::string RivalText(const Rival& rival);
+std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& cell);
+std::string NotRecordedList(const Diagnosis& diagnosis);
+std::string NotesList(const Diagnosis& diagnosis);
+std::string OutlierTable(const Diagnosis& diagnosis);
+std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
+                      const ReportSource& source);
+
+/// A group of panels with titles, colour scale and caption.
+std::string FigureHtml(const PanelGroup& group);
+
+}  // namespace plumbline::measure

@@ -1,0 +1,323 @@
+// Report sections on the result: verdict, residuals, effects, correlations.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/empirical_curve.h"
+#include "app/measure/diagnosis/headline.h"
+#include "app/measure/diagnosis/shown_parameter.h"
+#include "app/measure/report/html.h"
+#include "app/measure/report/sections.h"
+
+namespace plumbline::measure {
+namespace {
+
+constexpr Eigen::Index kMaxHeatRows = 14;
+constexpr std::size_t kMaxPairs = 10;
+constexpr double kUnbounded = 1e100;
+constexpr double kStrong = 0.9;  // correlations above this are emphasised
+
+const char* VerdictWords(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNoEffect:
+      return "No effect beyond the noise";
+    case Verdict::kExplained:
+      return "Explained";
+    case Verdict::kAmbiguous:
+      return "Not decidable from these points";
+    case Verdict::kUnknown:
+      break;
+  }
+  return "Not explained by the catalogue of effects";
+}
+
+std::string Key(const std::string& name, const std::string& value, const std::string& remark) {
+  return "<div><dt>" + name + "</dt><dd>" + Escape(value) + " mm <small>" + Escape(remark) +
+         "</small></dd></div>\n";
+}
+
+/// Lengths of a residual over all rows that have it, outliers excluded [m], ascending.
+template <typename Residual>
+std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residual) {
+  std::vector<double> sizes;
+  for (const RowTrace& row : diagnosis.rows) {
+    const std::optional<Vec3> of_row = row.*residual;
+    if (of_row && !row.outlier) sizes.push_back(of_row->norm());
+  }
+  std::sort(sizes.begin(), sizes.end());
+  return sizes;
+}
+
+std::string Quantile(const std::vector<double>& ascending, double share) {
+  if (ascending.empty()) return "";
+  const double at = share * static_cast<double>(ascending.size() - 1);
+  return Escape(MillimetreText(ascending[static_cast<std::size_t>(std::lround(at))]));
+}
+
+void AddErrorRow(HtmlTable& table, const std::string& what, double rms_m, const std::string& range,
+                 const std::vector<double>& sizes, bool strong) {
+  table.AddRow({what, Escape(MillimetreText(rms_m)), range, Quantile(sizes, 0.5),
+                Quantile(sizes, 0.95), Quantile(sizes, 1)},
+               strong);
+}
+
+/// Percentage with a non-breaking space.
+std::string PercentHtml(double share) {
+  std::string html = Escape(PercentText(share));
+  if (const auto blank = html.find(' '); blank != std::string::npos) {
+    html.replace(blank, 1, "&nbsp;");
+  }
+  return html;
+}
+
+/// @param scale  from the unit of files to the shown one
+std::string PlausibleText(const effects::ParameterSpec& spec, const model::Interval& plausible,
+                          double scale) {
+  const auto end = [&](double in_file) {
+    const double value = scale * in_file;
+    const bool small = value != 0 && std::abs(value) < 0.01;
+    return NumberHtml(small ? fmt::format("{:.0e}", value) : fmt::format("{:.4g}", value));
+  };
+  if (spec.role == effects::ParameterRole::kWord) return "";
+  if (std::abs(plausible.low) > kUnbounded || std::abs(plausible.high) > kUnbounded) return "";
+  return end(plausible.low) + " to " + end(plausible.high);
+}
+
+const effects::ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
+  const effects::EffectTerm& term = finding.effect.term;
+  if (k >= term.parameters.size()) return nullptr;
+  return &term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+}
+
+/// Names of all parameters in the order of the correlation matrix, with their effects if the lists
+/// agree.
+std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
+  std::vector<std::string> names;
+  for (const Finding& finding : diagnosis.findings) {
+    for (const model::EffectParameter& parameter :
+         effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
+      if (!parameter.word.empty()) continue;
+      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " + parameter.name);
+    }
+  }
+  return names.size() == diagnosis.finding_names.size() ? names : diagnosis.finding_names;
+}
+
+std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std::string>& names) {
+  std::string html = "<div class=\"table\"><table class=\"heat\">\n<thead><tr><th></th>";
+  for (Eigen::Index j = 0; j < correlation.cols(); ++j) html += fmt::format("<th>{}</th>", j + 1);
+  html += "</tr></thead>\n<tbody>\n";
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
+    html += fmt::format("<tr><th class=\"name\" scope=\"row\">{}&ensp;{}</th>", i + 1,
+                        Escape(names[static_cast<std::size_t>(i)]));
+    for (Eigen::Index j = 0; j < correlation.cols(); ++j) {
+      const double r = correlation(i, j);
+      const double strength = i == j ? 0 : std::min(1.0, std::abs(r));
+      html += fmt::format(
+          "<td style=\"background: rgba(11, 110, 143, {:.2f}); color: {}\">{}{:.2f}</td>", strength,
+          strength > 0.55 ? "#fff" : "inherit", r < 0 ? "&minus;" : "", std::abs(r));
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+/// The strongest pairs, strongest first: -|r|, row, column.
+std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
+    const Eigen::MatrixXd& correlation) {
+  std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> pairs;
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) pairs.emplace_back(-std::abs(correlation(i, j)), j, i);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
+  return pairs;
+}
+
+}  // namespace
+
+std::string VerdictBlock(const Diagnosis& diagnosis) {
+  std::string html = "<section class=\"verdict\">\n<p class=\"word\">";
+  html += VerdictWords(diagnosis.verdict);
+  html += "</p>\n<p class=\"headline\">" + Escape(Capitalized(Headline(diagnosis))) + ".</p>\n";
+  for (const Finding& finding : diagnosis.findings) {
+    const std::string line = LinearTrendText(finding.effect);
+    if (!line.empty()) html += "<p>" + Escape(Capitalized(line)) + ".</p>\n";
+    if (finding.implausible.empty()) continue;
+    html +=
+        "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
+  }
+  for (const Doubt& doubt : diagnosis.doubts) {
+    html += "<p>Doubtful: " + Escape(EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) +
+            "</p>\n";
+  }
+  for (const ExplanationCheck& check : diagnosis.checks) {
+    if (!check.effect.empty() || check.passed) continue;
+    html += "<p>Not explained: " + Escape(check.sentence) + "</p>\n";
+  }
+  html += "</section>\n<dl class=\"keys\">\n";
+  const bool held_out = !diagnosis.held_out_by.empty();
+  const HeldOutError& error = diagnosis.held_out;
+  html += Key(diagnosis.findings.empty() ? "Residual" : "Residual before",
+              MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
+  if (!diagnosis.findings.empty()) {
+    html += Key(
+        "Residual after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
+        held_out ? fmt::format("3-D RMS, 95 % interval {} to {}", MillimetreText(error.after_low_m),
+                               MillimetreText(error.after_high_m))
+                 : "3-D RMS, of the fitted points");
+  }
+  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m),
+              OriginText(diagnosis.noise_floor_origin));
+  if (diagnosis.noise_floor_origin != diagnosis.sigma_origin && diagnosis.noise_in_use_m > 0) {
+    html += Key("Noise in use", MillimetreText(diagnosis.noise_in_use_m),
+                OriginText(diagnosis.sigma_origin));
+  }
+  html += "</dl>\n";
+  if (held_out && !diagnosis.findings.empty()) {
+    html +=
+        "<p class=\"soft\">Residuals of points used neither for selecting nor for fitting the "
+        "effects (" +
+        Escape(diagnosis.held_out_by) + " held out in turn).</p>\n";
+  }
+  return html;
+}
+
+std::string ErrorTable(const Diagnosis& diagnosis) {
+  HtmlTable table(
+      {"Residual (mm)", "RMS", "95 % interval of the RMS", "Median", "95th percentile", "Maximum"},
+      {0});
+  const bool corrected = !diagnosis.findings.empty();
+  AddErrorRow(table, "All rows, declared model", diagnosis.rms_before_m, "",
+              Sizes(diagnosis, &RowTrace::before), false);
+  if (corrected) {
+    AddErrorRow(table, "All rows, corrected model", diagnosis.rms_after_m, "",
+                Sizes(diagnosis, &RowTrace::after), false);
+  }
+  if (!diagnosis.held_out_by.empty()) {
+    const HeldOutError& error = diagnosis.held_out;
+    AddErrorRow(table, "Held out, declared model", error.before_m, "",
+                Sizes(diagnosis, &RowTrace::held_out_before), false);
+    if (corrected) {
+      AddErrorRow(table, "Held out, corrected model", error.after_m,
+                  Escape(fmt::format("{} to {}", MillimetreText(error.after_low_m),
+                                     MillimetreText(error.after_high_m))),
+                  Sizes(diagnosis, &RowTrace::held_out_after), true);
+    }
+  }
+  table.AddRow({"Noise floor of the instrument", Escape(MillimetreText(diagnosis.noise_floor_m)),
+                "", "", "", ""});
+  std::string html = table.Html();
+  html += "<p class=\"soft\">Length of the 3-D residual: measured minus predicted tip position";
+  if (!diagnosis.outlier_rows.empty()) html += ", outliers excluded";
+  const auto held_out =
+      std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
+                    [](const RowTrace& row) { return row.held_out_after.has_value(); });
+  if (held_out > 0 && held_out < static_cast<std::ptrdiff_t>(diagnosis.rows.size())) {
+    html += fmt::format("; {} of {} rows, evenly spread, were held out in turn", held_out,
+                        diagnosis.rows.size());
+  }
+  html += ". The noise floor is &radic;3 times the standard deviation of one axis";
+  return html + (diagnosis.held_out_by.empty() || !corrected
+                     ? ".</p>\n"
+                     : "; the interval is a bootstrap over groups of rows.</p>\n");
+}
+
+std::string EffectsBlock(const Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return "";
+  std::string html;
+  HtmlTable table(
+      {"Effect", "Parameter", "Value", "Standard uncertainty", "Unit", "Plausible range"},
+      {0, 1, 4});
+  for (const Finding& finding : diagnosis.findings) {
+    const effects::EffectTraits& traits = finding.effect.term.effect->traits();
+    html += "<h3>" + Escape(Capitalized(EffectName(finding))) + "</h3>\n<p>";
+    html += Escape(Capitalized(std::string(traits.meaning))) + ". ";
+    html +=
+        fmt::format("Without it, {} of the residual's sum of squares comes back ({}).</p>\n",
+                    PercentHtml(finding.share_of_residual),
+                    finding.p_value < 1e-4 ? "p &lt; 0.0001"
+                                           : Escape(fmt::format("p = {:.2g}", finding.p_value)));
+    if (finding.tip_rms_m > 0) {
+      html += "<p>At the measured poses it displaces the tip by " +
+              Escape(MillimetreText(finding.tip_rms_m)) + " mm RMS.</p>\n";
+    }
+    for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
+      html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
+              Escape(curve.range + " " + curve.unit) + ".</p>\n";
+    }
+    html +=
+        "<p><em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
+    if (!finding.implausible.empty()) {
+      html +=
+          "<p class=\"note\">Implausible for a healthy machine: " + Escape(finding.implausible) +
+          "</p>\n";
+    }
+    const model::WrittenEffect written =
+        effects::WrittenFromActive(finding.effect, finding.covariance);
+    for (std::size_t k = 0; k < written.parameters.size(); ++k) {
+      const model::EffectParameter& parameter = written.parameters[k];
+      const effects::ParameterSpec* spec = SpecOf(finding, k);
+      const effects::EffectTerm& term = finding.effect.term;
+      const int joint = spec != nullptr ? term.parameters[k].joint : -1;
+      const ValueText shown = ShownValueOf(parameter);
+      const auto [scale, unit] = ShownUnitOf(parameter);
+      table.AddRow(
+          {Escape(EffectName(written.id)), Escape(parameter.name),
+           parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
+           NumberHtml(shown.sd), Escape(unit == "1" ? "" : unit),
+           spec != nullptr
+               ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.word, term.prismatic, joint),
+                               scale)
+               : ""});
+    }
+  }
+  return html + table.Html() +
+         "<p class=\"soft\">Values are added to, or multiply, the declared values of the cell. "
+         "Standard uncertainty: k = 1, propagated from the fit. Plausible range: of a healthy "
+         "machine.</p>\n";
+}
+
+std::string CorrelationBlock(const Diagnosis& diagnosis) {
+  const Eigen::MatrixXd& correlation = diagnosis.correlation;
+  const std::vector<std::string> names = CorrelationNames(diagnosis);
+  if (correlation.rows() < 2 || correlation.rows() != correlation.cols() ||
+      static_cast<std::size_t>(correlation.rows()) != names.size()) {
+    return "";
+  }
+  std::string html;
+  if (correlation.rows() <= kMaxHeatRows) {
+    html = HeatTable(correlation, names);
+  } else {
+    HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
+    for (const auto& [strength, i, j] : PairsOf(correlation)) {
+      table.AddRow(
+          {Escape(names[static_cast<std::size_t>(i)]), Escape(names[static_cast<std::size_t>(j)]),
+           NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
+          -strength > kStrong);
+    }
+    html = "<p>The most strongly correlated pairs:</p>\n" + table.Html();
+  }
+  return html +
+         "<p class=\"soft\">Near &plusmn;1, the data determine a combination of the two parameters "
+         "better than either of them.</p>\n";
+}
+
+std::string DetectableTable(const Diagnosis& diagnosis) {
+  if (diagnosis.minimum_detectable_m.empty()) return "";
+  std::vector<std::pair<double, std::string>> sizes;
+  for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
+  std::sort(sizes.begin(), sizes.end());
+  HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
+  for (const auto& [size_m, id] : sizes) {
+    table.AddRow({Escape(Capitalized(EffectName(id))), Escape(MillimetreText(size_m))});
+  }
+  return table.Html() +
+         "<p class=\"soft\">RMS of the effect's displacement over these rows that would have been "
+         "detected with a probability of 90 %.</p>\n";
+}
+
+}  // namespace plumbline::measure

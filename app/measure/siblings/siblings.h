@@ -1,0 +1,29 @@
+// Diagnosis of an arm that uses measured arms of the same model as prior knowledge.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/measure/siblings/sibling_prior.h"
+
+namespace plumbline::measure {
+
+using Engine = std::function<Result<Diagnosis>(const model::CellModel&, MeasuredTable,
+                                               const DiagnosisOptions&)>;
+
+/// Diagnoses every sibling, then the arm twice: as declared, and with the updated prior. The prior
+/// is used only if the arm's rows do not contradict it (Posterior::p_value, about 1 %), and if the
+/// held-out error is clearly smaller with it, or is not clearly larger, the arm's own rows do not
+/// explain it, and the siblings' mean alone predicts them (most of the excess over their noise).
+/// The held-out error is increased for the sizes that the held-out rows took part in fitting. Its
+/// effects are then the first findings, each in doubt, and errors before correction are those of
+/// the declared cell. The answer's `siblings` states what came from where.
+/// @param siblings  arms without a diagnosis
+/// @return          an error if the arm cannot be diagnosed; a sibling that cannot is left out and
+///                  named in the notes
+Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const MeasuredTable& rows,
+                                       std::vector<Arm> siblings, const Engine& engine,
+                                       const DiagnosisOptions& options);
+
+}  // namespace plumbline::measure

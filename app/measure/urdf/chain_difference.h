@@ -1,0 +1,26 @@
+// Comparison of a chain with a Denavit-Hartenberg table over random postures.
+#pragma once
+
+#include <vector>
+
+#include "app/measure/urdf/joint_chain.h"
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline::measure {
+
+/// Largest distance and angle between two tip poses over a number of postures.
+struct ChainDifference {
+  double distance_m = 0;
+  double angle_rad = 0;
+  void Add(const Pose& a, const Pose& b);
+};
+
+/// Postures drawn uniformly within the limits of the joints; without limits, within +-pi or +-1 m.
+/// Deterministic.
+std::vector<model::JointVector> RandomPostures(const model::Robot& robot, int count);
+
+/// Difference between the chain's tip and X_WB times the flange of the robot.
+ChainDifference DifferenceOf(const JointChain& chain, const model::Robot& robot,
+                             const std::vector<model::JointVector>& postures);
+
+}  // namespace plumbline::measure

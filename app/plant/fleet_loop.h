@@ -1,0 +1,82 @@
+// Fleet publisher loop: daemon states and journal probes -> persistent queue -> broker.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/base/config/daemon_config.h"
+#include "app/cell/view_link/view_client.h"
+#include "app/plant/broker_link.h"
+#include "app/plant/change_detector.h"
+#include "app/plant/probe_tail.h"
+#include "app/plant/queue.h"
+
+namespace plumbline::plant {
+
+/// Folder of the queue, the only one that the publisher writes to.
+inline std::string FleetFolderOf(const std::string& state_directory) {
+  return state_directory + "/fleet";
+}
+FleetCell FleetCellOf(const config::DaemonConfig& config);
+
+/// All messages go through the queue, whether the broker is connected or not. Published messages
+/// stay in the queue until they are acknowledged; a new connection starts with a birth message and
+/// then publishes everything unacknowledged again, oldest first.
+class FleetLoop {
+ public:
+  static constexpr std::size_t kMaxInFlight = 200;
+  /// Limit on messages held in memory while the queue cannot be written.
+  static constexpr std::size_t kMaxPending = 10'000;
+  FleetLoop(const config::DaemonConfig& config, FleetQueue queue);
+
+  /// One iteration, at most about 100 ms.
+  void RunOnce();
+  /// Publishes the death message and waits for its acknowledgement.
+  void End(double timeout_s);
+
+  /// Status line for the service manager.
+  std::string Status() const;
+  std::uint64_t link_beats() const { return link_.beats(); }
+
+ private:
+  void ReadDaemonState();
+  void ReadJournal(double now_s);
+  void AddPending(std::vector<Message> messages);
+  void StorePending();
+  void LogQueueFault(const std::string& problem);
+  void Forward();
+  void HandleConnectionChange(std::int64_t connection);
+  void LogConnected() const;
+  void FollowIntrusion(const BrokerLink::Status& status);
+  void LogBacklog();
+  std::string Memory() const;
+
+  const config::MqttConfig config_;
+  const FleetCell cell_;
+  FleetQueue queue_;
+  cell::ViewClient client_;
+  ProbeTail tail_;
+  std::optional<ProbeMark> mark_;
+  ChangeDetector changes_;
+  BrokerLink link_;
+
+  cell::View view_;
+  std::vector<Message> pending_;    ///< not in the queue yet
+  int discarded_ = 0;               ///< messages discarded since the queue failed
+  double tried_s_ = -1e300;         ///< last attempt to write the queue
+  double journal_read_s_ = -1e300;  ///< last read of the journal
+  std::int64_t connection_ = 0;     ///< 0: none
+  std::int64_t sent_ = 0;           ///< seq of the last published message
+  std::size_t in_flight_ = 0;
+  std::vector<std::int64_t> acknowledged_;  ///< not removed from the queue yet
+  std::string queue_problem_, journal_problem_, link_problem_, feed_problem_;
+  std::int64_t backlog_ = 0;  ///< queued when the connection was made; 0 once all are forwarded
+  double connected_s_ = 0;
+  FleetQueue::Dropped dropped_reported_{};  ///< counts already reported to the plant
+  bool dropping_ = false;
+  bool intruded_ = false;  ///< the broker sent what it must not, and that was logged
+};
+
+}  // namespace plumbline::plant

@@ -1,0 +1,152 @@
+// Least-squares fit of a lens together with one effect that may have spoilt the capture.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "app/vision/lens/lens_fit.h"
+#include "app/vision/lens/rival_model.h"
+
+namespace plumbline::vision {
+
+/// One explanation of the residuals: which extra parameters are estimated, and how they vary.
+struct Rival {
+  std::vector<int> global;     ///< of Extra, equal in all views
+  std::vector<int> local;      ///< of Extra, different in each view
+  std::vector<int> changing;   ///< of Extra, times `course`
+  std::vector<double> course;  ///< weight of each view; 0 for the last one
+  bool fisheye = false;
+  bool free_aspect = false;  ///< fx / fy is estimated instead of almost 1
+};
+
+struct RivalResult {
+  bool converged = false;
+  SharedVector shared = SharedVector::Zero();  ///< at the time of the last view
+  ExtraVector extra = ExtraVector::Zero();     ///< global and changing
+  std::vector<ExtraVector> local;              ///< per view
+  std::vector<Pose> X_CK;
+  double square_sum_px2 = 0;  ///< of the residuals of the used corners
+  double prior_chi2 = 0;
+  int observations = 0, parameters = 0;  ///< parameters beyond those of every fit
+};
+
+/// Precision of the lens of a fit whose parameters are equal in all views.
+struct RivalPrecision {
+  /// Of the lens parameters, for independent corner errors as large as the noise; the board's
+  /// shape, the print and the poses are eliminated.
+  lens::LensCovariance covariance = lens::LensCovariance::Zero();
+  /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
+  /// the directions of the parameters, and of the part common to all views, in units of the noise.
+  double dispersion = 1;
+  double sigma_px = 0;              ///< of a corner's coordinate, from the residuals
+  std::vector<double> view_rms_px;  ///< per coordinate
+};
+
+/// Result of one linear step from a fit for a rival whose parameters are added to those of the fit.
+struct ScoreTest {
+  Rival rival;  ///< with the parameters of the fit
+  /// Decrease of the sum of squares, in units of noise_px^2, less the cost of the priors.
+  double decrease = 0;
+  /// ln det(D S D) / 2, with S the information on the extra parameters, the others eliminated, and
+  /// D their prior deviations: what a rival loses in evidence because most of the values that it
+  /// might have had do not fit [D. MacKay, Neural Comput. 4 (1992) 415]. Only of global parameters.
+  double occam = 0;
+  /// The fit after the step, without the views; only of global parameters.
+  RivalResult result;
+  /// Of the lens parameters with the rival's, for corner errors as large as the noise.
+  lens::LensCovariance covariance = lens::LensCovariance::Zero();
+  /// Of the last local parameter, if there is one: standard deviation in one view for such errors,
+  /// the median; and variance of its values in units of that. A view with wrong corners counts as
+  /// at most three standard deviations.
+  double local_deviation = 0, local_square = 0;
+  /// Variance of the residuals of the fit in units of noise_px^2: the median over the views.
+  double view_dispersion = 0;
+  /// Of the added global parameters: variance of their scores over the views about the step, in
+  /// units of what independent corner errors of noise_px make. Correlated residuals make it larger
+  /// than the variance of the residuals; the effect itself does not. A lower limit.
+  double score_dispersion = 0;
+  /// Of a rival with local parameters: variance of the residuals, after those are fitted, in the
+  /// directions in which the shared parameters would change the view, in units of noise_px^2,
+  /// likewise.
+  double smooth_dispersion = 0;
+};
+
+/// The lens parameters' part of a covariance of the common parameters, which are SharedVector and
+/// then the global parameters of the rival.
+lens::LensCovariance LensCovarianceIn(const Rival& rival, const Eigen::MatrixXd& covariance);
+
+/// The views of one capture, prepared for the fits of several rivals.
+class RivalProblem {
+ public:
+  /// @param fit       start
+  /// @param used      corners to use, per view; a board with many of them is thinned out
+  /// @param noise_px  standard deviation of a corner's coordinate: scale of the priors
+  RivalProblem(const target::Board& board, std::span<const BoardView> views, image::ImageSize size,
+               const LensFit& fit, const std::vector<std::vector<bool>>& used, double noise_px);
+
+  /// Levenberg and Marquardt with numerical derivatives; the poses and local parameters are
+  /// eliminated view by view.
+  RivalResult Fit(const Rival& rival) const;
+  /// The same from another start. @param start  `converged` is not needed
+  RivalResult Fit(const Rival& rival, RivalResult start) const;
+  /// Information and score of each view about a fit, with the extra parameters held, for
+  /// TestForCaptureChanges(); nothing else of the result is set except `shared` and `covariance`.
+  LensFit Linearized(const Rival& rival, const RivalResult& at) const;
+  /// How well a fit determines the lens, and what it leaves unexplained.
+  RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
+  /// One linear step for each rival from the fit of `base`; the weights of the views
+  /// (Rival::course) are ignored. Empty if a point is not in front of the camera.
+  std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
+                                    const RivalResult& at) const;
+  const RivalBoard& board() const { return board_; }
+
+ private:
+  struct ViewData {
+    std::vector<double> rows_px;
+    std::vector<lens::Vec2> corners_px;
+    std::vector<bool> used;
+  };
+  /// Derivatives and residuals of one view.
+  struct Blocks {
+    Eigen::MatrixXd own, common;  ///< by pose and local, and by shared, global and changing
+    Eigen::VectorXd residuals;
+  };
+  /// J^T J and J^T r of one view: A of its own parameters, B of own and common ones.
+  struct OwnEquations {
+    Eigen::MatrixXd A, B;
+    Eigen::VectorXd a;
+  };
+  struct NormalEquations {
+    Eigen::MatrixXd H;  ///< of the common parameters
+    Eigen::VectorXd g;
+    std::vector<OwnEquations> own;
+  };
+  /// Extra parameters of view j.
+  static ExtraVector ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j);
+  /// @param step  rotation vector [rad] and translation [m], camera frame
+  static Pose Moved(const Pose& X_CK, const Eigen::Ref<const Vec6>& step);
+  bool Evaluate(const Rival& rival, const RivalResult& at, double& cost) const;
+  bool Linearize(const Rival& rival, const RivalResult& at, std::vector<Blocks>& blocks) const;
+  bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
+                       Blocks& block) const;
+  NormalEquations NormalEquationsOf(const Rival& rival, const RivalResult& at,
+                                    const std::vector<Blocks>& blocks) const;
+  RivalResult Stepped(const Rival& rival, const RivalResult& at, const NormalEquations& normal,
+                      double damping) const;
+  bool ResidualsOf(std::size_t j, const Rival& rival, const SharedVector& shared,
+                   const ExtraVector& extra, const Pose& X_CK, Eigen::VectorXd& residuals) const;
+  SharedMatrix PriorInformation(const Rival& rival, const SharedVector& shared,
+                                SharedVector& mean) const;
+  ExtraVector DeviationsOf(const Rival& rival) const;
+  double PriorCost(const Rival& rival, const RivalResult& at) const;
+
+  image::ImageSize size_;
+  target::Board declared_;
+  RivalBoard board_;
+  double noise_px_;
+  std::vector<ViewData> views_;
+  RivalResult start_;
+  ExtraVector deviations_;
+};
+
+}  // namespace plumbline::vision

@@ -1,0 +1,36 @@
+// Sub-pixel refinement of a tag's corners, with their covariance.
+#pragma once
+
+#include <optional>
+
+#include "app/vision/tracking/quads.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
+
+namespace plumbline::vision {
+
+/// Covariance of four corners (u0, v0, u1, v1, ..) [px^2]. Neighbouring corners share a side and
+/// are therefore correlated.
+using CornersCovariance = Eigen::Matrix<double, 8, 8>;
+
+struct RefinedCorners {
+  Corners corners;
+  CornersCovariance covariance;
+  double blur_px = 0;  ///< standard deviation of the edges' blur, mean over the four sides
+};
+
+/// Fits each side to the image as the blurred edge of a half plane:
+///   I(p) = B + b s + (A + a s) Phi(d / sigma),  d = n . p - bow(s) - d0 (1 - s) - d1 s
+/// over the pixels p near the side, with s in 0..1 along it, d outwards [px], and Phi the normal
+/// distribution function; d0, d1, sigma, B, b, A, a are estimated by Gauss-Newton. Blur from pixel
+/// area, optics and motion is symmetric and does not shift the edge. bow(s) is the deviation of the
+/// side from a straight line caused by lens distortion (a parabola, zero at both corners). The
+/// corners are the intersections of the sides; their covariance follows from the residual grey
+/// levels. The initial corners must be accurate to about half a pixel.
+/// @param cells  per side, including the border
+/// @param lens   null if unknown: sides are then assumed to be straight in the image
+/// @return       nullopt if a side has too few pixels or its edge cannot be fitted
+std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
+                                            int cells, const lens::Lens* lens);
+
+}  // namespace plumbline::vision

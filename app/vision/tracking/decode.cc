@@ -1,0 +1,154 @@
+#include "app/vision/tracking/decode.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "app/vision/tracking/luma_sampling.h"
+
+namespace plumbline::vision {
+namespace {
+
+constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
+constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
+constexpr double kTinyCell_px = 1.9;    // and even smaller ones twice as much
+constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
+constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
+constexpr int kMaxCells = 11;          // per side, including the surrounding ring
+
+/// Grey levels of all cells and of a ring around them.
+class Cells {
+ public:
+  /// Samples the border and the ring around it.
+  Cells(const image::LumaView& image, const Corners& corners, int cells)
+      : image_(image), map_(MapOfUnitSquare(corners)), cells_(cells) {
+    for (int r = -1; r <= cells; ++r) {
+      const bool whole_row = r <= 0 || r >= cells - 1;
+      for (int c = -1; c <= cells; ++c) {
+        if (whole_row || c <= 0 || c >= cells - 1) Sample(r, c);
+      }
+    }
+  }
+  void SampleData() {
+    for (int r = 1; r < cells_ - 1; ++r) {
+      for (int c = 1; c < cells_ - 1; ++c) Sample(r, c);
+    }
+  }
+  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1]; }
+  double At(int r, int c) const {
+    return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1];
+  }
+
+  /// Whether the cell is on a ring: -1 around the tag, 0 its border.
+  bool OnRing(int r, int c, int ring) const {
+    const int last = cells_ - 1 - ring;
+    return (r == ring || r == last || c == ring || c == last) && r >= ring && r <= last &&
+           c >= ring && c <= last;
+  }
+
+  /// Least-squares plane grey = plane . (1, c, r) through the cells of a ring.
+  Vec3 PlaneOfRing(int ring) const {
+    Mat3 normal = Mat3::Zero();
+    Vec3 right = Vec3::Zero();
+    for (int r = -1; r <= cells_; ++r) {
+      for (int c = -1; c <= cells_; ++c) {
+        if (!OnRing(r, c, ring)) continue;
+        const Vec3 at(1, c, r);
+        normal += at * at.transpose();
+        right += At(r, c) * at;
+      }
+    }
+    return normal.inverse() * right;
+  }
+
+  /// Grey level of a data cell with the blur from its neighbours removed.
+  double Sharpened(int r, int c, double sharpening) const {
+    const double around = At(r - 1, c) + At(r + 1, c) + At(r, c - 1) + At(r, c + 1);
+    return At(r, c) + sharpening * (4 * At(r, c) - around);
+  }
+
+ private:
+  double GreyOnTag(double x, double y) const {
+    const lens::Vec2 p = Mapped(map_, lens::Vec2(x, y) / cells_);
+    return GreyAt(image_, p.x(), p.y());
+  }
+  void Sample(int r, int c) {
+    const double x = c + 0.5, y = r + 0.5;
+    At(r, c) = 0.2 * (GreyOnTag(x, y) + GreyOnTag(x - kSampleOffset, y - kSampleOffset) +
+                      GreyOnTag(x + kSampleOffset, y - kSampleOffset) +
+                      GreyOnTag(x - kSampleOffset, y + kSampleOffset) +
+                      GreyOnTag(x + kSampleOffset, y + kSampleOffset));
+  }
+
+  const image::LumaView& image_;
+  const Mat3 map_;
+  int cells_;
+  std::array<double, std::size_t{kMaxCells} * kMaxCells> grey_{};
+};
+
+}  // namespace
+
+Mat3 MapOfUnitSquare(const Corners& p) {
+  // [P. Heckbert, Fundamentals of texture mapping and image warping, 1989, section 2.2.3]
+  const lens::Vec2 sum = p[0] - p[1] + p[2] - p[3];
+  const lens::Vec2 d1 = p[1] - p[2], d2 = p[3] - p[2];
+  const double det = d1.x() * d2.y() - d2.x() * d1.y();
+  const double g = (sum.x() * d2.y() - d2.x() * sum.y()) / det;
+  const double h = (d1.x() * sum.y() - sum.x() * d1.y()) / det;
+  Mat3 map;
+  map << p[1].x() - p[0].x() + g * p[1].x(), p[3].x() - p[0].x() + h * p[3].x(), p[0].x(),
+      p[1].y() - p[0].y() + g * p[1].y(), p[3].y() - p[0].y() + h * p[3].y(), p[0].y(), g, h, 1;
+  return map;
+}
+
+lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
+  const Vec3 q = map * Vec3(point.x(), point.y(), 1);
+  return {q.x() / q.z(), q.y() / q.z()};
+}
+
+std::optional<CellReading> ReadCells(const image::LumaView& image, const target::TagFamily& family,
+                                     const Corners& corners, double min_contrast) {
+  const int n = family.cells();
+  Cells cells(image, corners, n);
+  const Vec3 dark = cells.PlaneOfRing(0), bright = cells.PlaneOfRing(-1);
+  const Vec3 middle(1, 0.5 * (n - 1), 0.5 * (n - 1));
+  CellReading reading;
+  reading.contrast = (bright - dark).dot(middle);
+  if (!(reading.contrast >= min_contrast)) return std::nullopt;
+
+  const Vec3 threshold = 0.5 * (dark + bright);
+  const double area = 0.5 * std::abs((corners[2] - corners[0]).x() * (corners[3] - corners[1]).y() -
+                                     (corners[2] - corners[0]).y() * (corners[3] - corners[1]).x());
+  const double cell_px = std::sqrt(area) / n;
+  const double sharpening = cell_px < kTinyCell_px    ? kTinySharpening
+                            : cell_px < kSmallCell_px ? kSharpening
+                                                      : 0;
+  int bright_border = 0, border = 0, dark_around = 0, around = 0;
+  const auto level_at = [&](int r, int c) { return threshold.dot(Vec3(1, c, r)); };
+  for (int r = -1; r <= n; ++r) {
+    for (int c = -1; c <= n; ++c) {
+      if (cells.OnRing(r, c, -1)) {
+        ++around;
+        dark_around += cells.At(r, c) < level_at(r, c) ? 1 : 0;
+      } else if (cells.OnRing(r, c, 0)) {
+        ++border;
+        bright_border += cells.At(r, c) > level_at(r, c) ? 1 : 0;
+      }
+    }
+  }
+  if (14 * bright_border > border || 6 * dark_around > around) return std::nullopt;
+  if (family.strict && (bright_border > 0 || dark_around > 0)) return std::nullopt;
+  cells.SampleData();
+  double margin = reading.contrast;  // smallest distance of a data cell from its threshold
+  for (int r = 1; r < n - 1; ++r) {
+    for (int c = 1; c < n - 1; ++c) {
+      const double grey = sharpening > 0 ? cells.Sharpened(r, c, sharpening) : cells.At(r, c);
+      reading.bits = (reading.bits << 1) | (grey > level_at(r, c) ? 1 : 0);
+      margin = std::min(margin, std::abs(grey - level_at(r, c)));
+    }
+  }
+  if (family.strict && margin < kStrictMargin * reading.contrast) return std::nullopt;
+  return reading;
+}
+
+}  // namespace plumbline::vision

@@ -1,0 +1,74 @@
+// Detector of square tags: finds and decodes tags in a grey image and measures their corners.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "app/base/target/tag_family.h"
+#include "app/vision/tracking/corner_refinement.h"
+#include "app/vision/tracking/threshold.h"
+
+namespace plumbline::vision {
+
+/// A detected tag.
+struct SeenTag {
+  int id = 0;
+  int wrong_bits = 0;            ///< cells that were corrected
+  Corners corners_px;            ///< clockwise from the tag's own top left
+  CornersCovariance covariance;  ///< of the corners, from image noise [px^2]
+  double contrast = 0;           ///< bright minus dark [grey levels]
+};
+
+/// Renumbers the corners of a tag whose print is rotated clockwise by `quarters` quarter turns, so
+/// that the first corner is again the top left one of the print.
+SeenTag Turned(const SeenTag& tag, int quarters);
+
+struct DetectorSettings {
+  std::optional<int> threshold = {};  ///< fixed, 0..255; adaptive if nullopt
+  bool small_tags = true;  ///< also search at full resolution: down to 14 px, twice the time
+  /// Demand a clean print of families in which random cells often match (TagFamily::strict). Not
+  /// needed where the layout of the tags is known, as on a board.
+  bool strict = false;
+  int max_regions = 1500;  ///< limit on dark regions examined; bounds the time per frame
+};
+
+struct SeenTags {
+  std::vector<SeenTag> tags;
+  bool limited = false;  ///< more than max_regions dark regions: the smaller ones were skipped
+};
+
+/// Pipeline: dark regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its
+/// buffers; use one detector per thread.
+class TagDetector {
+ public:
+  TagDetector(target::TagFamily family, const DetectorSettings& settings);
+
+  /// Searches the whole image. @param lens  null if unknown; see RefineCorners
+  void Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen);
+
+  /// A part of the image to search, and how it is prepared.
+  struct Part {
+    ImageBox box;
+    Reduction reduction = Reduction::kHalf;
+  };
+  /// Searches only the given parts.
+  void DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
+                const lens::Lens* lens, SeenTags& seen);
+
+  const target::TagFamily& family() const { return family_; }
+
+ private:
+  void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
+              SeenTags& seen);
+  std::optional<SeenTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
+                               const lens::Lens* lens) const;
+
+  target::TagFamily family_;
+  DetectorSettings settings_;
+  Threshold threshold_;
+  SearchImage search_;
+  QuadFinder quads_;
+  std::vector<Corners> found_;
+};
+
+}  // namespace plumbline::vision

@@ -1,0 +1,92 @@
+// Estimation of instrument frame and tool tip, including rows with a constant tool orientation.
+#include "app/measure/diagnosis/alignment.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "app/measure/diagnosis/dataset_preparation.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/statistics/containment_radius.h"
+#include "tests/app/measure/diagnosis/simulated.h"
+
+namespace plumbline::alignment_test {
+
+using namespace plumbline::measure;
+
+namespace {
+
+/// A wrist on three orthogonal linear axes: the tool orientation is constant while only the linear
+/// axes move. Instrument frame and tool tip are unknown.
+MeasuredCell Gantry(bool wrist_moves) {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 8");
+  std::vector<model::Joint>& joints = data.cell.robot.joints;
+  for (std::size_t i = 0; i < 3; ++i) {
+    joints[i].type = model::JointType::kPrismatic;
+    joints[i].min = -5;
+    joints[i].max = 5;
+  }
+  joints[0].alpha_rad = -90 * kRadPerDeg;
+  joints[1].alpha_rad = 90 * kRadPerDeg;
+  joints[1].theta_offset_rad = 90 * kRadPerDeg;
+  for (model::Joint& joint : joints) joint.compliance_rad_per_Nm.reset();
+  for (measure::MeasuredRow& row : data.table.rows) {
+    row.q.head<3>() *= 0.3;
+    if (!wrist_moves) row.q.tail<3>() = model::JointVector::Constant(3, 0.4);
+  }
+  Remeasure(data, {}, 5e-5, 4);
+  data.cell.measurement.frame_known = data.cell.measurement.tool_known = false;
+  return data;
+}
+
+Alignment AlignmentOf(const MeasuredCell& data, Dataset& dataset) {
+  const Result<Dataset> read = DatasetFrom(data.cell, data.table);
+  REQUIRE(read);
+  dataset = *read;
+  const Result<Alignment> alignment = AlignFrames(dataset, Model::Declared(dataset), 1);
+  REQUIRE(alignment);
+  return *alignment;
+}
+
+}  // namespace
+
+TEST_CASE("rows with many orientations determine tip and base independently of the declaration") {
+  MeasuredCell data = Gantry(true);
+  const Vec3 true_tip_F = data.cell.tool.tcp_F;
+  data.cell.tool.tcp_F += Vec3(0.06, -0.05, 0.06);
+  Dataset dataset;
+  const Alignment alignment = AlignmentOf(data, dataset);
+  CHECK((alignment.model.frames.front().tip_F - true_tip_F).norm() < 1e-4);
+  CHECK(alignment.model.frames.front().X_WB.p.norm() < 2e-4);
+  CHECK_FALSE(UndeterminedFramesText(dataset, alignment, SessionIndex(0)));
+}
+
+TEST_CASE(
+    "with a constant orientation the tip stays as declared and the radius grows accordingly") {
+  MeasuredCell data = Gantry(false);
+  data.cell.tool.tcp_F += Vec3(0.012, 0, -0.015);
+  Dataset dataset;
+  const Alignment alignment = AlignmentOf(data, dataset);
+  const Model::Frames& frames = alignment.model.frames.front();
+  CHECK((frames.tip_F - data.cell.tool.tcp_F).norm() < 1e-6);
+  // The base absorbs the error of the tip; points with this orientation are still predicted
+  // correctly.
+  CHECK(frames.X_WB.p.norm() == Approx(Vec3(0.012, 0, -0.015).norm()).margin(1e-3));
+  const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
+  REQUIRE(linear);
+  const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
+    return statistics::RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
+  };
+  for (const LinearRow& row : linear->rows) {
+    CHECK(row.residual.norm() < 3e-4);
+    CHECK(radius(row.frames) < 1e-4);
+    // With the tool rotated by half a turn, the error of the tip counts twice.
+    Eigen::Matrix<double, 3, 9> turned = row.frames;
+    turned.rightCols<3>() = -turned.rightCols<3>();
+    CHECK(radius(turned) > 0.1);
+  }
+  const auto warning = UndeterminedFramesText(dataset, alignment, SessionIndex(0));
+  REQUIRE(warning);
+  CHECK_THAT(*warning, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
+}
+
+}  // namespace plumbline::alignment_test

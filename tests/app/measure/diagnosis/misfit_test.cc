@@ -1,0 +1,244 @@
+// Rows that the model fits worse than the others, and directions of load that rows hardly show.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <random>
+
+#include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/larger_residuals.h"
+#include "app/measure/diagnosis/plausibility.h"
+#include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/loads/numbered_load.h"
+#include "tests/app/measure/diagnosis/simulated.h"
+
+namespace plumbline::misfit_test {
+
+using namespace plumbline::measure;
+
+namespace {
+
+Result<Diagnosis> Answer(const MeasuredCell& data) {
+  return Diagnose(data.cell, data.table, {});
+}
+
+bool Notes(const Diagnosis& diagnosis, const std::string& text) {
+  return std::any_of(diagnosis.notes.begin(), diagnosis.notes.end(),
+                     [&](const std::string& note) { return note.find(text) != std::string::npos; });
+}
+
+/// Adds normal noise to the points of the rows for which `disturbed` holds.
+void Disturb(MeasuredCell& data, double sigma_m, unsigned seed,
+             const std::function<bool(std::size_t)>& disturbed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, sigma_m);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    if (disturbed(k))
+      *data.table.rows[k].measured_W += Vec3(noise(random), noise(random), noise(random));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("larger residuals under a rare load are its condition, and that load is not validated") {
+  for (const bool by_load : {true, false}) {
+    CAPTURE(by_load);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k)
+      data.table.rows[k].payload_kg = k % 9 == 4 ? 8 : k % 2 == 0 ? 2 : 4;
+    Remeasure(data, {}, 5e-5, 7);
+    // Mostly within what rejects a row.
+    Disturb(data, 2e-4, 11, [&](std::size_t k) { return k % 9 == (by_load ? 4 : 5); });
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    REQUIRE(diagnosis->misfit.has_value() == by_load);
+    if (by_load) CHECK(TextOf(diagnosis->misfit->condition) == "payload_kg of 8 or more");
+    REQUIRE(diagnosis->domain.payload_kg);
+    CHECK(diagnosis->domain.payload_kg->high == (by_load ? 4 : 8));
+    if (!by_load) continue;
+    CHECK(diagnosis->verdict == Verdict::kUnknown);
+    CHECK(diagnosis->drivers == std::vector<std::string>{"payload_kg"});
+  }
+}
+
+TEST_CASE("larger residuals under most rows are named, but leave no domain without them") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 90 --repeats 0 --seed 5");
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k)
+    data.table.rows[k].payload_kg = k % 9 < 5 ? 8 : k % 2 == 0 ? 2 : 4;
+  Remeasure(data, {}, 5e-5, 7);
+  Disturb(data, 4e-4, 12, [](std::size_t k) { return k % 9 < 5; });
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  REQUIRE(diagnosis->misfit);
+  CHECK(TextOf(diagnosis->misfit->condition) == "payload_kg of 8 or more");
+  REQUIRE(diagnosis->domain.payload_kg);
+  CHECK(diagnosis->domain.payload_kg->high == 8);
+}
+
+TEST_CASE("a compliance that depends on the direction of the load is unknown, with both values") {
+  const auto direction_of = [](const Diagnosis& diagnosis) {
+    const auto check =
+        std::find_if(diagnosis.checks.begin(), diagnosis.checks.end(),
+                     [](const ExplanationCheck& one) { return one.name == "load_direction"; });
+    REQUIRE(check != diagnosis.checks.end());
+    return *check;
+  };
+  const auto one_sided =
+      Answer(Simulated("--family one_sided_compliance --seed 3 --signal 15 --robot ur10"));
+  REQUIRE(one_sided);
+  CHECK(one_sided->verdict == Verdict::kUnknown);
+  CHECK(std::count(one_sided->drivers.begin(), one_sided->drivers.end(), "tau5_Nm") == 1);
+  CHECK_FALSE(direction_of(*one_sided).passed);
+  CHECK_THAT(direction_of(*one_sided).sentence, Catch::Contains("axis 5: the residual follows") &&
+                                                    Catch::Contains("under a positive torque"));
+  // Gross errors are no direction of a load.
+  const auto errors = Answer(
+      Simulated("--family joint_compliance --seed 3 --signal 15 --robot ur10 --outliers 0.05"));
+  REQUIRE(errors);
+  CHECK(errors->verdict == Verdict::kExplained);
+  CHECK(direction_of(*errors).passed);
+}
+
+TEST_CASE("larger residuals for a while are noted with their lines, and change no verdict") {
+  for (const bool heavy_then : {false, true}) {
+    CAPTURE(heavy_then);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    const auto then = [](std::size_t k) { return k >= 30 && k < 48; };
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].payload_kg = heavy_then && then(k) ? 8 : k % 2 == 0 ? 2 : 4;
+      data.table.rows[k].temp_C = 20 + 0.1 * static_cast<double>(k % 7);
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    Disturb(data, 1.5e-4, 11, then);
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->verdict == Verdict::kNoEffect);
+    CHECK(diagnosis->drivers.empty());
+    CHECK(Notes(*diagnosis, "successive poses (lines ") != heavy_then);
+    CHECK(Notes(*diagnosis, "with payload_kg of 8 or more are") == heavy_then);
+    CHECK(Notes(*diagnosis, "in only one stretch of time, within lines 32 to 49") == heavy_then);
+    if (!heavy_then) continue;
+    REQUIRE(diagnosis->domain.payload_kg);
+    CHECK(diagnosis->domain.payload_kg->high == 4);
+  }
+}
+
+TEST_CASE("a disturbance that coincides with many heavy rows is not blamed on the load") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 120 --repeats 0 --seed 5");
+  const auto then = [](std::size_t k) { return k >= 40 && k < 76; };
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    const bool heavy = then(k) ? k % 10 < 7 : k % 10 == 0;
+    data.table.rows[k].payload_kg = heavy ? 8 : k % 2 == 0 ? 2 : 4;
+  }
+  Remeasure(data, {}, 5e-5, 7);
+  Disturb(data, 1.5e-4, 11, then);
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->drivers.empty());
+  CHECK(Notes(*diagnosis, "successive poses (lines "));
+}
+
+TEST_CASE("equal noise is no condition and no stretch") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 120 --repeats 20 --seed 5");
+  const Result<Dataset> rows = DatasetFrom(data.cell, data.table);
+  REQUIRE(rows);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise;
+  constexpr int kSets = 2000;
+  int conditions = 0, stretches = 0;
+  for (int set = 0; set < kSets; ++set) {
+    PerRow<double> sizes;
+    for ([[maybe_unused]] const RowIndex row : rows->row_indices())
+      sizes.push_back(Vec3(noise(random), noise(random), noise(random)).norm());
+    conditions += FindLargerUnderCondition(*rows, sizes).has_value() ? 1 : 0;
+    stretches += FindLargerForAWhile(*rows, sizes).has_value() ? 1 : 0;
+  }
+  // At most 0.1 % each: nine or more of 2,000 happen once in 4,000 times.
+  CHECK(conditions < 9);
+  CHECK(stretches < 9);
+}
+
+TEST_CASE("a joint that yields is validated in the direction in which the rows load it") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 5");
+  const deflection::LoadedArm arm(data.cell);
+  const auto torque_Nm = [&](const measure::MeasuredRow& row) {
+    deflection::LoadedState state;
+    REQUIRE(arm.AtCommanded(row.q, loads::LoadOf(data.cell, row.payload_kg, {}, {}), {}, state));
+    return state.tau[2];
+  };
+  std::vector<measure::MeasuredRow> one_way, other_way;
+  for (const measure::MeasuredRow& row : data.table.rows) {
+    if (std::abs(torque_Nm(row)) > 10) (torque_Nm(row) > 0 ? one_way : other_way).push_back(row);
+  }
+  const bool positive = one_way.size() > other_way.size();
+  if (!positive) std::swap(one_way, other_way);
+  REQUIRE(other_way.size() >= 5);
+  struct Case {
+    std::vector<effects::ActiveEffect> hidden;
+    double declared;
+    std::size_t reversed;
+    bool limited;
+  };
+  const effects::ActiveEffect soft = EffectWith(data.cell, "joint_compliance", {{"q3", 3e-5}});
+  for (const Case& c :
+       {Case{{soft}, 0, 0, true}, Case{{soft}, 0, 4, true}, Case{{soft}, 0, 5, false},
+        Case{{}, 3e-5, 0, true}, Case{{}, 0, 0, false}}) {
+    CAPTURE(c.hidden.size(), c.declared, c.reversed);
+    data.cell.robot.joints[2].compliance_rad_per_Nm = c.declared;
+    data.table.rows = one_way;
+    data.table.rows.insert(data.table.rows.end(), other_way.begin(),
+                           other_way.begin() + static_cast<std::ptrdiff_t>(c.reversed));
+    Remeasure(data, c.hidden, 5e-5, 7);
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    const auto& loads = diagnosis->domain.joint_loads;
+    const auto found = std::find_if(loads.begin(), loads.end(),
+                                    [](const model::JointLoad& load) { return load.joint == 2; });
+    REQUIRE((found != loads.end()) == c.limited);
+    CHECK(Notes(*diagnosis, "too few poses load q3") == c.limited);
+    if (!c.limited) continue;
+    const double unseen = positive ? -found->range.low : found->range.high;
+    CHECK(unseen > 0);
+    CHECK(unseen < 10);
+    double largest = 0;
+    for (const measure::MeasuredRow& row : one_way)
+      largest = std::max(largest, std::abs(torque_Nm(row)));
+    CHECK((positive ? found->range.high : -found->range.low) == Approx(largest).epsilon(0.01));
+  }
+}
+
+TEST_CASE("without link masses, a note says that the directions of load are not known") {
+  for (const bool declared : {true, false}) {
+    CAPTURE(declared);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 5");
+    Remeasure(data, {EffectWith(data.cell, "joint_compliance", {{"q2", 3e-5}, {"q3", 6e-5}})}, 5e-5,
+              7);
+    if (!declared) {
+      for (model::Joint& joint : data.cell.robot.joints) joint.link_mass_kg.reset();
+    }
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK_FALSE(diagnosis->findings.empty());
+    CHECK(Notes(*diagnosis, "link_mass_kg is not declared for every link") != declared);
+  }
+}
+
+TEST_CASE("a negative backlash by load is implausible unless it reduces a declared one") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 5");
+  const effects::ActiveEffect gap = EffectWith(data.cell, "backlash", {{"q3", -1e-4}}, "load");
+  const auto implausible = [&](const effects::ActiveEffect& effect) {
+    const Result<Dataset> rows = DatasetFrom(data.cell, data.table);
+    REQUIRE(rows);
+    return ImplausibilityOf(*rows, effect).sentence;
+  };
+  CHECK_THAT(implausible(gap), Catch::Contains("joint q3 would yield against its load"));
+  CHECK(implausible(EffectWith(data.cell, "backlash", {{"q3", -1e-4}}, "move")).empty());
+  // Other ranges that start at zero say nothing about a load.
+  CHECK_THAT(implausible(EffectWith(data.cell, "joint_compliance", {{"q3", -1e-3}})),
+             !Catch::Contains("is negative"));
+  data.cell.effects = {effects::WrittenFromActive(
+      EffectWith(data.cell, "backlash", {{"q3", 3e-4}}, "load"), Eigen::MatrixXd())};
+  CHECK(implausible(gap).empty());
+}
+
+}  // namespace plumbline::misfit_test

@@ -1,0 +1,366 @@
+// plumbline-fleet against Debian's mosquitto, with both killed in turn.
+#include <set>
+
+#include "app/plant/queue.h"
+#include "tests/app/plant/fleet_station.h"
+#include "tests/app/plant/historian.h"
+
+namespace plumbline::fleet_process_test {
+
+using namespace plumbline::plant;
+using namespace plumbline::test;
+
+namespace {
+
+constexpr const char* kOurs = "plumblineV1/plumbline/+/cell-7";
+
+bool HasBroker() {
+  const bool has = !MosquittoProgram().empty();
+  if (!has) WARN("SKIPPED: no mosquitto here (apt install mosquitto)");
+  return has;
+}
+
+std::string PortLine(const BrokerProcess& broker) {
+  return fmt::format("port = {}\n", broker.port());
+}
+
+/// Messages as a consumer stores them: each (stream, seq) once.
+std::vector<Heard> Stream(const Historian& historian) {
+  std::set<std::int64_t> known;
+  std::vector<Heard> kept;
+  for (const Heard& one : historian.All()) {
+    if (one.json.contains("seq") && known.insert(one.json.at("seq").get<std::int64_t>()).second)
+      kept.push_back(one);
+  }
+  return kept;
+}
+
+}  // namespace
+
+TEST_CASE("a daemon with 5000 points is not reported as silent") {
+  if (!HasBroker()) return;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker), 5000);
+  station.Start();
+  INFO(station.Log());
+  REQUIRE(historian.Awaits("NDATA", 3));
+  CHECK(historian.Of("NDATA")[0].json.at("points") == 5000);
+  CHECK(historian.Of("NALARM").empty());
+}
+
+TEST_CASE("birth, states, alarms, points, models, lenses and probes are published") {
+  if (!HasBroker()) return;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker));
+  station.Start();
+  INFO(station.Log());
+  REQUIRE(historian.Awaits("NBIRTH"));
+  const auto birth = historian.Of("NBIRTH").front().json;
+  CHECK(birth.at("schema") == 1);
+  CHECK(birth.at("cell") == "KR 210 R2700 extra");
+  CHECK(birth.at("points").size() == 2);
+  CHECK(birth.at("points")[0].at("id") == 1);
+  REQUIRE(historian.Awaits("NDATA", 3));
+  CHECK(historian.Of("NDATA")[0].json.at("points_valid") == 1);
+  REQUIRE(historian.Awaits("NPOINT"));
+  CHECK(historian.Of("NPOINT")[0].json.at("reason") == "ok");
+  REQUIRE(historian.Awaits("NMODEL"));
+  CHECK(historian.Of("NMODEL")[0].json.at("before").is_null());
+  CHECK(historian.Of("NALARM").empty());
+
+  station.feed->Set([](cell::ViewState& state) {
+    state.alarms = alarm::kRobotStale;
+    state.model_version = 2;
+    state.points[0].translation_B = Vec3(0.002, 0, 0);
+    state.cameras.resize(1);
+    state.cameras[0].status.name = status::CameraName::kRear;
+    state.cameras[0].status.configured = true;
+    state.cameras[0].status.state = lens::ZoomState::kValid;
+  });
+  REQUIRE(historian.Awaits("NALARM"));
+  REQUIRE(historian.Awaits("NMODEL", 2));
+  REQUIRE(historian.Awaits("NPOINT", 2));
+  REQUIRE(historian.Awaits("NLENS"));
+  const auto begin = historian.Of("NALARM")[0].json;
+  CHECK(begin.at("event") == "begin");
+  CHECK(begin.at("word") == "alarms");
+  CHECK(begin.at("bit") == 1);
+  CHECK_FALSE(begin.at("meaning").get<std::string>().empty());
+  CHECK(historian.Of("NMODEL")[1].json.at("before") == 1);
+  CHECK(historian.Of("NPOINT")[1].json.at("correction_mm")[0] == 2);
+  CHECK(historian.Of("NLENS")[0].json.at("lens") == "valid");
+  CHECK(historian.Of("NLENS")[0].json.at("camera") == "rear");
+  station.feed->Set([](cell::ViewState& state) { state.alarms = 0; });
+  REQUIRE(historian.Awaits("NALARM", 2));
+  CHECK(historian.Of("NALARM")[1].json.at("event") == "end");
+
+  station.AddProbes(3);
+  REQUIRE(historian.Awaits("NPROBE", 3));
+  CHECK(historian.Of("NPROBE")[1].json.at("residual_mm")[2] == Approx(0.2));
+  CHECK(historian.Of("NPROBE")[1].json.at("id") == 2);
+
+  // In order, without gaps.
+  std::int64_t seq = 0;
+  for (const Heard& one : Stream(historian)) CHECK(one.json.at("seq") == ++seq);
+
+  // A consumer that subscribes later gets the retained birth and no death.
+  const Historian later(broker.port(), kOurs, "later");
+  REQUIRE(later.Awaits("NBIRTH"));
+  CHECK(later.Of("NBIRTH")[0].retained);
+
+  station.Signal(SIGTERM);
+  CHECK(station.Wait() == 0);
+  REQUIRE(historian.Awaits("NDEATH"));
+  CHECK(historian.Of("NDEATH")[0].json.at("bdSeq") == birth.at("bdSeq"));
+  CHECK(historian.Of("NDEATH")[0].json.at("clean_shutdown") == true);
+}
+
+TEST_CASE(
+    "after kill -9 the broker publishes the retained will; the next birth has another bdSeq") {
+  if (!HasBroker()) return;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker));
+  station.Start();
+  REQUIRE(historian.Awaits("NDATA"));
+  station.Kill();
+  REQUIRE(historian.Awaits("NDEATH"));
+  const auto birth = historian.Of("NBIRTH")[0].json, death = historian.Of("NDEATH")[0].json;
+  CHECK(death.at("bdSeq") == birth.at("bdSeq"));
+  CHECK(death.at("clean_shutdown") == false);
+  station.Start();
+  REQUIRE(historian.Awaits("NBIRTH", 2));
+  CHECK(historian.Of("NBIRTH")[1].json.at("bdSeq") != birth.at("bdSeq"));
+  CHECK(historian.Of("NBIRTH")[1].json.at("stream") == birth.at("stream"));
+  const Historian later(broker.port(), kOurs, "later");
+  REQUIRE(later.Awaits("NDEATH"));
+  REQUIRE(later.Awaits("NBIRTH"));
+  CHECK(later.Of("NDEATH")[0].retained);
+  CHECK(later.Of("NDEATH")[0].json.at("bdSeq") != later.Of("NBIRTH")[0].json.at("bdSeq"));
+}
+
+TEST_CASE("messages survive a broker outage with a publisher crash: complete, once, in order") {
+  if (!HasBroker()) return;
+  BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker), 40);
+  station.AddProbes(5);  // before the first start: not new
+  station.Start();
+  INFO(station.Log());
+  REQUIRE(historian.Awaits("NDATA"));
+  // It has read the journal once, so that probes added from now on are new.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  broker.Stop();
+  REQUIRE(station.Says("messages are queued meanwhile"));
+  for (int round = 1; round <= 8; ++round) {
+    station.AddProbes(40);
+    station.feed->Set([round](cell::ViewState& state) {
+      for (cell::ViewPoint& point : state.points) point.translation_B.x() = 1e-3 * round;
+      state.alarms = round % 2 ? alarm::kRobotStale : std::uint16_t{0};
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    if (round % 2 == 0) {
+      station.Kill();
+      station.Start();
+    }
+  }
+  broker.Start();
+  REQUIRE(historian.Awaits("NPROBE", 320));
+  std::vector<Heard> stream;
+  std::set<std::int64_t> probes;
+  REQUIRE(Soon([&] {
+    stream = Stream(historian);
+    return stream.size() > 600;
+  }));
+  std::int64_t seq = 0, first_probe = 0;
+  for (const Heard& one : stream) {
+    REQUIRE(one.json.at("seq") == ++seq);  // nothing is lost, nothing out of order
+    if (one.type != "NPROBE") continue;
+    const std::int64_t id = one.json.at("id");
+    if (first_probe == 0) first_probe = id;
+    CHECK(id == first_probe + static_cast<std::int64_t>(probes.size()));
+    CHECK(probes.insert(id).second);  // no probe is published under two numbers
+  }
+  CHECK(first_probe == 6);
+  CHECK(probes.size() == 320);
+  // Every alarm that began has ended before it begins again.
+  bool on = false;
+  for (const Heard& one : stream) {
+    if (one.type != "NALARM" || one.json.at("word") != "alarms") continue;
+    CHECK((one.json.at("event") == "begin") == !on);
+    on = !on;
+  }
+  CHECK(station.Says("messages forwarded in"));
+}
+
+TEST_CASE("a publisher killed repeatedly while forwarding loses nothing and repeats at most once") {
+  if (!HasBroker()) return;
+  constexpr std::size_t kProbes = 20000;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker));
+  std::filesystem::create_directories(station.state + "/fleet");
+  {
+    auto queue = FleetQueue::Open(station.state + "/fleet/queue.sqlite", 64'000'000);
+    REQUIRE(queue);
+    std::vector<Message> messages;
+    for (std::size_t id = 1; id <= kProbes; ++id) {
+      messages.push_back({MessageKind::kProbe, 1, fmt::format("{{\"id\":{}}}", id)});
+    }
+    REQUIRE(queue.value().Append(messages, ""));
+  }
+  std::size_t kills = 0;
+  for (; kills < 200 && historian.Of("NPROBE").size() < kProbes; ++kills) {
+    const std::size_t births = historian.Of("NBIRTH").size();
+    station.Start();
+    static_cast<void>(Soon([&] { return historian.Of("NBIRTH").size() > births; }, 5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(kills % 9));
+    station.Kill();
+  }
+  station.Start();
+  REQUIRE(Soon([&] {
+    std::set<std::int64_t> ids;
+    for (const Heard& one : historian.Of("NPROBE")) {
+      ids.insert(one.json.at("id").get<std::int64_t>());
+    }
+    return ids.size() == kProbes;
+  }));
+  std::int64_t seq = 0;
+  for (const Heard& one : Stream(historian)) REQUIRE(one.json.at("seq") == ++seq);
+  const std::size_t twice = historian.Of("NPROBE").size() - kProbes;
+  WARN(
+      fmt::format("{} kills while {} probes were forwarded; {} came twice", kills, kProbes, twice));
+  CHECK(kills > 3);
+}
+
+TEST_CASE("beyond the bound states are dropped first, and their number is published") {
+  if (!HasBroker()) return;
+  BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker) + "queue_mb = 1\n", 400);
+  station.Start();
+  REQUIRE(historian.Awaits("NDATA"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  broker.Stop();
+  station.AddProbes(200);
+  double offset_m = 0;
+  REQUIRE(Soon([&] {
+    offset_m += 1e-3;
+    station.feed->Set([offset_m](cell::ViewState& state) {
+      for (cell::ViewPoint& point : state.points) point.translation_B.x() = offset_m;
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    return station.Log().find("queue is full") != std::string::npos;
+  }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  broker.Start();
+  REQUIRE(historian.Awaits("NPROBE", 200));
+  REQUIRE(historian.Awaits("NLOST"));
+  const auto lost = historian.Of("NLOST")[0].json;
+  CHECK(lost.at("states") > 0);
+  CHECK(lost.at("others") == 0);
+  CHECK(station.Says("dropped since the queue was created"));
+  CHECK(historian.Of("NBIRTH").back().json.at("dropped").at("states") >= lost.at("states"));
+  std::int64_t before = 0;
+  for (const Heard& one : Stream(historian)) {
+    CHECK(one.json.at("seq") > before);  // gaps, but in order
+    before = one.json.at("seq").get<std::int64_t>();
+  }
+}
+
+TEST_CASE("a wrong password is logged; a corrected one is used without a restart") {
+  if (!HasBroker()) return;
+  const TemporaryFolder folder;
+  const std::string users = folder.path() + "/users", secret = folder.path() + "/secret";
+  std::ofstream(users) << "cell-7:right\n";
+  if (std::system(("mosquitto_passwd -U " + users).c_str()) != 0) {
+    WARN("SKIPPED: no mosquitto_passwd here");
+    return;
+  }
+  const BrokerProcess broker("allow_anonymous false\npassword_file " + users + "\n");
+  std::ofstream(secret) << "wrong\n";
+  FleetStation station(PortLine(broker) + "username = \"cell-7\"\npassword_file = \"" + secret +
+                       "\"\n");
+  station.Start();
+  INFO(station.Log());
+  REQUIRE(station.Says("not authorised"));
+  CHECK(station.Log().find("wrong\n") == std::string::npos);
+  std::ofstream(secret) << "right\n";
+  REQUIRE(station.Says(" connected, "));
+}
+
+TEST_CASE("TLS with a private CA; a broker of another CA is refused") {
+  if (!HasBroker()) return;
+  const TemporaryFolder folder;
+  const std::string at = folder.path();
+  const auto run = [&at](const std::string& command) {
+    return std::system(("cd " + at + " && " + command + " >/dev/null 2>&1").c_str()) == 0;
+  };
+  const auto made = [&run](const std::string& name) {
+    return run("openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=" + name + " -keyout " +
+               name + ".key -out " + name + ".pem");
+  };
+  std::ofstream(at + "/names") << "subjectAltName=IP:127.0.0.1\n";
+  if (!made("ours") || !made("theirs") ||
+      !run("openssl req -newkey rsa:2048 -nodes -subj /CN=broker -keyout broker.key -out "
+           "broker.csr") ||
+      !run("openssl x509 -req -in broker.csr -CA ours.pem -CAkey ours.key -CAcreateserial -days 2 "
+           "-extfile names -out broker.pem")) {
+    WARN("SKIPPED: no openssl here to make certificates with");
+    return;
+  }
+  const BrokerProcess broker("allow_anonymous true\ncertfile " + at + "/broker.pem\nkeyfile " + at +
+                             "/broker.key\n");
+  FleetStation station(PortLine(broker) + "tls_ca = \"" + at + "/theirs.pem\"\n");
+  station.Start();
+  REQUIRE(station.Says("certificate verify failed"));
+  station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/ours.pem\"\n");
+  station.Signal(SIGHUP);
+  REQUIRE(station.Says(" connected, "));
+  station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/broker.key\"\n");
+  station.Signal(SIGHUP);
+  REQUIRE(station.Says("no certificate or crl found"));
+  station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/none.pem\"\n");
+  station.Signal(SIGHUP);
+  REQUIRE(station.Says("contains no readable CA certificates"));
+  station.Signal(SIGTERM);
+  CHECK(station.Wait() == 0);
+}
+
+TEST_CASE("a missing daemon is published as an alarm of its own") {
+  if (!HasBroker()) return;
+  const BrokerProcess broker;
+  const Historian historian(broker.port(), kOurs);
+  FleetStation station(PortLine(broker));
+  station.feed.reset();
+  station.Start();
+  REQUIRE(historian.Awaits("NBIRTH"));
+  REQUIRE(historian.Awaits("NALARM"));
+  CHECK(historian.Of("NALARM")[0].json.at("word") == "fleet");
+  CHECK(historian.Of("NDATA").empty());
+  station.feed.emplace(station.state, 1);
+  REQUIRE(historian.Awaits("NALARM", 2));
+  CHECK(historian.Of("NALARM")[1].json.at("event") == "end");
+  REQUIRE(historian.Awaits("NDATA"));
+  CHECK(station.Says("receiving data from plumblined again"));
+}
+
+TEST_CASE("it does not start without [mqtt], with a faulty one, or with an invalid queue") {
+  FleetStation station("");
+  std::ofstream(station.state + "/fleet") << "a file";
+  station.Start();
+  CHECK(station.Wait() == 2);
+  station.Configure("port = 0\n");
+  station.Start();
+  CHECK(station.Wait() == 1);
+  CHECK(station.Says("mqtt.port: 0 is outside 1..65535"));
+  std::ofstream(station.config) << WithLine(DemoConfig("127.0.0.1:1", "universal-robots-fine"), "",
+                                            "state_directory", "\"" + station.state + "\"");
+  station.Start();
+  CHECK(station.Wait() == 1);
+  CHECK(station.Says("has no [mqtt] section"));
+}
+
+}  // namespace plumbline::fleet_process_test
