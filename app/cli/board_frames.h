@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/cli/progress.h"
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
 

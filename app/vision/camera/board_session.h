@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/board_prompt.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/vision/lens/board_corner_refinement.h"
+#include "app/vision/lens/board_view.h"
 
 namespace plumbline::vision {
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/base/target/declared_facts.h"
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/projection_uncertainty.h"
 #include "firmware-like/image/image_size.h"

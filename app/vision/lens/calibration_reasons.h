@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/capture_change.h"
 #include "app/vision/lens/capture_diagnosis.h"
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 
 namespace plumbline::vision {

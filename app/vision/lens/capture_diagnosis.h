@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/capture_cause.h"
 #include "app/vision/lens/rival_fit.h"
 #include "app/vision/lens/usable_region.h"

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 #include "firmware-like/image/image_size.h"
 

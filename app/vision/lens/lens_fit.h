@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_model.h"
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"

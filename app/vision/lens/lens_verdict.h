@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration.h"
 #include "app/vision/lens/capture_diagnosis.h"
 #include "app/vision/lens/usable_region.h"

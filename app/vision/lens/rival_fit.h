@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/rival_model.h"
 

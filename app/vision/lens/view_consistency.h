@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 
 namespace plumbline::vision {
