@@ -4,23 +4,296 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstddef>
+#include <ctime>
+#include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
 
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/model_fingerprint.h"
 #include "app/base/terminal/terminal_output.h"
+#include "app/base/text/sha256.h"
 #include "app/base/text/utc_text.h"
-#include "app/cli/diagnose_input.h"
-#include "app/cli/diagnose_outputs.h"
+#include "app/cli/diagnose_arguments.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
 #include "app/cli/progress.h"
+#include "app/cli/same_file.h"
+#include "app/measure/diagnosis/answer.h"
+#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/model_writer.h"
 #include "app/measure/diagnosis/summary.h"
+#include "app/measure/report/pdf.h"
+#include "app/measure/report/report.h"
+#include "app/measure/siblings/repeated_rows.h"
+#include "app/measure/siblings/sibling_folder.h"
+#include "app/measure/siblings/sibling_prior.h"
 #include "app/measure/siblings/siblings.h"
+#include "app/measure/table/csv.h"
+#include "app/version.h"
+#include "drivers/files/open_failure.h"
+#include "drivers/files/text_file.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/cell_model.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::cli {
 namespace {
+
+// Input files of plumbline diagnose: cell, rows and siblings.
+
+/// Content of the input files of plumbline diagnose.
+struct DiagnoseInput {
+  std::string cell_text;
+  std::string data_sha256;
+  model::CellModel cell;
+  measure::MeasuredTable measured;  ///< moved into the diagnosis
+  std::size_t rows = 0;
+  std::vector<int> unreadable_lines;
+  std::vector<measure::Arm> siblings;
+};
+
+/// Error if many rows of a sibling are also rows of the arm or of an earlier sibling.
+Result<void> CheckRepeatedRows(const DiagnoseArguments& arguments, const DiagnoseInput& input,
+                               const std::vector<measure::Arm>& earlier,
+                               const measure::Arm& sibling) {
+  const auto check = [&](const std::string& owner,
+                         const measure::MeasuredTable& rows) -> Result<void> {
+    const std::size_t repeated = measure::RepeatedRows(rows, sibling.rows, input.cell.robot.joints);
+    if (!measure::IsRepeated(repeated, rows.rows.size(), sibling.rows.rows.size())) return {};
+    return Error{fmt::format(
+        "{}: {} of its {} rows are also rows of {} (same joints, same readings): a copy is not "
+        "another arm, and would count twice; leave the folder out, or measure that arm",
+        sibling.name, repeated, sibling.rows.rows.size(), owner)};
+  };
+  if (const Result<void> own = check(arguments.measured, input.measured); !own) return own;
+  for (const measure::Arm& arm : earlier) {
+    if (const Result<void> other = check(arm.name, arm.rows); !other) return other;
+  }
+  return {};
+}
+
+/// Reads the siblings; each must be another arm, declared like this one.
+Result<std::vector<measure::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
+                                               const DiagnoseInput& input, std::ostream& err) {
+  std::vector<measure::Arm> arms;
+  std::map<std::string, std::string> owner_of_rows = {{input.data_sha256, arguments.measured}};
+  for (const std::string& folder : arguments.siblings) {
+    config::FaultList faults;
+    Result<measure::Arm> arm = measure::ReadArm(folder, faults);
+    err << config::FaultsText(faults);
+    if (!arm) return Error{arm.error()};
+    const Result<std::string> rows =
+        files::ReadFileUpTo(files::kTableSize, measure::RowsFileOf(folder));
+    const auto [owner, is_new] = owner_of_rows.emplace(text::Sha256Hex(rows ? *rows : ""), folder);
+    if (!is_new) {
+      return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
+                               folder, owner->second)};
+    }
+    if (const Result<void> own = CheckRepeatedRows(arguments, input, arms, *arm); !own) {
+      return Error{own.error()};
+    }
+    const std::string difference = measure::DifferenceOf(input.cell, arm->cell);
+    if (!difference.empty()) {
+      return Error{fmt::format("{}: cannot be compared with {}: {}; leave it out", folder,
+                               arguments.cell, difference)};
+    }
+    arms.push_back(std::move(arm).value());
+  }
+  return arms;
+}
+
+/// Reads all input files. Faults of the cell and of the rows are printed to `err`; the error is
+/// then empty.
+Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std::ostream& err) {
+  const Result<std::string> cell_text = files::ReadTextFile(arguments.cell);
+  const Result<std::string> table_text = files::ReadFileUpTo(files::kTableSize, arguments.measured);
+  if (!cell_text)
+    return Error{arguments.cell + ": " + files::ReadErrorText(arguments.cell, cell_text.error())};
+  if (!table_text)
+    return Error{arguments.measured + ": " +
+                 files::ReadErrorText(arguments.measured, table_text.error())};
+  config::FaultList faults;
+  const auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
+  std::optional<measure::MeasuredTable> measured;
+  if (cell) {
+    measured = measure::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
+  }
+  err << config::FaultsText(faults);
+  if (!cell || !measured) return Error{""};
+  DiagnoseInput input{*cell_text, text::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {},
+                      {}};
+  input.rows = input.measured.rows.size();
+  input.unreadable_lines = input.measured.unreadable_lines;
+  const Result<std::vector<measure::Arm>> arms = ReadSiblings(arguments, input, err);
+  if (!arms) return Error{arms.error()};
+  input.siblings = *arms;
+  return input;
+}
+
+// Output files of plumbline diagnose: corrected model, report, proposed poses and JSON.
+
+/// A file to be written at the end, and its content.
+struct DiagnoseOutput {
+  std::string option, path, text;
+};
+
+namespace fs = std::filesystem;
+
+std::string Today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char text[16];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
+}
+
+/// Path of the file for proposed poses; empty if none is to be written.
+std::string NextPosesPath(const DiagnoseArguments& arguments) {
+  if (!arguments.next_poses.empty()) return arguments.next_poses;
+  if (arguments.json.empty() || arguments.json == "-") return "";
+  std::error_code unknown;
+  const bool special =
+      fs::exists(arguments.json, unknown) && !fs::is_regular_file(arguments.json, unknown);
+  return special ? "" : (fs::path(arguments.json).parent_path() / "next_poses.csv").string();
+}
+
+/// The reference to the poses file in the JSON file: only its name if both are in one folder.
+std::string NameForJson(const std::string& poses, const std::string& json) {
+  const fs::path path(poses);
+  return path.parent_path() == fs::path(json).parent_path() ? path.filename().string() : poses;
+}
+
+/// Fingerprint of a valid cell's model; empty if the text cannot be parsed.
+std::string FingerprintOf(const std::string& cell_text) {
+  config::FaultList ignored;
+  const config::TomlDocument document(cell_text, "", ignored);
+  return document.parsed() ? config::ModelFingerprint(document) : "";
+}
+
+/// The corrected cell; empty, with the reason in `err`, if it would not be a valid one.
+std::string CorrectedCell(const DiagnoseArguments& arguments, const DiagnoseInput& input,
+                          const measure::Diagnosis& diagnosis, const measure::DataOrigin& origin,
+                          std::ostream& err) {
+  const auto model = measure::CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
+  if (model) return *model;
+  err << arguments.model
+      << ": not written, because the corrected model would not be a valid cell. A residual or "
+         "value this large indicates a mistake in the data (units, columns, another cell) "
+         "rather than an effect:\n"
+      << model.error();
+  return "";
+}
+
+std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& input,
+                     const measure::Diagnosis& diagnosis, const measure::DataOrigin& origin,
+                     const std::string& corrected_cell) {
+  const measure::ReportSource source{
+      fs::path(arguments.cell).filename().string(),
+      origin.file,
+      origin.rows,
+      input.unreadable_lines,
+      origin.date,
+      PLUMBLINE_VERSION,
+      text::TextFromUtc(static_cast<double>(std::time(nullptr))),
+      text::Sha256Hex(input.cell_text),
+      input.data_sha256,
+      FingerprintOf(input.cell_text),
+      corrected_cell.empty() ? std::string() : FingerprintOf(corrected_cell),
+      arguments.certificate_details};
+  return measure::ReportHtml(diagnosis, input.cell, source);
+}
+
+/// Checks that no output overwrites an input or another output, that all can be written and that
+/// a PDF can be made; prints every violation to `err`.
+bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err) {
+  const OutputPaths outputs = {{"--json", arguments.json},
+                               {"--write-model", arguments.model},
+                               {"--report", arguments.report},
+                               {"--pdf", arguments.pdf},
+                               {"--next-poses", NextPosesPath(arguments)}};
+  std::vector<std::string> inputs = {arguments.cell, arguments.measured};
+  for (const std::string& folder : arguments.siblings) {
+    inputs.push_back(measure::CellFileOf(folder));
+    inputs.push_back(measure::RowsFileOf(folder));
+  }
+  bool writable = !OverwritesFile("diagnose", outputs, inputs, err);
+  for (const auto& [option, path] : outputs) {
+    if (path.empty() || path == "-") continue;
+    if (path != arguments.next_poses && option == std::string_view("--next-poses"))
+      continue;  // beside --json
+    if (const Result<void> can_write = files::CheckWritable(path); !can_write) {
+      err << UnwritableText(path, can_write.error(), option);
+      writable = false;
+    }
+  }
+  if (arguments.pdf.empty()) return writable;
+  const std::string why = measure::WhyNoPdf();
+  if (!why.empty()) err << fmt::format("plumbline diagnose: --pdf: {}\n", why);
+  return writable && why.empty();
+}
+
+/// The requested files, the JSON last, so that the files it refers to exist once it appears. One
+/// that cannot be made is missing, and `err` receives the reason.
+std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
+                                            const DiagnoseInput& input,
+                                            const measure::Diagnosis& diagnosis,
+                                            std::ostream& err) {
+  std::vector<DiagnoseOutput> outputs;
+  const measure::DataOrigin origin{fs::path(arguments.measured).filename().string(),
+                                   static_cast<int>(input.rows), Today()};
+  std::string corrected_cell;
+  if (!arguments.model.empty())
+    corrected_cell = CorrectedCell(arguments, input, diagnosis, origin, err);
+  if (!corrected_cell.empty())
+    outputs.push_back({"--write-model", arguments.model, corrected_cell});
+  if (!arguments.report.empty() || !arguments.pdf.empty()) {
+    const std::string html = ReportOf(arguments, input, diagnosis, origin, corrected_cell);
+    if (!arguments.report.empty()) outputs.push_back({"--report", arguments.report, html});
+    if (!arguments.pdf.empty()) {
+      const Result<std::string> pdf = measure::PdfFromHtml(html);
+      if (pdf) {
+        outputs.push_back({"--pdf", arguments.pdf, *pdf});
+      } else {
+        err << fmt::format("{}: not written: {}\n", arguments.pdf, pdf.error());
+      }
+    }
+  }
+  std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
+  if (!poses.empty()) {
+    outputs.push_back({"--next-poses", poses, measure::NextPosesCsv(diagnosis, input.cell)});
+    poses = NameForJson(poses, arguments.json);
+  }
+  if (!arguments.json.empty())
+    outputs.push_back({"--json", arguments.json, measure::AnswerJson(diagnosis, poses)});
+  return outputs;
+}
+
+/// Writes each file atomically, and the text of path "-" to `out`.
+/// @return  whether all could be written; `err` receives the failures
+bool WriteDiagnoseOutputs(const std::vector<DiagnoseOutput>& outputs, std::ostream& out,
+                          std::ostream& err) {
+  bool written = true;
+  for (const DiagnoseOutput& output : outputs) {
+    if (output.path == "-") {
+      out << output.text << std::flush;
+      continue;
+    }
+    const Result<void> result = files::WriteTextFile(output.path, output.text);
+    if (result) continue;
+    err << UnwritableText(output.path, result.error(), output.option);
+    written = false;
+  }
+  return written;
+}
 
 /// Runs the engine, with siblings if any are given.
 Result<measure::Diagnosis> Diagnosed(const DiagnosisEngine& engine,

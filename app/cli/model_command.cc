@@ -1,11 +1,17 @@
 #include "app/cli/model_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/daemon_config.h"
@@ -15,17 +21,99 @@
 #include "app/cell/model_store/daemon_signal.h"
 #include "app/cell/model_store/model_change.h"
 #include "app/cell/model_store/model_json.h"
+#include "app/cell/model_store/model_store.h"
+#include "app/cell/model_store/superseded_text.h"
 #include "app/cell/model_store/usable_model.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
-#include "app/cli/model_print.h"
 #include "app/cli/state_subcommand.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
 
 namespace plumbline::cli {
 namespace {
+
+// Output of `plumbline model list` and `show`: versions of the cell's model and their facts.
+
+std::string MarkOf(int number, const cell::ModelState& state) {
+  std::vector<std::string> marks;
+  if (number == state.applied) marks.emplace_back("APPLIED");
+  if (number == state.proposed) marks.emplace_back("proposed");
+  if (number == state.declared) marks.emplace_back("declared");
+  if (state.set_aside && number == state.set_aside->version) marks.emplace_back("SET ASIDE");
+  return fmt::format("{}", fmt::join(marks, ", "));
+}
+
+std::string Millimetres(const std::optional<double>& value) {
+  return value ? fmt::format("{:.3f}", *value) : "-";
+}
+
+nlohmann::json VersionJson(const cell::ModelVersion& version, const cell::ModelState& state) {
+  nlohmann::json json = text::JsonOrNull(cell::JsonFrom(version.facts));
+  json["version"] = version.number;
+  json["applied"] = version.number == state.applied;
+  json["proposed"] = version.number == state.proposed;
+  json["declared"] = version.number == state.declared;
+  const bool aside = state.set_aside && version.number == state.set_aside->version;
+  json["set_aside"] = aside;
+  if (aside) json["set_aside_because"] = state.set_aside->changes;
+  return json;
+}
+
+/// Table with one line for each version.
+void PrintVersions(const std::vector<cell::ModelVersion>& versions, const cell::ModelState& state,
+                   std::ostream& out) {
+  out << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "version", "date", "origin",
+                     "verdict", "before", "after")
+      << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "", "", "", "", "mm", "mm");
+  for (const auto& [number, facts] : versions) {
+    const std::string mark = MarkOf(number, state);
+    out << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}{}\n", number, facts.date,
+                       NameOf(facts.origin), facts.verdict.empty() ? "-" : facts.verdict,
+                       Millimetres(facts.rms_before_mm), Millimetres(facts.rms_after_mm),
+                       mark.empty() ? "" : "  " + mark);
+  }
+}
+
+/// The facts of a version, as comments that may precede its text.
+void PrintVersion(const cell::ModelVersion& version, const cell::ModelState& state,
+                  const std::string& report_file, std::ostream& out) {
+  const auto& [number, facts] = version;
+  out << fmt::format("# version {}  {}\n# {}, {}, from {}\n", number, MarkOf(number, state),
+                     NameOf(facts.origin), facts.date, facts.from);
+  if (facts.based_on) out << fmt::format("# based on version {}\n", *facts.based_on);
+  if (!facts.verdict.empty()) {
+    out << fmt::format("# {}: {}; held out {} -> {} mm\n", facts.verdict,
+                       fmt::join(facts.effects, ", "), Millimetres(facts.rms_before_mm),
+                       Millimetres(facts.rms_after_mm));
+  }
+  for (const std::string& implausible : facts.implausible) {
+    out << "# implausible for a healthy machine: " << implausible << '\n';
+  }
+  if (facts.discrepancy_share) {
+    out << fmt::format("# {:.0f} % of the correction is from the discrepancy model\n",
+                       100 * *facts.discrepancy_share);
+  }
+  if (facts.change_mm) {
+    out << fmt::format("# moves the predicted tip by up to {:.3f} mm\n", *facts.change_mm);
+  }
+  if (facts.points_change_mm) {
+    out << fmt::format("# moved the configured points by up to {:.3f} mm when it was fitted\n",
+                       *facts.points_change_mm);
+  }
+  if (!facts.report.empty()) {
+    out << fmt::format("# report: {}\n", report_file);
+  }
+}
+
+/// Explains why an applied version is not in force, and lists the keys that changed.
+void PrintSetAside(const cell::ModelState& state, const std::string& state_directory,
+                   std::ostream& out) {
+  if (!state.set_aside) return;
+  out << '\n' << cell::SupersededText(state, state_directory) << '\n';
+  for (const std::string& change : state.set_aside->changes) out << "  " << change << '\n';
+}
 
 struct ModelOptions {
   std::string state = config::kDefaultStateDirectory;

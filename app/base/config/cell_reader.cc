@@ -4,22 +4,50 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
+#include <vector>
 
 #include "app/base/config/artefact_reader.h"
 #include "app/base/config/domain_reader.h"
 #include "app/base/config/effect_reader.h"
 #include "app/base/config/file_kind.h"
 #include "app/base/config/limits.h"
-#include "app/base/config/payload_item_reader.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/toml_reader.h"
 #include "app/base/config/tool_reader.h"
 #include "app/base/config/unlikely_values.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/model/cell_model.h"
 
 namespace plumbline::config {
 namespace {
+
+// Reader of the payload items of a cell.
+
+/// Reads each [[payload.item]]: its number, mass and centre of gravity. Faults are added to the
+/// table's fault list.
+std::vector<model::PayloadItem> PayloadItemsFromToml(const TomlTable& payload) {
+  std::vector<model::PayloadItem> items;
+  std::map<int, int> line_of;
+  for (const TomlTable& table : payload.Tables("item")) {
+    model::PayloadItem item;
+    const auto number = table.RequiredInteger("number", 1, kLargestNumber);
+    item.number = number.value_or(item.number);
+    item.mass_kg = table.RequiredNumber("mass_kg", {0, loads::kMaxPayload_kg}).value_or(0);
+    item.cog_F = table.RequiredVector3("cog_mm", kPlaceRange).value_or(Vec3::Zero());
+    if (number) {
+      const auto [first, is_new] = line_of.emplace(*number, table.LineOf("number"));
+      if (!is_new) {
+        table.AddFault("number", fmt::format("is already the number of the item in line {}; give "
+                                             "each [[payload.item]] its own",
+                                             first->second));
+      }
+    }
+    items.push_back(item);
+  }
+  return items;
+}
 
 constexpr NumberRange kJointAngle{-7200, 7200, kRadPerDeg};
 constexpr NumberRange kGravity{-20, 20};

@@ -4,17 +4,65 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <numbers>
 #include <set>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "app/base/config/limits.h"
 #include "app/base/config/point_solutions.h"
+#include "app/base/config/toml_reader.h"
 #include "app/base/config/unlikely_values.h"
-#include "app/base/config/written_rotation.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::config {
 namespace {
+
+// Angles as written in a file, whose unit is still to be determined: degrees, or radians by
+// mistake.
+
+/// Range of angles that are read in either unit.
+constexpr NumberRange kAsWritten{-100000, 100000};
+
+/// Roll, pitch and yaw as written in the file.
+struct WrittenRotation {
+  std::vector<double> angles = {0, 0, 0};
+
+  /// Zero if the key is missing.
+  static WrittenRotation Of(const TomlTable& table, std::string_view key);
+  Mat3 Rotation(bool radians) const;
+  /// What to write if the angles are radians: "[90, 0, -45]".
+  std::string InDegrees() const;
+};
+
+/// True if the angles, read as radians, are within one turn, and are not all zero.
+bool CouldBeRadians(const std::vector<double>& angles) {
+  constexpr double kMaxAngle_rad = 2 * std::numbers::pi + 1e-3;
+  const auto small = [](double angle) { return std::abs(angle) <= kMaxAngle_rad; };
+  const auto zero = [](double angle) { return angle == 0; };
+  return std::all_of(angles.begin(), angles.end(), small) &&
+         !std::all_of(angles.begin(), angles.end(), zero);
+}
+
+WrittenRotation WrittenRotation::Of(const TomlTable& table, std::string_view key) {
+  return {table.Numbers(key, kAsWritten, 3).value_or(std::vector<double>{0, 0, 0})};
+}
+
+Mat3 WrittenRotation::Rotation(bool radians) const {
+  const Vec3 rpy(angles[0], angles[1], angles[2]);
+  return RotationFromRollPitchYaw(radians ? rpy : Vec3(kRadPerDeg * rpy));
+}
+
+std::string WrittenRotation::InDegrees() const {
+  std::string text;
+  for (const double angle : angles) {
+    text += fmt::format("{}{:.5g}", text.empty() ? "" : ", ", angle / kRadPerDeg);
+  }
+  return "[" + text + "]";
+}
 
 /// Bounds the run time: searching for an unreachable point takes milliseconds, and more failures
 /// than these have a common cause.

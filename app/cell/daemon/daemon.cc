@@ -2,20 +2,27 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
+#include <poll.h>
+#include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <optional>
+#include <string>
 
 #include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
+#include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"
 #include "app/cell/daemon/boot_counter.h"
 #include "app/cell/daemon/camera_supervisors.h"
+#include "app/cell/daemon/control_cycle.h"
 #include "app/cell/daemon/cycle_setup.h"
 #include "app/cell/daemon/reload.h"
 #include "app/cell/daemon/running.h"
 #include "app/cell/daemon/state_storage.h"
-#include "app/cell/daemon/supervision.h"
+#include "app/cell/daemon/thread_watchdog.h"
 #include "app/cell/daemon/watched_threads.h"
 #include "app/cell/model_store/configuration_note.h"
 #include "app/version.h"
@@ -23,6 +30,128 @@
 
 namespace plumbline::cell {
 namespace {
+
+// Main thread's loop while the daemon runs.
+
+// Feeder of the service manager's watchdog.
+
+/// Feeds the service manager's watchdog while every thread is responsive, and shows a status line
+/// every few seconds. Logs a stalled thread, and has the daemon restarted.
+class WatchdogFeeder {
+ public:
+  WatchdogFeeder(ThreadWatchdog& threads, const service::ServiceManager& manager)
+      : threads_(threads), manager_(manager) {}
+
+  /// To be called several times a second.
+  void Update(const Snapshot& snapshot, const CycleCounters& counters, double now_s);
+
+ private:
+  void ReportStalled(const ThreadWatchdog::StalledThread& stalled);
+
+  ThreadWatchdog& threads_;
+  const service::ServiceManager& manager_;
+  std::string stalled_;  ///< the thread that was logged as stalled; empty: none
+  double fed_s_ = -1e300, status_s_ = -1e300;
+};
+
+constexpr double kStatusPeriod_s = 5;
+
+/// One line for `systemctl status`: health, robot, valid points.
+std::string StatusLine(const Snapshot& snapshot, const CycleCounters& counters) {
+  const auto valid = std::count_if(snapshot.points.begin(), snapshot.points.end(),
+                                   [](const PointResult& point) { return point.valid; });
+  return fmt::format(
+      "{}: {}; {}, {} of {} points valid, cycle {}", Describe(snapshot.health.severity),
+      snapshot.health.reason == HealthReason::kNone ? "no fault" : Describe(snapshot.health.reason),
+      (snapshot.status & status::kRobotLink) != 0 ? "robot trusted" : "no robot", valid,
+      snapshot.points.size(), counters.cycles);
+}
+
+void WatchdogFeeder::Update(const Snapshot& snapshot, const CycleCounters& counters, double now_s) {
+  ReportStalled(threads_.Check(now_s));
+  const auto period_s = manager_.watchdog_period_s();
+  if (!stalled_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
+  fed_s_ = now_s;
+  manager_.NotifyWatchdog();
+  if (now_s - status_s_ < kStatusPeriod_s) return;
+  status_s_ = now_s;
+  manager_.Status(StatusLine(snapshot, counters));
+}
+
+void WatchdogFeeder::ReportStalled(const ThreadWatchdog::StalledThread& stalled) {
+  if (stalled.name == stalled_) return;
+  stalled_ = stalled.name;
+  if (stalled_.empty()) return;
+  log::Log({log::Event::kThreadStalled,
+            fmt::format("{} has not responded for {:.1f} s: {}", stalled_, stalled.silent_s,
+                        manager_.watchdog_period_s() ? "the service manager will restart the daemon"
+                                                     : "restart the daemon"),
+            {{"THREAD", stalled_}}});
+  manager_.RequestRestart();
+}
+
+constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
+
+/// The next signal, if one arrives within that time.
+std::optional<int> AwaitSignal(int signals, int timeout_ms) {
+  pollfd waiting{signals, POLLIN, 0};
+  signalfd_siginfo info{};
+  if (poll(&waiting, 1, timeout_ms) <= 0) return std::nullopt;
+  if (read(signals, &info, sizeof info) != sizeof info) return std::nullopt;
+  return static_cast<int>(info.ssi_signo);
+}
+
+void UpdateAffinity(Running& running, double now_s) {
+  const CycleCounters counters = running.cycle.counters();
+  const CycleParts& parts = running.cycle.parts();
+  running.affinity.Update({counters.cycles, counters.overruns, parts.period_s},
+                          {running.cycle.heartbeat().thread(), parts.link->heartbeat().thread()},
+                          now_s);
+}
+
+void LogClockStep(service::UtcClock& clock, double now_s) {
+  const auto step_s = clock.DetectStep(service::SystemUtcSeconds(), now_s);
+  if (!step_s) return;
+  log::Log({log::Event::kClockSet,
+            fmt::format("system clock stepped by {:+.0f} s: probe and effect times continue on the "
+                        "previous time base. Restart the daemon to use the new time",
+                        *step_s)});
+}
+
+/// Logs transitions, reloads on SIGHUP and feeds the watchdog until SIGTERM or SIGINT.
+/// @param signals  descriptor that SIGHUP, SIGTERM and SIGINT are read from
+void Supervise(int signals, Running& running) {
+  Reporter reporter(PointNames(running.started), log::Log);
+  reporter.SetCell(running.started.machine.cell);
+  Reloader reloader(running, reporter);
+  WatchdogFeeder feeder(running.watchdog, running.manager);
+  service::UtcClock clock = running.cycle.clock();
+  for (;;) {
+    const std::optional<int> signal =
+        AwaitSignal(signals, reloader.pending() ? kPreparedPeriod_ms : kReportPeriod_ms);
+    if (signal == SIGHUP) {
+      reloader.Request();
+    } else if (signal) {
+      log::Log({log::Event::kEnding,
+                fmt::format("stopping on {}", *signal == SIGTERM ? "SIGTERM" : "SIGINT")});
+      running.manager.Stopping();
+      return;
+    }
+    reloader.Poll();
+    const double now_s = MonotonicSeconds();
+    LogClockStep(clock, now_s);
+    const std::uint16_t raised = running.cycle.TakeAlarms();
+    {
+      const auto snapshot = running.cycle.ReadSnapshot();
+      reporter.Observe(*snapshot, raised, running.cycle.parts().link->Status());
+      feeder.Update(*snapshot, running.cycle.counters(), now_s);
+    }
+    UpdateAffinity(running, now_s);
+    running.plc.DepositConnections(running.manager);
+    running.display.PublishIfDue();
+    log::FlushLog();
+  }
+}
 
 int NotStarted(const std::string& config_file) {
   log::Log(

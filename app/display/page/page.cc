@@ -1,27 +1,159 @@
 #include "app/display/page/page.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <random>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "app/base/config/page_token.h"
 #include "app/base/text/json_text.h"
 #include "app/display/page/camera_list.h"
 #include "app/display/page/page_files.h"
-#include "app/display/page/report_files.h"
 #include "app/display/page/request_parts.h"
 #include "app/display/page/residual_trend.h"
-#include "app/display/page/static_files.h"
 #include "app/display/page/status_json.h"
 #include "drivers/clock.h"
+#include "drivers/os/descriptor.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::display {
 namespace {
+
+// Reports and alarm pictures in the state directory, for reading.
+
+struct ReportFile {
+  std::string name;  ///< as ReportKindOf() accepts it
+  ReportKind kind = ReportKind::kNone;
+  std::uint64_t bytes = 0;
+  double utc_s = 0;  ///< time of the last change
+};
+
+/// Lists reports, newest first, at most kMaxReports of each kind. Unreadable files are left out.
+constexpr std::size_t kMaxReports = 100;
+
+/// Reads a regular file of at most kMaxReportBytes; follows no symbolic link.
+/// @param name  untrusted
+/// @return      its bytes, or why it cannot be read
+constexpr std::size_t kMaxReportBytes = 32U << 20U;
+
+namespace fs = std::filesystem;
+
+/// Folder of a kind of report, below the state directory.
+const char* FolderOf(ReportKind kind) {
+  return kind == ReportKind::kModel       ? "/models"
+         : kind == ReportKind::kDiagnosis ? "/diagnosis"
+                                          : "/alarms";
+}
+
+/// File name of a report; differs from its name on the page for the newest diagnosis only.
+std::string FileOf(ReportKind kind, const std::string& name) {
+  return kind == ReportKind::kDiagnosis ? "report.html" : name;
+}
+
+void AddReports(const std::string& state_directory, ReportKind kind,
+                std::vector<ReportFile>& reports) {
+  std::vector<ReportFile> found;
+  std::error_code error;
+  for (fs::directory_iterator at(state_directory + FolderOf(kind), error), end; !error && at != end;
+       at.increment(error)) {
+    std::string name = at->path().filename().string();
+    if (kind == ReportKind::kDiagnosis) {
+      if (name != FileOf(kind, "")) continue;
+      name = "diagnosis.html";
+    }
+    struct stat file {};
+    if (ReportKindOf(name) != kind || lstat(at->path().c_str(), &file) != 0) continue;
+    if (!S_ISREG(file.st_mode)) continue;
+    found.push_back({name, kind, static_cast<std::uint64_t>(file.st_size),
+                     static_cast<double>(file.st_mtim.tv_sec)});
+  }
+  // Names of one kind increase with time.
+  std::sort(found.begin(), found.end(),
+            [](const ReportFile& a, const ReportFile& b) { return a.name > b.name; });
+  found.resize(std::min(found.size(), kMaxReports));
+  reports.insert(reports.end(), found.begin(), found.end());
+}
+
+std::vector<ReportFile> ListReports(const std::string& state_directory) {
+  std::vector<ReportFile> reports;
+  for (const ReportKind kind :
+       {ReportKind::kDiagnosis, ReportKind::kModel, ReportKind::kAlarmPicture}) {
+    AddReports(state_directory, kind, reports);
+  }
+  return reports;
+}
+
+Result<std::string> ReadReport(const std::string& state_directory, const std::string& name) {
+  const ReportKind kind = ReportKindOf(name);
+  if (kind == ReportKind::kNone) return Error{"no such report"};
+  const std::string path = state_directory + FolderOf(kind) + "/" + FileOf(kind, name);
+  const os::Descriptor opened(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const int fd = opened.get();
+  if (!opened) return Error{"no such report"};
+  struct stat file {};
+  std::string bytes;
+  bool whole = false;
+  if (fstat(fd, &file) == 0 && S_ISREG(file.st_mode) &&
+      file.st_size <= static_cast<off_t>(kMaxReportBytes)) {
+    bytes.resize(static_cast<std::size_t>(file.st_size));
+    std::size_t got = 0;
+    for (ssize_t n = 1; n > 0 && got<bytes.size(); got += n> 0 ? static_cast<std::size_t>(n) : 0) {
+      n = read(fd, bytes.data() + got, bytes.size() - got);
+    }
+    whole = got == bytes.size();
+  }
+  if (!whole) {
+    return Error{
+        "the report cannot be read: it is being replaced or too large. Reload the list and try "
+        "again"};
+  }
+  return bytes;
+}
+
+// Embedded files of the page by their paths, with their content types.
+
+constexpr const char* kHtmlType = "text/html; charset=utf-8";
+
+struct StaticFile {
+  const char* path;
+  std::string_view text;
+  const char* type;
+};
+
+/// Null if the page has no such file.
+const StaticFile* StaticFileAt(const std::string& path) {
+  static const std::array kFiles = {
+      StaticFile{"/", page_files::kPage, kHtmlType},
+      StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/pictures.js", page_files::kPicturesScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/cameras.js", page_files::kCamerasScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/chart.js", page_files::kChartScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
+      StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/icon.svg", page_files::kIcon, "image/svg+xml"},
+  };
+  const auto* const found = std::find_if(kFiles.begin(), kFiles.end(),
+                                         [&](const StaticFile& f) { return path == f.path; });
+  return found == kFiles.end() ? nullptr : found;
+}
+
+/// True for the files that the login page uses.
+bool IsLoginFile(const std::string& path) {
+  return path == "/page.css" || path == "/login.js" || path == "/icon.svg";
+}
 
 constexpr double kCachePeriod_s = 5;           ///< for the trend and the list of reports
 constexpr double kPicturePollPeriod_s = 0.05;  ///< between checks for a newer picture

@@ -2,25 +2,321 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
 
 #include "app/measure/diagnosis/clusters.h"
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_noise.h"
 #include "app/measure/diagnosis/fahrenheit.h"
 #include "app/measure/diagnosis/impossible_values.h"
-#include "app/measure/diagnosis/missing_signals.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/payload_unit_changes.h"
-#include "app/measure/diagnosis/quaternion_order.h"
-#include "app/measure/diagnosis/recorded_signals.h"
-#include "app/measure/diagnosis/row_copies.h"
 #include "app/measure/table/conditions.h"
 #include "app/measure/table/numbered_rows.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
 #include "firmware-like/loads/numbered_load.h"
+#include "firmware-like/model/joint_columns.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline::measure {
 namespace {
+
+// Detection of quaternions whose numbers are in another order than the header states.
+
+using Quaternion = Eigen::Quaterniond;
+
+constexpr double kWrong_rad = 5 * kRadPerDeg;
+constexpr double kRight_rad = 1 * kRadPerDeg;
+constexpr double kLargestTurn_rad = 150 * kRadPerDeg;
+constexpr std::size_t kMinTurns = 6;
+
+Quaternion AsWritten(const Quaternion& read) {
+  return read;
+}
+
+Quaternion Inverse(const Quaternion& read) {
+  return read.conjugate();
+}
+
+/// Rotation vectors from each row to the next, in the rotated frame; shape (3, rows - 1).
+Eigen::Matrix3Xd Turns(const std::vector<Quaternion>& orientations,
+                       Quaternion (*undo)(const Quaternion&)) {
+  Eigen::Matrix3Xd turns(3, static_cast<Eigen::Index>(orientations.size()) - 1);
+  for (std::size_t k = 1; k < orientations.size(); ++k) {
+    const Quaternion turn = undo(orientations[k - 1]).conjugate() * undo(orientations[k]);
+    turns.col(static_cast<Eigen::Index>(k) - 1) = VectorFromRotation(turn.toRotationMatrix());
+  }
+  return turns;
+}
+
+/// Median difference between the measured turns and the predicted ones [rad], after the constant
+/// rotation between the two tool frames, by least squares.
+double MedianDifference(const std::vector<Quaternion>& measured,
+                        const std::vector<Quaternion>& predicted,
+                        const std::vector<SessionIndex>& sessions,
+                        Quaternion (*undo)(const Quaternion&)) {
+  const Eigen::Matrix3Xd of_measured = Turns(measured, undo);
+  const Eigen::Matrix3Xd of_predicted = Turns(predicted, AsWritten);
+  std::vector<Eigen::Index> clear;  // turns near 180 deg may have either sign
+  for (Eigen::Index k = 0; k < of_predicted.cols(); ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    const bool same_session = sessions[row] == sessions[row + 1];
+    if (same_session && of_predicted.col(k).norm() < kLargestTurn_rad) clear.push_back(k);
+  }
+  if (clear.size() < kMinTurns) return HUGE_VAL;
+  const Eigen::Matrix3Xd from = of_predicted(Eigen::all, clear);
+  const Eigen::Matrix3Xd to = of_measured(Eigen::all, clear);
+  const Eigen::JacobiSVD<Mat3> svd(to * from.transpose(),
+                                   Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vec3 signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
+  const Mat3 R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  std::vector<double> differences;
+  for (Eigen::Index k = 0; k < from.cols(); ++k) {
+    differences.push_back((to.col(k) - R * from.col(k)).norm());
+  }
+  return statistics::MedianOf(differences);
+}
+
+/// Finds quaternions whose columns are in the order x, y, z, w, or that are inverse (the
+/// measurement frame in the TCP frame). The rotation from one row to the next, in the tool frame,
+///   q_k^-1 q_(k+1)
+/// does not depend on the instrument's frame, and on the tool only by one constant rotation, which
+/// is fitted; it is compared with the rotation of the predicted tip. Both mistakes look alike:
+/// (w, x, y, z) -> (x, y, z, w) and the inverse are orthogonal maps of the four numbers with
+/// determinant -1, and the product of two such maps is q -> a q b with constant rotations a, b.
+/// @return  a sentence with the remedy if the median difference is above 5 deg as written and below
+///          1 deg with the inverse; nullopt if not, if no row is a pose, or with fewer than 6 clear
+///          rotations
+std::optional<std::string> QuaternionsInOtherOrder(const Dataset& data) {
+  const deflection::LoadedArm arm(data.cell);
+  std::vector<Quaternion> measured, predicted;
+  std::vector<SessionIndex> sessions;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.observations[row].kind != ObservationKind::kPose) continue;
+    sessions.push_back(data.session_of[row]);
+    deflection::LoadedState state;
+    arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
+    measured.push_back(*data.measured(row).orientation_W);
+    predicted.emplace_back(state.X_WT.R);
+  }
+  if (measured.size() <= kMinTurns) return std::nullopt;
+  const double before = MedianDifference(measured, predicted, sessions, AsWritten);
+  if (before < kWrong_rad || !std::isfinite(before)) return std::nullopt;
+  const double after = MedianDifference(measured, predicted, sessions, Inverse);
+  if (after > kRight_rad) return std::nullopt;
+  return fmt::format(
+      "the rotations between successive rows differ by {:.0f} deg (median) from those of the "
+      "joints, "
+      "but only by {:.2g} deg if the quaternions are in the order x, y, z, w or inverted. If the "
+      "order is x, y, z, w, write the header as qx, qy, qz, qw; if they are inverted, negate qx, "
+      "qy, qz",
+      before / kRadPerDeg, after / kRadPerDeg);
+}
+
+// Notes on what the rows and the cell do not state, and what cannot be identified without it.
+
+void FindMissingColumns(Dataset& data) {
+  const RecordedColumns& recorded = data.table.recorded;
+  const auto missing = [&data](bool there, const char* what) {
+    if (!there) data.not_recorded.emplace_back(what);
+  };
+  missing(recorded.time || recorded.clock_restarted, "t_s: drift and warm-up cannot be identified");
+  missing(!recorded.clock_restarted,
+          "t_s without a restart of its clock: drift and warm-up cannot be identified");
+  missing(recorded.temperature, "temp_C: thermal growth cannot be identified");
+  missing(data.loads_recorded(),
+          "payload_kg: effects of the load can be identified only from the arm's own weight");
+  missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be identified");
+  missing(recorded.order,
+          "the robot's moves between the probes: backlash by move and approach lag cannot be "
+          "identified");
+  missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be identified");
+}
+
+/// A warm-up follows exp(-t / time constant) from t_s = 0 on. With another time zero, it would need
+/// a shifted base and sizes e^(first / time constant) times as large.
+void CheckTimeZero(Dataset& data) {
+  if (!data.table.recorded.time) return;
+  double first_s = 1e300, last_s = -1e300;
+  for (const MeasuredRow& row : data.table.rows) {
+    first_s = std::min(first_s, *row.t_s);
+    last_s = std::max(last_s, *row.t_s);
+  }
+  if (std::abs(first_s) > last_s - first_s) {
+    data.not_recorded.push_back(fmt::format(
+        "t_s starts at {:.4g} s and spans {:.4g} s: thermal drift is modelled from t_s = 0, so a "
+        "warm-up that started with these rows cannot be identified; count t_s from its start",
+        first_s, last_s - first_s));
+  }
+}
+
+/// Fills `not_recorded`, and adds notes. Everything else of the data set must be set.
+void NoteMissingSignals(Dataset& data) {
+  FindMissingColumns(data);
+  CheckTimeZero(data);
+  if (data.table.recorded.payload && !data.cell.payload_cog_F) {
+    data.notes.emplace_back(
+        "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used only as "
+        "a signal, and the weight of the payload is not modelled");
+  }
+  const bool tags = !data.cell.measurement.reference_tags_W.empty();
+  const auto& rows = data.table.rows;
+  if (tags && std::none_of(rows.begin(), rows.end(),
+                           [](const MeasuredRow& row) { return !row.camera.empty(); })) {
+    data.notes.push_back(fmt::format(
+        "[measurement] reference_tags_mm has no effect, because no {}, or the errors of the tags "
+        "are not included in the stated uncertainties",
+        data.table.recorded.camera
+            ? "usable row names a camera: write side, rear, front or top into the column camera"
+            : "row names a camera: add a column camera"));
+  }
+  if (!data.torques_known) {
+    data.notes.emplace_back(
+        "a link has no link_mass_kg, so the joint torques are unknown: compliance is fitted as "
+        "gravity_sag, the products of compliance and weight that the poses identify; other effects "
+        "of the load on joints cannot be identified");
+  }
+  if (!data.table.unreadable_lines.empty()) {
+    data.notes.push_back(fmt::format("{} rows could not be read and were ignored (first: line {})",
+                                     data.table.unreadable_lines.size(),
+                                     data.table.unreadable_lines.front()));
+  }
+  if (data.cell.measurement.kind == model::MeasurementKind::kPose &&
+      !data.cell.measurement.sigma_rad) {
+    data.notes.emplace_back(
+        "only the positions of the measured poses are used, not the orientations: declare their "
+        "uncertainty as sigma_deg of [measurement] to use them");
+  }
+}
+
+// Detection of rows that are exact copies of earlier ones.
+
+/// Erases the marked rows and their observations.
+void EraseRows(Dataset& data, const std::vector<bool>& erased) {
+  std::vector<MeasuredRow> rows;
+  PerRow<Observation> observations;
+  for (const RowIndex row : data.row_indices()) {
+    if (erased[row.offset()]) continue;
+    rows.push_back(std::move(data.table.rows[row.offset()]));
+    observations.push_back(data.observations[row]);
+  }
+  data.table.rows = std::move(rows);
+  data.observations = std::move(observations);
+}
+
+/// Every number of a row.
+std::vector<double> NumbersOf(const MeasuredRow& row) {
+  constexpr double kAbsent = HUGE_VAL;  // no cell holds it
+  std::vector<double> numbers;
+  for (const std::optional<double>& value : {row.t_s, row.payload_kg, row.temp_C, row.range_m,
+                                             row.q_step_rad, row.gauge_m, row.sigma_m}) {
+    numbers.push_back(value.value_or(kAbsent));
+  }
+  for (const std::optional<int>& number : {row.tool_number, row.payload_item})
+    numbers.push_back(number ? *number : kAbsent);
+  const Vec3 p = row.measured_W.value_or(Vec3::Constant(kAbsent));
+  numbers.insert(numbers.end(), p.begin(), p.end());
+  const Eigen::Vector4d turn =
+      row.orientation_W ? row.orientation_W->coeffs() : Eigen::Vector4d::Constant(kAbsent);
+  numbers.insert(numbers.end(), turn.begin(), turn.end());
+  for (const model::JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
+    numbers.insert(numbers.end(), of_joints->begin(), of_joints->end());
+  }
+  numbers.insert(numbers.end(), row.further.begin(), row.further.end());
+  return numbers;
+}
+
+/// Removes copies: rows equal to an earlier one in every digit of every column including t_s.
+/// Without t_s, equal rows may also be repeated measurements with a coarse resolution; they are
+/// kept, with a note.
+/// The table and what each row measures must be set.
+void DropCopies(Dataset& data) {
+  std::set<std::tuple<std::string, std::string, std::vector<double>>> seen;
+  const bool timed = data.table.recorded.time;
+  int copies = 0, first = 0;
+  std::vector<bool> copy;
+  for (const MeasuredRow& row : data.table.rows) {
+    copy.push_back(!seen.emplace(row.session, row.artefact, NumbersOf(row)).second);
+    if (copy.back() && copies++ == 0) first = row.line;
+  }
+  if (copies == 0) return;
+  if (timed) EraseRows(data, copy);
+  data.notes.push_back(
+      timed ? fmt::format(
+                  "{} rows are exact copies of earlier rows and were ignored (first: line {})",
+                  copies, first)
+            : fmt::format(
+                  "{} rows are equal to earlier rows in every digit (first: line {}); without t_s "
+                  "they cannot be distinguished from repeated measurements and were kept",
+                  copies, first));
+}
+
+// Signals that vary over the rows of a data set, and joints that do not.
+
+constexpr double kStandstill = 1e-4;  // [rad] or [m]; a smaller movement counts as none
+
+void AddSignal(Dataset& data, std::string column, PerRow<double> values, bool of_joint) {
+  RecordedSignal signal{std::move(column), std::move(values), of_joint};
+  signal.low = *std::min_element(signal.values.begin(), signal.values.end());
+  signal.high = *std::max_element(signal.values.begin(), signal.values.end());
+  const double span = signal.high - signal.low;
+  if (!(span > 1e-9 * (1 + std::abs(signal.high)))) return;
+  std::set<long> distinct;
+  for (const double value : signal.values) {
+    if (distinct.size() < 50) distinct.insert(std::lround(1e4 * (value - signal.low) / span));
+  }
+  signal.distinct = static_cast<int>(distinct.size());
+  data.signals.push_back(std::move(signal));
+}
+
+/// Finds the signals that effects may depend on: time, row number, temperature, payload, further
+/// columns and the joints' quantities. Call it after the conditions of the rows are set.
+void FindSignals(Dataset& data) {
+  const auto add = [&data](const std::string& column, bool of_joint = false) {
+    PerRow<double> values;
+    for (const effects::Conditions& moment : data.conditions) {
+      const std::optional<double> value = moment.Signal(column);
+      if (!value) return;
+      values.push_back(*value);
+    }
+    AddSignal(data, column, std::move(values), of_joint);
+  };
+  add("t_s");
+  if (!data.table.recorded.time) add("row");
+  add("temp_C");
+  if (data.loads_recorded()) add("payload_kg");
+  for (const std::string& column : data.table.further) add(column);
+  for (int i = 0; i < data.cell.robot.size(); ++i) {
+    const model::JointType type = data.cell.robot.joints[static_cast<std::size_t>(i)].type;
+    using Quantity = model::JointQuantity;
+    for (const Quantity quantity :
+         {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kTorque}) {
+      add(model::JointColumnName(quantity, type, i), true);
+    }
+  }
+}
+
+/// Finds the joints that never moved, with a note for each.
+void FindStillJoints(Dataset& data) {
+  for (int i = 0; i < data.cell.robot.size(); ++i) {
+    const auto moved = [&](const MeasuredRow& row) {
+      return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
+    };
+    if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
+    data.still_joints.push_back(i);
+    data.notes.push_back(fmt::format(
+        "joint q{} never moved: effects that depend on it cannot be identified", i + 1));
+  }
+}
 
 constexpr int kMinRows = 4;
 

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/measure/diagnosis/alignment.h"
 #include "app/measure/diagnosis/candidate_outcomes.h"
 #include "app/measure/diagnosis/contradictions.h"
 #include "app/measure/diagnosis/corrected_model.h"
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/declared_errors.h"
 #include "app/measure/diagnosis/detectable.h"
@@ -20,7 +22,6 @@
 #include "app/measure/diagnosis/gross_errors.h"
 #include "app/measure/diagnosis/hidden_mistakes.h"
 #include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/kind_errors.h"
 #include "app/measure/diagnosis/next_poses.h"
 #include "app/measure/diagnosis/reference_checks.h"
 #include "app/measure/diagnosis/rivals.h"
@@ -33,6 +34,74 @@
 
 namespace plumbline::measure {
 namespace {
+
+// Errors of the rows by kind of observation.
+
+/// Sums of squares over the rows of one kind [m^2].
+struct KindSums {
+  double rows = 0, before = 0, after = 0, noise = 0;
+  double held_out = 0, before_held_out = 0, after_held_out = 0;
+};
+
+void Add(const RowTrace& trace, double relative_noise, KindSums& sums) {
+  sums.rows += 1;
+  sums.before += trace.before.squaredNorm();
+  sums.after += trace.after.squaredNorm();
+  sums.noise += relative_noise;
+  if (!trace.held_out_before || !trace.held_out_after) return;
+  sums.held_out += 1;
+  sums.before_held_out += trace.held_out_before->squaredNorm();
+  sums.after_held_out += trace.held_out_after->squaredNorm();
+}
+
+KindError ErrorOf(const std::string& kind, const KindSums& sums, double sigma_m) {
+  KindError error;
+  error.kind = kind;
+  error.rows = static_cast<int>(sums.rows);
+  error.before_m = std::sqrt(sums.before / sums.rows);
+  error.after_m = std::sqrt(sums.after / sums.rows);
+  error.noise_floor_m = sigma_m * std::sqrt(sums.noise / sums.rows);
+  if (sums.held_out == 0) return error;
+  error.before_held_out_m = std::sqrt(sums.before_held_out / sums.held_out);
+  error.after_held_out_m = std::sqrt(sums.after_held_out / sums.held_out);
+  return error;
+}
+
+/// RMS errors of each kind of observation over the rows that are not outliers, the kind with the
+/// most rows first. Errors of different kinds are not comparable: three axes of a point, one of a
+/// plane.
+std::vector<KindError> KindErrorsOf(const Dataset& data, const Diagnosis& diagnosis) {
+  std::map<std::string, KindSums> sums;
+  for (const RowIndex row : diagnosis.rows.indices()) {
+    const RowTrace& trace = diagnosis.rows[row];
+    if (trace.outlier) continue;
+    Add(trace, data.numbers[row].LengthVariance(), sums[Describe(trace.kind)]);
+  }
+  const double sigma_m = data.sigma_m > 0 ? data.sigma_m : diagnosis.sigma_m;
+  std::vector<KindError> errors;
+  errors.reserve(sums.size());
+  for (const auto& [kind, of] : sums) errors.push_back(ErrorOf(kind, of, sigma_m));
+  std::stable_sort(errors.begin(), errors.end(),
+                   [](const KindError& a, const KindError& b) { return a.rows > b.rows; });
+  return errors;
+}
+
+/// Sets `rms_by_kind`, and with several kinds, the overall figures to those of the first.
+void AddKindErrors(const Dataset& data, Diagnosis& diagnosis) {
+  diagnosis.rms_by_kind = KindErrorsOf(data, diagnosis);
+  if (diagnosis.rms_by_kind.size() < 2) return;
+  const KindError& most = diagnosis.rms_by_kind.front();
+  diagnosis.rms_before_m = most.before_m;
+  diagnosis.rms_after_m = most.after_m;
+  diagnosis.noise_floor_m = most.noise_floor_m;
+  // The most frequent kind of which rows were held out.
+  const auto held_out =
+      std::find_if(diagnosis.rms_by_kind.begin(), diagnosis.rms_by_kind.end(),
+                   [](const KindError& of) { return of.before_held_out_m.has_value(); });
+  if (held_out == diagnosis.rms_by_kind.end()) return;
+  diagnosis.held_out.before_m = *held_out->before_held_out_m;
+  diagnosis.held_out.after_m = *held_out->after_held_out_m;
+}
 
 constexpr int kSearchedRows =
     2200;  // larger tables are thinned for the search; the fit and its validation use all rows

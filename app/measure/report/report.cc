@@ -7,10 +7,172 @@
 #include "app/measure/report/certificate_layout.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
-#include "app/measure/report/style.h"
 
 namespace plumbline::measure {
 namespace {
+
+// Style sheet of the report, for screen, phone and print.
+
+constexpr const char* kReportStyle = R"css(
+:root { --ink: #25313a; --soft: #5c6b75; --line: #dbe2e6; --accent: #0b6e8f; --tint: #f3f7f9; }
+* { box-sizing: border-box; }
+html { -webkit-text-size-adjust: 100%; }
+body { margin: 0; color: var(--ink); background: #fff;
+  font: 16px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; }
+main { max-width: 1040px; margin: 0 auto; padding: 40px 28px 64px; }
+header p { margin: 0; color: var(--soft); }
+h1 { font-size: 1.55rem; font-weight: 600; margin: 0 0 4px; line-height: 1.25; }
+h2 { font-size: 1.12rem; font-weight: 600; margin: 48px 0 10px; padding-top: 14px;
+  border-top: 1px solid #dbe2e6; break-after: avoid; }
+h3 { font-size: 1rem; font-weight: 600; margin: 24px 0 6px; break-after: avoid; }
+p { margin: 0 0 12px; max-width: 74ch; }
+ul { margin: 0 0 12px; padding-left: 20px; max-width: 74ch; }
+.soft, figcaption, .legend { color: var(--soft); font-size: 0.875rem; }
+.verdict { margin: 28px 0 22px; padding: 18px 22px; background: var(--tint);
+  border-left: 4px solid #0b6e8f; }
+.verdict p { margin: 0; }
+.verdict .word { color: var(--accent); font-size: 0.8rem; font-weight: 600;
+  letter-spacing: 0.06em; text-transform: uppercase; }
+.verdict .headline { font-size: 1.3rem; line-height: 1.35; margin: 4px 0 6px; max-width: none; }
+.keys { display: flex; flex-wrap: wrap; gap: 14px 40px; margin: 0 0 8px; }
+.keys div { min-width: 120px; }
+.keys dt { color: var(--soft); font-size: 0.8125rem; }
+.keys dd { margin: 0; font-size: 1.35rem; font-variant-numeric: tabular-nums; }
+.keys dd small { font-size: 0.8125rem; color: var(--soft); }
+.table { overflow-x: auto; margin: 0 0 12px; }
+table { border-collapse: collapse; font-size: 0.9rem; line-height: 1.4;
+  font-variant-numeric: tabular-nums; }
+th { text-align: left; font-weight: 600; color: var(--soft); font-size: 0.8125rem;
+  border-bottom: 1px solid #25313a; vertical-align: bottom; }
+th, td { padding: 5px 18px 5px 0; }
+td { border-bottom: 1px solid #dbe2e6; vertical-align: top; }
+th:last-child, td:last-child { padding-right: 0; }
+.number { text-align: right; white-space: nowrap; }
+.strong td { font-weight: 600; }
+.heat td, .heat th { padding: 4px 6px; text-align: center; min-width: 46px; }
+.heat th.name { text-align: left; white-space: nowrap; padding-right: 14px; color: var(--ink);
+  border-bottom: 1px solid #dbe2e6; font-weight: 400; }
+figure { margin: 8px 0 20px; }
+.panels { display: grid; gap: 14px 24px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }
+.panels.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 290px), 1fr)); }
+.panel { break-inside: avoid; max-width: 500px; }
+.panel p { margin: 0; font-size: 0.875rem; font-weight: 600; overflow-wrap: anywhere; }
+.panel p.soft { font-size: 0.8125rem; font-weight: 400; }
+.panel svg { display: block; width: 100%; height: auto; }
+.panel svg text { font-family: system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif; }
+figcaption { margin-top: 6px; max-width: 84ch; }
+.legend { display: flex; align-items: center; gap: 8px; margin-top: 6px; }
+.legend i { width: 140px; height: 8px;
+  background: linear-gradient(90deg, #c4d3da, #2f8aa8 40%, #06303f);
+  -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+.note { padding: 10px 14px; border: 1px solid #dbe2e6; max-width: 74ch; }
+footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
+  color: var(--soft); font-size: 0.8125rem; }
+.certificate { max-width: 820px; margin: 0 auto; font-size: 0.875rem; line-height: 1.35; }
+.certificate p { max-width: none; margin: 0 0 4px; }
+.certificate h1, .certificate p, .certificate td { overflow-wrap: anywhere; }
+.certificate h1 { font-size: 1.3rem; }
+.certificate table { font-size: 0.8125rem; line-height: 1.3; width: 100%; }
+.certificate th { font-size: 0.75rem; }
+.certificate th, .certificate td { padding: 2px 10px 2px 0; }
+.certificate .table { margin: 0 0 3px; }
+.certificate .soft { font-size: 0.75rem; }
+.title td, .columns > tbody > tr > td { border: 0; padding: 0; }
+.title .when { text-align: right; white-space: nowrap; color: var(--soft); }
+.banner { margin: 8px 0 6px; padding: 8px 14px 7px; color: #fff; background: #5b6570; }
+.banner.explained { background: #1f6f43; }
+.banner.ambiguous { background: #8f5f00; }
+.banner.unknown { background: #a3271c; }
+.banner .word { font-size: 1.05rem; font-weight: 700; letter-spacing: 0.06em;
+  text-transform: uppercase; margin: 0; }
+.banner .headline { font-size: 0.9375rem; font-weight: 600; }
+.conformity { padding: 4px 14px; border-left: 6px solid #5b6570; background: var(--tint); }
+.certificate .conformity { margin-bottom: 8px; }
+.conformity.conforms { border-color: #1f6f43; }
+.conformity.not-decided { border-color: #8f5f00; }
+.conformity.fails { border-color: #a3271c; }
+.columns .left { width: 58%; padding-right: 12px; }
+.particulars th { border-bottom: 1px solid #dbe2e6; white-space: nowrap; font-weight: 400;
+  vertical-align: top; }
+.particulars td { overflow-wrap: anywhere; }
+.plot { margin: 6px 0 2px; }
+.plot p { font-size: 0.75rem; line-height: 1.3; }
+.plot svg { display: block; width: 100%; height: auto; }
+.plot svg text { font-family: system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif; }
+.blank { display: inline-block; width: 90%; min-width: 60px; border-bottom: 1px solid #25313a; }
+.approval td { width: 33%; border: 0; color: var(--soft); font-size: 0.75rem; }
+.approval .blank { height: 22px; }
+.certificate .digest { font: 0.625rem/1.4 "DejaVu Sans Mono", monospace; color: var(--soft);
+  overflow-wrap: anywhere; margin: 4px 0 0; }
+h2.appendix { font-size: 1.3rem; border: 0; }
+@media (max-width: 600px) {
+  main { padding: 22px 16px 40px; }
+  h1 { font-size: 1.3rem; }
+  .verdict { padding: 14px 16px; }
+  .verdict .headline { font-size: 1.12rem; }
+  .keys { gap: 12px 28px; }
+  table { font-size: 0.82rem; }
+  th, td { padding-right: 10px; }
+  /* Tables beside each other become one below the other; plots are scrolled, so that their texts stay legible. */
+  .title, .title > tbody, .title tr, .title td, .columns, .columns > tbody, .columns > tbody > tr,
+  .columns > tbody > tr > td { display: block; width: 100%; }
+  .columns .left { width: 100%; padding: 0 0 10px; }
+  .title .when { text-align: left; }
+  .certificate .table td:first-child { min-width: 7.5em; }
+  .plot { overflow-x: auto; }
+  .plot svg { min-width: 560px; }
+}
+@media print {
+  @page { size: A4; margin: 8mm 15mm 11mm;
+    @bottom-right { content: counter(page) " / " counter(pages);
+      font: 8pt "DejaVu Sans", sans-serif; color: #5c6b75; } }
+  body { font-size: 10pt; }
+  main { max-width: none; padding: 0; }
+  h2 { margin-top: 22px; }
+  .banner, .conformity, .verdict, .heat td, .legend i {
+    -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+  .certificate { max-width: none; font-size: 9pt; break-after: page; }
+  .certificate h1 { font-size: 14pt; }
+  .certificate table, .certificate th { font-size: 8pt; }
+  footer { margin-top: 8pt; padding-top: 4pt; font-size: 7.5pt; break-before: avoid; }
+  .certificate .soft, .plot p { font-size: 7.5pt; }
+  .banner .word { font-size: 11.5pt; }
+  .banner .headline { font-size: 9pt; }
+  .certificate .digest { font-size: 6pt; }
+  .certificate p.soft { break-before: auto; }
+  .certificate p { margin-bottom: 2pt; }
+  .banner { margin: 4pt 0; padding: 5pt 10pt 4pt; }
+  .certificate .conformity { margin-bottom: 4pt; }
+  .plot { margin: 3pt 0 0; }
+  .certificate, .certificate table, .plot p { line-height: 1.2; }
+  .banner p { margin-bottom: 1pt; }
+  .particulars th { padding-right: 4pt; }
+  .approval .blank { height: 16pt; }
+  h2.appendix { margin-top: 0; padding-top: 0; }
+  table { font-size: 8pt; }
+  th { font-size: 8pt; }
+  th, td { padding: 1.5pt 10pt 1.5pt 0; }
+  .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
+  .certificate .left .number { padding-right: 4pt; }
+  .table { overflow: visible; }
+  .keys dd { font-size: 12pt; }
+  .keys dd small { font-size: 8pt; }
+  .keys div { display: inline-block; margin-right: 4mm; }
+  .legend span, .legend i { display: inline-block; margin-right: 6mm; }
+  .keys, .legend { display: block; }
+  thead { display: table-header-group; }
+  tr, .panel, .note, .verdict, .legend, figcaption, .whole { break-inside: avoid; }
+  .legend, figcaption, p.soft { break-before: avoid; }
+  p { orphans: 3; widows: 3; }
+  /* At least two rows on either side of a page break. */
+  tbody tr:first-child { break-after: avoid; }
+  tbody tr:last-child { break-before: avoid; }
+  figcaption, .legend, .soft { font-size: 8.5pt; }
+  .panels, .panels.small { display: block; }
+  .panel { display: inline-block; vertical-align: top; width: 40%; margin: 0 6mm 4px 0; }
+  .panels.small .panel { width: 31%; margin-right: 1%; }
+}
+)css";
 
 /// All figures of the report.
 struct Pictures {

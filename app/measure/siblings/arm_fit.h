@@ -1,13 +1,64 @@
 // Values of given effects in one arm, fitted to its measured rows.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/siblings/random_effects.h"
 
 namespace plumbline::measure {
+
+struct Estimate {
+  double value = 0;
+  double sd = 0;  ///< of the measurement alone, > 0
+};
+
+/// Distribution of a number over the arms of a model: normal with this mean and spread.
+struct Pooled {
+  double mean = 0;
+  double between_sd = 0;  ///< from arm to arm, upper limit
+  double mean_sd = 0;     ///< of `mean`
+  int arms = 0;
+
+  /// Standard deviation of the value of a further arm about `mean`.
+  double next_sd() const;
+};
+
+/// value_i = mean + b_i + e_i with the spread of b unknown. Few arms may be alike by chance, so
+/// that `between_sd` is the upper 80 % confidence limit of the spread, by the Q-profile method: the
+/// value at which the weighted squares about the mean equal the 20 % quantile of chi-square with
+/// arms - 1 degrees of freedom [Viechtbauer 2007, doi:10.1002/sim.2514]. It is at least
+/// kLeastSpread of the mean.
+/// @param common  spread as a share of the mean that the quantity shares with others
+///                (CommonSpread); it replaces the limit
+/// @return        nullopt with fewer than two estimates
+std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
+                                    std::optional<double> common = std::nullopt);
+
+/// Spread of several quantities from arm to arm, as a share of their means.
+struct CommonSpread {
+  double spread = 0;            ///< at least kLeastCommonSpread
+  std::vector<bool> shared_by;  ///< per quantity
+};
+
+/// The upper 80 % confidence limit of the common spread, by the Q-profile method over all
+/// quantities that share it. With few arms, many quantities together determine the spread far
+/// better than each one alone. It is not shared by quantities whose mean is within three of its
+/// standard deviations of zero, nor by those that contradict the spread of the others (1 %, over
+/// all quantities).
+/// @return  nullopt if fewer than kMinCommonFreedom degrees of freedom remain
+std::optional<CommonSpread> CommonSpreadOf(std::span<const std::vector<Estimate>> quantities);
+
+/// Standard deviation of quantities with mean zero that is the same for all, its upper 80 %
+/// confidence limit as above; 0 if the estimates are within their own errors.
+double SpreadAboutZero(std::span<const Estimate> estimates);
+
+/// Judgement: arms of one model differ at least by this share, if few estimates show their spread.
+inline constexpr double kLeastSpread = 0.1;
+inline constexpr double kLeastCommonSpread = 0.02;  ///< likewise, if many do
+inline constexpr double kMinCommonFreedom = 8;
 
 /// One parameter of an effect with the role kSize, as it occurs in every arm of a model.
 struct SizeKey {

@@ -3,12 +3,138 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <vector>
 
 #include "app/vision/camera/tag_fit.h"
-#include "app/vision/camera/tag_majority.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::vision {
 namespace {
+
+// Largest group of reference tags that agree with each other.
+
+constexpr std::size_t kMinTagsForPose = 2;
+
+/// A majority of the tags that agree with each other, with the camera's pose free.
+struct Majority {
+  std::vector<std::size_t> members;
+  TagFit fit;
+};
+
+constexpr int kCoordinatesOfTag = 8;
+
+/// Whether the chi^2 of a fit is not rejected at kSignificance.
+bool IsAccepted(const std::optional<TagFit>& fit) {
+  return fit && statistics::ChiSquareTail(fit->chi2, std::max(1, fit->degrees_of_freedom)) >=
+                    kSignificance;
+}
+
+/// Whether `members` tags are enough to outvote the others: more than half of `all`, at least two.
+bool IsMajority(std::size_t members, std::size_t all) {
+  return members >= kMinTagsForPose && 2 * members > all;
+}
+
+/// The observations at `members`, which are in ascending order.
+TagFitProblem Only(const TagFitProblem& problem, const std::vector<std::size_t>& members) {
+  TagFitProblem some = problem;
+  for (std::size_t i = problem.observations.size(); i-- > 0;) {
+    if (!std::binary_search(members.begin(), members.end(), i)) some = some.Without(i);
+  }
+  return some;
+}
+
+/// Ids of the tags that are not among `members`.
+std::vector<int> IdsExcept(const TagFitProblem& problem, const std::vector<std::size_t>& members) {
+  std::vector<int> ids;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (!std::binary_search(members.begin(), members.end(), i)) {
+      ids.push_back(problem.observations[i].id);
+    }
+  }
+  return ids;
+}
+
+/// Whether the tag at `index` agrees with the tags at `members`: the increase of chi^2 is that of
+/// its coordinates' noise.
+bool Joins(const lens::KnownLens& lens, const TagFitProblem& problem,
+           const std::vector<std::size_t>& members, const TagFit& fit_of_members,
+           std::size_t index) {
+  std::vector<std::size_t> joined = members;
+  joined.insert(std::upper_bound(joined.begin(), joined.end(), index), index);
+  TagFitProblem with = Only(problem, joined);
+  with.start = fit_of_members.X_CK;
+  const auto fit = FitTags(lens.lens, with, {.pose = true});
+  return fit && statistics::ChiSquareTail(std::max(0.0, fit->chi2 - fit_of_members.chi2),
+                                          kCoordinatesOfTag) >= kSignificance;
+}
+
+/// Starts from the tags that agree with the problem's start and removes the worst until the rest
+/// agree; then adds those that agree with the rest.
+/// @return  nullopt if no majority agrees
+std::optional<Majority> FindMajority(const lens::KnownLens& lens, const TagFitProblem& problem) {
+  const std::size_t all = problem.observations.size();
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < all; ++i) {
+    const auto alone = FitTags(lens.lens, Only(problem, {i}), {});
+    if (IsAccepted(alone)) members.push_back(i);
+  }
+  if (!IsMajority(members.size(), all)) {
+    members.resize(all);
+    std::iota(members.begin(), members.end(), std::size_t{0});
+  }
+  std::optional<TagFit> fit = FitTags(lens.lens, Only(problem, members), {.pose = true});
+  while (!IsAccepted(fit) && IsMajority(members.size() - 1, all)) {
+    std::optional<TagFit> best;
+    std::size_t worst = 0;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      std::vector<std::size_t> others = members;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      const auto without = FitTags(lens.lens, Only(problem, others), {.pose = true});
+      if (without && (!best || without->chi2 < best->chi2)) best = without, worst = k;
+    }
+    if (!best) return std::nullopt;
+    members.erase(members.begin() + static_cast<std::ptrdiff_t>(worst));
+    fit = best;
+  }
+  if (!IsAccepted(fit) || !IsMajority(members.size(), all)) return std::nullopt;
+  Majority majority{members, *fit};
+  for (std::size_t i = 0; i < all; ++i) {
+    if (std::binary_search(members.begin(), members.end(), i)) continue;
+    if (!Joins(lens, problem, members, *fit, i)) continue;
+    majority.members.insert(std::upper_bound(majority.members.begin(), majority.members.end(), i),
+                            i);
+  }
+  const auto joined = FitTags(lens.lens, Only(problem, majority.members), {.pose = true});
+  if (IsAccepted(joined)) {
+    majority.fit = *joined;
+  } else {
+    majority.members = members;
+  }
+  return majority;
+}
+
+/// For each tag outside the majority: the clockwise quarter turns about its centre with which it
+/// joins, by id; a tag that does not join in any orientation has no entry.
+std::map<int, int> QuarterTurns(const lens::KnownLens& lens, const TagFitProblem& problem,
+                                const Majority& majority) {
+  std::map<int, int> turns;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (std::binary_search(majority.members.begin(), majority.members.end(), i)) continue;
+    for (const int quarters : {2, 1, 3}) {
+      TagFitProblem turned = problem;
+      for (std::size_t k = 0; k < 4; ++k) {
+        turned.observations[i].pixels[k] = problem.observations[i].pixels[(k + quarters) % 4];
+      }
+      if (!Joins(lens, turned, majority.members, majority.fit, i)) continue;
+      turns[problem.observations[i].id] = quarters;
+      break;
+    }
+  }
+  return turns;
+}
 
 constexpr std::size_t kMinTagsToExclude = 3;
 

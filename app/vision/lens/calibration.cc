@@ -4,15 +4,165 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration_reasons.h"
+#include "app/vision/lens/capture_change.h"
 #include "app/vision/lens/capture_diagnosis.h"
-#include "app/vision/lens/lens_verdict.h"
+#include "app/vision/lens/unproved_effects.h"
+#include "app/vision/lens/usable_region.h"
 #include "app/vision/lens/view_consistency.h"
 #include "app/vision/lens/view_selection.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline::vision {
 namespace {
+
+// Verdict on one lens of a capture: its usable region, its stated uncertainty, and what changed
+// between the views.
+
+/// A lens with what the capture says about it.
+struct LensVerdict {
+  LensCalibration result;
+  RegionChoice region;
+  /// Because of these it is not certain enough; see DecisiveEffects().
+  std::vector<UnprovedEffect> decisive;
+  std::string change;      ///< see ChangeReason()
+  bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
+  bool displaced = false;  ///< some views do not fit
+  /// Least uncertainty in half of the image or more, of all lenses that a larger limit would accept
+  /// [px]; infinite if there is none.
+  double least_px = std::numeric_limits<double>::infinity();
+
+  bool acceptable() const { return region.acceptable && change.empty() && !displaced; }
+};
+
+/// Chooses the usable region and states the uncertainty there, including that errors of this size
+/// are possible: the lens of a finding is as credible as the plain one.
+RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOptions& options,
+                              LensCalibration& result);
+
+/// Tests for changes, and widens the covariance for those that are too small to be detected.
+/// @param widening  of the fit's covariance
+void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
+                 const target::DeclaredFacts& declared, LensVerdict& verdict);
+
+// A zoom by 1 % before the last view must exceed five standard deviations ..
+constexpr double kMaxLastViewFocalSd = 2e-3;
+constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
+// A view is displaced if its RMS exceeds this many times the median, and its noise.
+constexpr double kDisplacedRatio = 3, kDisplacedNoise = 1.5;
+
+/// Largest error of the plain lens within each candidate radius if one of the findings is true
+/// [px].
+RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
+  RadiusErrors largest = diagnosis.contained_px;
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
+    IncludeErrors(finding.cause, finding.error_px, largest);
+  return largest;
+}
+
+/// StateUncertainty() with the effects that are not excluded.
+void ChooseRegion(const RadiusErrors& errors_px, const std::vector<UnprovedEffect>& unproved,
+                  const CalibrationOptions& options, LensVerdict& verdict) {
+  const lens::LensCovariance covariance = verdict.result.covariance;
+  verdict.region = StateUncertainty(ErrorsWith(unproved, errors_px), options, verdict.result);
+  verdict.decisive =
+      DecisiveEffects({verdict.result.lens, covariance, errors_px, verdict.result.size,
+                       options.distance_m, options.acceptable_px},
+                      unproved);
+}
+
+/// Least uncertainty of a lens that can be accepted at all [px].
+double LeastOf(const LensVerdict& verdict) {
+  return verdict.change.empty() && !verdict.displaced ? verdict.region.least_px
+                                                      : std::numeric_limits<double>::infinity();
+}
+
+/// Whether a view fits much worse than the others and than its noise.
+bool AnyDisplaced(const std::vector<double>& view_rms_px, double noise_px) {
+  std::vector<double> sizes = view_rms_px;
+  const double usual_px = statistics::MedianOf(sizes);
+  return std::any_of(view_rms_px.begin(), view_rms_px.end(), [&](double rms_px) {
+    return rms_px > kDisplacedRatio * usual_px && rms_px > kDisplacedNoise * noise_px;
+  });
+}
+
+/// The lens by the best explanation.
+LensVerdict AdoptedVerdict(const CaptureDiagnosis::Adopted& adopted, const ConsistentFit& fitted,
+                           std::span<const BoardView> kept, const CalibrationOptions& options,
+                           const LensCalibration& plain) {
+  LensVerdict verdict;
+  verdict.result = plain;
+  verdict.result.lens = adopted.lens;
+  verdict.result.rms_px = adopted.rms_px;
+  verdict.result.board_bow = adopted.board_bow;
+  verdict.result.board_bow_m = LargestBow(adopted.board_bow, plain.board);
+  verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
+  TestChanges(adopted.linearized, kept, adopted.precision.dispersion, options.declared, verdict);
+  verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
+  ChooseRegion(adopted.error_px, adopted.unproved, options, verdict);
+  return verdict;
+}
+
+RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOptions& options,
+                              LensCalibration& result) {
+  const RegionChoice region = LargestRegion(result.lens, result.covariance, errors_px, result.size,
+                                            options.distance_m, options.acceptable_px);
+  result.usable_radius_px = region.radius_px;
+  const double more = region.error_px / std::max(1e-6, region.plain_px);
+  if (std::isfinite(more)) result.covariance *= 1 + more * more;
+  result.uncertainty = ProjectionUncertaintyOf(result.lens, result.covariance, result.size,
+                                               options.distance_m, region.radius_px);
+  if (!std::isfinite(more)) result.uncertainty.max_px = INFINITY;
+  result.everywhere_px = region.everywhere_px;
+  return region;
+}
+
+void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
+                 const target::DeclaredFacts& declared, LensVerdict& verdict) {
+  const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
+  verdict.result.covariance += FullCovariance(test.undetected_covariance);
+  verdict.head_on = test.last_view_focal_sd >
+                    std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
+  verdict.change = ChangeReason(test, fit, views, verdict.result.board, declared);
+}
+
+/// States the uncertainty of the plain lens, with what the diagnosis finds or does not exclude.
+void StatePlainUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
+                           LensVerdict& verdict) {
+  ChooseRegion(ErrorsOf(diagnosis), diagnosis.unproved, options, verdict);
+}
+
+/// Replaces the verdict by that of an adopted lens if that is acceptable in a larger region.
+/// @param plain  the calibration with the plain lens
+/// @return       if no lens is acceptable, the effects without which an adopted lens would be
+std::vector<UnprovedEffect> AdoptBest(const CaptureDiagnosis& diagnosis,
+                                      const ConsistentFit& fitted, std::span<const BoardView> kept,
+                                      const CalibrationOptions& options,
+                                      const LensCalibration& plain, LensVerdict& verdict) {
+  std::vector<UnprovedEffect> decisive;
+  verdict.least_px = LeastOf(verdict);
+  for (const CaptureDiagnosis::Adopted& adopted : diagnosis.adopted) {
+    if (verdict.acceptable() && lens::UsableEverywhere(verdict.result)) break;
+    LensVerdict other = AdoptedVerdict(adopted, fitted, kept, options, plain);
+    other.least_px = verdict.least_px = std::min(verdict.least_px, LeastOf(other));
+    if (other.change.empty() && !other.displaced && decisive.empty()) decisive = other.decisive;
+    if (!other.acceptable() ||
+        (verdict.acceptable() && other.region.radius_px <= verdict.region.radius_px))
+      continue;
+    verdict = std::move(other);
+    verdict.result.notes.push_back(diagnosis.findings.front().words +
+                                   "; this was estimated together with the lens");
+    break;
+  }
+  return verdict.acceptable() ? std::vector<UnprovedEffect>{} : decisive;
+}
 
 constexpr double kMinCoverage = 0.35;
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
