@@ -189,18 +189,6 @@ std::string AngleColumn(int joint) {
                                 joint);
 }
 
-double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
-  const RecordedSignal& signal = data.signals[term.signal];
-  if (term.degree > 0) return Legendre(term.degree, Scaled(signal, value));
-  const double angle = term.cycles * value * std::numbers::pi / 180;
-  return term.cosine ? std::cos(angle) : std::sin(angle);
-}
-
-bool IsExemptFromShrinkage(const Block& block) {
-  if (block.empirical()) return !IsJointCurve(block);
-  return !LineOf(block) && !IsLinear(block.term);
-}
-
 constexpr double kMinEffective = 0.5;  // effective parameters of a group with a variance
 
 /// Sum over the rows of the variances of the written effects, taken as independent.
@@ -289,6 +277,18 @@ double ChoiceCost(const CandidateSet& candidate_set, const Explanation& named) {
 }
 
 }  // namespace
+
+double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
+  const RecordedSignal& signal = data.signals[term.signal];
+  if (term.degree > 0) return Legendre(term.degree, Scaled(signal, value));
+  const double angle = term.cycles * value * std::numbers::pi / 180;
+  return term.cosine ? std::cos(angle) : std::sin(angle);
+}
+
+bool IsExemptFromShrinkage(const Block& block) {
+  if (block.empirical()) return !IsJointCurve(block);
+  return !LineOf(block) && !IsLinear(block.term);
+}
 
 RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                            const Linearisation& linear, RowIndex row) {
