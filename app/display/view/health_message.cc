@@ -93,7 +93,7 @@ HealthMessage ObjectsNear(const ViewFacts& facts) {
           RemedyOf(reason)};
 }
 
-HealthMessage Interference(const ViewFacts& facts) {
+HealthMessage InterferenceMessage(const ViewFacts& facts) {
   const HealthReason reason = HealthReason::kInterference;
   for (const MeasuredPair& pair : facts.measured->pairs) {
     if (pair.state != scene::Proximity::kInterference) continue;
@@ -229,7 +229,7 @@ HealthMessage MessageOf(const CellHealth& health, const ViewFacts& facts) {
     const bool fresh =
         facts.measured != nullptr && facts.now_s - facts.measured->time_s <= kMeasuredFresh_s;
     if (fresh && reason == HealthReason::kObjectsNear) return ObjectsNear(facts);
-    if (fresh && reason == HealthReason::kInterference) return Interference(facts);
+    if (fresh && reason == HealthReason::kInterference) return InterferenceMessage(facts);
     for (const NamedMessage& row : kNamedMessages) {
       if (row.reason == reason) return row.message(facts);
     }

@@ -56,7 +56,7 @@ std::span<const std::uint8_t> ReadFrame(std::vector<std::uint8_t>& buffer) {
 }
 
 /// Answers frames until the input ends.
-int DecodeFrames(DvCodec& codec) {
+int DecodeFrames(vision::DvCodec& codec) {
   std::vector<std::uint8_t> buffer, yuyv;
   for (;;) {
     const std::span<const std::uint8_t> frame = ReadFrame(buffer);
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
                  ": started by plumbline and plumblined; see plumbline cameras --help\n";
     return 2;
   }
-  const auto codec = DvCodec::Load();
+  const auto codec = vision::DvCodec::Load();
   if (!codec) return camera::kDvNoLibrary;
   std::set_new_handler([] { _exit(1); });
   if (!os::EnterSandbox(kMemory_bytes, std::nullopt)) return camera::kDvNoSandbox;

@@ -130,7 +130,7 @@ SharedMatrix RivalProblem::PriorInformation(const Rival& rival, const SharedVect
   mean.setZero();
   mean[kCx] = 0.5 * (size_.width - 1);
   mean[kCy] = 0.5 * (size_.height - 1);
-  return PriorCost(sd, size_).Information();
+  return vision::PriorCost(sd, size_).Information();
 }
 
 double RivalProblem::PriorCost(const Rival& rival, const RivalResult& at) const {
