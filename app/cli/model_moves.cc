@@ -27,7 +27,7 @@ namespace {
 // "robot".
 
 constexpr double kReadTimeout_s = 0.3;
-constexpr std::int64_t kMaxRows = 12000;         // as many as a diagnosis uses
+constexpr std::int64_t kMaxLoadRows = 12000;     // as many as a diagnosis uses
 constexpr std::uint16_t kPayloadKnown = 1 << 2;  // bit of input_validity
 
 /// The current payload according to the daemon's registers.
@@ -77,7 +77,7 @@ std::vector<cell::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig&
   if (!journal) return loads;
   std::optional<double> least, most;
   cell::JournalFilter filter;
-  filter.last = kMaxRows;
+  filter.last = kMaxLoadRows;
   const auto read = journal.value().ForEach(
       filter, config.machine.cell.robot.joints, [&](const cell::JournalRow& row) {
         if (!row.payload_kg) return;
