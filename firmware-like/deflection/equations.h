@@ -39,7 +39,7 @@ bool IsActive(const ceres::Jet<double, kWidth>& value) {
 }
 
 /// Position in W that a camera at X_WC with the errors in `influence` reports for a point; see
-/// effects/camera_*.h. Unchanged if the point is not in front of the camera.
+/// effects/instrument_effects.h. Unchanged if the point is not in front of the camera.
 template <typename T>
 Vec3Of<T> ReadByCamera(const Pose& X_WC, const effects::Influence<T>& influence,
                        const Vec3Of<T>& p_W) {

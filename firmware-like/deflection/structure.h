@@ -48,13 +48,13 @@ OutboardMotionOf<T> CantileverMotion(const Vec3Of<T>& end, const Vec3Of<T>& beam
   return motion;
 }
 
-/// Half the length over which a carriage is supported by its guide [m]; an assumption, see
-/// guide_play.h.
+/// Half the length over which a carriage is supported by its guide [m]; an assumption, see the
+/// effect guide_play.
 inline constexpr double kHalfCarriage_m = 0.025;
 
 /// Tilt of a carriage with play under the moment M_B, about the axis `across`, per unit of half its
 /// play.
-///   turn = across M / sqrt(M^2 + (W h)^2),  M = across . M_B        see guide_play.h
+///   turn = across M / sqrt(M^2 + (W h)^2),  M = across . M_B        see guide_play
 /// @param weight_N  W: weight of everything that the carriage carries
 template <typename T>
 OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& across,
@@ -69,7 +69,7 @@ OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& acro
 }
 
 /// Motions of one joint's structure under the weight outboard of it, one for each of
-/// kStructureEntries; see bearing_tilt.h, axis_bending.h, guide_play.h and link_bending.h.
+/// kStructureEntries; see the effects in effects/structure_effects.h.
 /// @param g_B    gravity in B [m/s^2]
 /// @param theta  actual position of the joint [rad] or [m]
 template <typename T>

@@ -2,68 +2,75 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "firmware-like/effects/empirical.h"
+#include "firmware-like/effects/frame_effects.h"
+#include "firmware-like/effects/instrument_effects.h"
+#include "firmware-like/effects/joint_effects.h"
+#include "firmware-like/effects/motion_effects.h"
+#include "firmware-like/effects/structure_effects.h"
+#include "firmware-like/effects/tool_effects.h"
 
 namespace plumbline::effects {
+namespace {
+
+template <typename... Formulas>
+std::span<const Effect* const> OneOfEach() {
+  static const std::tuple<EffectOf<Formulas>...> effects;
+  static const auto catalogue = std::apply(
+      [](const auto&... effect) { return std::array{static_cast<const Effect*>(&effect)...}; },
+      effects);
+  return catalogue;
+}
+
+}  // namespace
 
 /// In the order of the table in the file-format description. A new effect needs only its line here
-/// and its two files.
-// clang-format off
-#define PLUMBLINE_EFFECTS(EFFECT) \
-  EFFECT(BaseFrame) \
-  EFFECT(ToolFrame) \
-  EFFECT(JointOffset) \
-  EFFECT(GearRatio) \
-  EFFECT(AxisCoupling) \
-  EFFECT(LinkGeometry) \
-  EFFECT(JointCompliance) \
-  EFFECT(JointHardening) \
-  EFFECT(Counterbalance) \
-  EFFECT(ToolStiffness) \
-  EFFECT(ToolShear) \
-  EFFECT(ToolRootCompliance) \
-  EFFECT(PayloadMass) \
-  EFFECT(PayloadCog) \
-  EFFECT(GravityDirection) \
-  EFFECT(PedestalCompliance) \
-  EFFECT(BearingTilt) \
-  EFFECT(LinkBending) \
-  EFFECT(AxisBending) \
-  EFFECT(GuidePlay) \
-  EFFECT(GravitySag) \
-  EFFECT(Backlash) \
-  EFFECT(ApproachLag) \
-  EFFECT(FollowingError) \
-  EFFECT(ArrivalFriction) \
-  EFFECT(GearPeriodic) \
-  EFFECT(ThermalGrowth) \
-  EFFECT(ThermalDrift) \
-  EFFECT(Latency) \
-  EFFECT(DynamicInertia) \
-  EFFECT(MeasurementScale) \
-  EFFECT(StepEvent) \
-  EFFECT(TiltEvent) \
-  EFFECT(BaseTilt) \
-  EFFECT(RangeZero) \
-  EFFECT(RangeAnchor) \
-  EFFECT(CameraTagSize) \
-  EFFECT(CameraZoom) \
-  EFFECT(CameraLens) \
-  EFFECT(CameraFrame)
-// clang-format on
-
-#define EFFECT(name) const Effect& name();
-PLUMBLINE_EFFECTS(EFFECT)
-#undef EFFECT
-
+/// and its struct in the file of its family.
 std::span<const Effect* const> Catalogue() {
-  static const std::array catalogue = {
-#define EFFECT(name) &name(),
-      PLUMBLINE_EFFECTS(EFFECT)
-#undef EFFECT
-  };
-  return catalogue;
+  return OneOfEach<  // clang-format off
+      BaseFrame,
+      ToolFrame,
+      JointOffset,
+      GearRatio,
+      AxisCoupling,
+      LinkGeometry,
+      JointCompliance,
+      JointHardening,
+      Counterbalance,
+      ToolStiffness,
+      ToolShear,
+      ToolRootCompliance,
+      PayloadMass,
+      PayloadCog,
+      GravityDirection,
+      PedestalCompliance,
+      BearingTilt,
+      LinkBending,
+      AxisBending,
+      GuidePlay,
+      GravitySag,
+      Backlash,
+      ApproachLag,
+      FollowingError,
+      ArrivalFriction,
+      GearPeriodic,
+      ThermalGrowth,
+      ThermalDrift,
+      Latency,
+      DynamicInertia,
+      MeasurementScale,
+      StepEvent,
+      TiltEvent,
+      BaseTilt,
+      RangeZero,
+      RangeAnchor,
+      CameraTagSize,
+      CameraZoom,
+      CameraLens,
+      CameraFrame
+      >();  // clang-format on
 }
 
 const Effect* FindEffect(std::string_view id) {

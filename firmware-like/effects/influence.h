@@ -36,7 +36,7 @@ class Influence {
     kLinkBending,  ///< bending of the link: L / (E I) [rad/(N m)]
     kLinkTorsion,  ///< torsion of the link: L / (G J) [rad/(N m)]
     kGuideTiltX,   ///< prismatic joint: half the play about the x axis of its frame [rad]
-    kGuideTiltY,   ///< the same about (travel x x axis); see guide_play.h
+    kGuideTiltY,   ///< the same about (travel x x axis); see GuidePlay
     kJointEntries
   };
   enum Entry {

@@ -5,9 +5,7 @@
 
 #include "app/measure/diagnosis/carried_columns.h"
 #include "app/measure/diagnosis/shape_gain.h"
-#include "firmware-like/effects/camera_zoom.h"
-#include "firmware-like/effects/step_event.h"
-#include "firmware-like/effects/tilt_event.h"
+#include "firmware-like/effects/catalogue.h"
 
 namespace plumbline::measure {
 namespace {
@@ -194,7 +192,7 @@ Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
 
 class StepSearch final : public MomentSearch {
  public:
-  StepSearch() : MomentSearch(effects::StepEvent()) {}
+  StepSearch() : MomentSearch(*effects::FindEffect("step_event")) {}
 
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
@@ -217,7 +215,7 @@ class StepSearch final : public MomentSearch {
 
 class TiltSearch final : public MomentSearch {
  public:
-  TiltSearch() : MomentSearch(effects::TiltEvent()) {}
+  TiltSearch() : MomentSearch(*effects::FindEffect("tilt_event")) {}
 
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
@@ -237,7 +235,7 @@ class TiltSearch final : public MomentSearch {
 
 class ZoomSearch final : public MomentSearch {
  public:
-  ZoomSearch() : MomentSearch(effects::CameraZoom()) {}
+  ZoomSearch() : MomentSearch(*effects::FindEffect("camera_zoom")) {}
 
   std::vector<Block> Fixed(const Dataset& data) const override {
     return {WholeBlock(data, effect_, "")};

@@ -6,8 +6,7 @@
 
 #include "app/measure/diagnosis/joint_lines.h"
 #include "app/measure/diagnosis/shape_gain.h"
-#include "firmware-like/effects/counterbalance.h"
-#include "firmware-like/effects/gear_periodic.h"
+#include "firmware-like/effects/catalogue.h"
 
 namespace plumbline::measure {
 namespace {
@@ -33,7 +32,8 @@ Block SineAndCosine(const effects::Effect& effect, int joint, int parameters,
 }
 
 Block PeriodicBlock(int joint, double cycles, double trials) {
-  Block block = SineAndCosine(effects::GearPeriodic(), joint, kParameterCount, {0, cycles, 0});
+  static const effects::Effect& gear_periodic = *effects::FindEffect("gear_periodic");
+  Block block = SineAndCosine(gear_periodic, joint, kParameterCount, {0, cycles, 0});
   block.trials = trials;
   return block;
 }
@@ -200,7 +200,8 @@ class BalanceSearch final : public ShapeSearch {
   bool DependsOnResidual() const override { return false; }
   std::vector<Block> Fixed(const Dataset& data) const override {
     if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
-    return {SineAndCosine(effects::Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
+    return {
+        SineAndCosine(*effects::FindEffect("counterbalance"), kCounterbalancedJoint, 2, {0, 0})};
   }
   effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
     return AmplitudeAndPhase(block, values);

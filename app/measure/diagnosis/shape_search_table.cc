@@ -11,7 +11,7 @@
 #include "app/measure/diagnosis/shape_gain.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "app/measure/diagnosis/thresholds.h"
-#include "firmware-like/effects/thermal_drift.h"
+#include "firmware-like/effects/catalogue.h"
 
 namespace plumbline::measure {
 namespace {
@@ -21,9 +21,14 @@ namespace {
 constexpr double kDriftTrials =
     4;  // effective number: neighbouring time constants give nearly equal curves
 
+const effects::Effect& ThermalDrift() {
+  static const effects::Effect& effect = *effects::FindEffect("thermal_drift");
+  return effect;
+}
+
 Block DriftBlock(double time_constant_s) {
   Block block;
-  block.term.effect = &effects::ThermalDrift();
+  block.term.effect = &ThermalDrift();
   block.id = block.term.effect->traits().id;
   block.term.parameters = {{0}, {1}, {2}, {3}};
   for (int axis = 0; axis < 3; ++axis) {
@@ -172,7 +177,7 @@ class DriftSearch final : public ShapeSearch {
 
   bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {
     return std::count_if(support.begin(), support.end(), [](const Block* block) {
-             return block->term.effect == &effects::ThermalDrift();
+             return block->term.effect == &ThermalDrift();
            }) > 1;
   }
 };

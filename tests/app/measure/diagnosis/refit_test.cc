@@ -12,7 +12,7 @@
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/elimination.h"
 #include "app/measure/diagnosis/robust.h"
-#include "firmware-like/effects/joint_offset.h"
+#include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
@@ -261,7 +261,8 @@ TEST_CASE(
     REQUIRE(linear);
     const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
     CandidateSet candidate_set(problem);
-    const BlockIndex block = candidate_set.Add(WholeBlock(rows, effects::JointOffset(), ""));
+    const BlockIndex block =
+        candidate_set.Add(WholeBlock(rows, *effects::FindEffect("joint_offset"), ""));
     return candidate_set.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
   };
   // With orientations ten times as certain, a tenth of the size, and of the displacement, is
@@ -282,7 +283,8 @@ TEST_CASE("a unit that explains noise is dropped, unless the others then need an
   REQUIRE(linear);
   const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
   CandidateSet candidate_set(problem);
-  const BlockIndex block = candidate_set.Add(WholeBlock(*dataset, effects::JointOffset(), ""));
+  const BlockIndex block =
+      candidate_set.Add(WholeBlock(*dataset, *effects::FindEffect("joint_offset"), ""));
   std::vector<ColumnIndex> q3_and_q5;
   for (const ColumnIndex column : candidate_set.ColumnsOf({block})) {
     const int joint = candidate_set.JointOfColumn(column);
