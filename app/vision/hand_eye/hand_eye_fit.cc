@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/statistics/group_equations.h"
 
 namespace plumbline::vision {
 namespace {
@@ -18,11 +19,7 @@ constexpr double kMinDistance_m = 1e-3;
 struct NormalEquations {
   HandEyeMatrix S = HandEyeMatrix::Zero();
   SharedColumn g = SharedColumn::Zero();
-  struct View {
-    Mat6 H = Mat6::Zero();
-    Vec6 g = Vec6::Zero();
-    Eigen::Matrix<double, kHandEyeShared, 6> to_shared =
-        Eigen::Matrix<double, kHandEyeShared, 6>::Zero();
+  struct View : statistics::GroupEquations<6, kHandEyeShared> {
     double squares_px = 0, weighted_px = 0;
     int corners = 0;
   };
@@ -120,9 +117,10 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
     const Pose& E = state.errors[k];
     Vec6 error;
     error << E.p, VectorFromRotation(E.R);
-    own.H = robot_information.asDiagonal();
-    own.g = robot_information.cwiseProduct(error);
-    normal.cost += error.dot(own.g);
+    own.A = robot_information.asDiagonal();
+    own.B.setZero();
+    own.a = robot_information.cwiseProduct(error);
+    normal.cost += error.dot(own.a);
     const Pose X_BF = FlangePose(options, view, state.offsets);
     kinematics::Jacobian joints;
     const bool moved = options.free_joints && state.offsets.size() > 0;
@@ -150,9 +148,9 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
       const double w = weight / (noise.corner_px * noise.corner_px);
       normal.S.noalias() += w * J.transpose() * J;
       normal.g.noalias() += w * J.transpose() * r;
-      own.H.noalias() += w * J_own.transpose() * J_own;
-      own.g.noalias() += w * J_own.transpose() * r;
-      own.to_shared.noalias() += w * J.transpose() * J_own;
+      own.A.noalias() += w * J_own.transpose() * J_own;
+      own.B.noalias() += w * J_own.transpose() * J;
+      own.a.noalias() += w * J_own.transpose() * r;
       own.squares_px += r.squaredNorm();
       own.weighted_px += weight * r.squaredNorm();
       ++own.corners;
@@ -172,27 +170,23 @@ void Deactivate(const HandEyePrior& prior, HandEyeMatrix& S, SharedColumn& g) {
   }
 }
 
+using Factors = std::vector<NormalEquations::View::Factor>;
+
 /// The shared part after elimination of the views' own parameters.
-void Reduce(const NormalEquations& normal, const HandEyePrior& prior, double damping,
-            HandEyeMatrix& S, SharedColumn& g, std::vector<Mat6>& inverse) {
+Factors Reduce(const NormalEquations& normal, const HandEyePrior& prior, double damping,
+               HandEyeMatrix& S, SharedColumn& g) {
   S = normal.S;
   S.diagonal() *= 1 + damping;
   g = normal.g;
-  inverse.resize(normal.views.size());
-  for (std::size_t k = 0; k < normal.views.size(); ++k) {
-    const NormalEquations::View& own = normal.views[k];
-    Mat6 H = own.H;
-    H.diagonal() *= 1 + damping;
-    inverse[k] = H.llt().solve(Mat6::Identity());
-    const Eigen::Matrix<double, kHandEyeShared, 6> through = own.to_shared * inverse[k];
-    S.noalias() -= through * own.to_shared.transpose();
-    g.noalias() -= through * own.g;
-  }
+  Factors factors;
+  for (const NormalEquations::View& view : normal.views)
+    factors.push_back(view.Eliminate(S, g, damping));
   Deactivate(prior, S, g);
+  return factors;
 }
 
 HandEyeState ApplyStep(const HandEyeState& state, const NormalEquations& normal,
-                       const std::vector<Mat6>& inverse, const SharedColumn& step) {
+                       const Factors& factors, const SharedColumn& step) {
   HandEyeState next = state;
   next.poses.Y.p += step.segment<3>(kCameraPosition);
   next.poses.Y.R = state.poses.Y.R * RotationFromVector(step.segment<3>(kCameraRotation));
@@ -204,8 +198,7 @@ HandEyeState ApplyStep(const HandEyeState& state, const NormalEquations& normal,
   for (int i = 0; i < 9; ++i) *lens[i] += step[kLensFirst + i];
   next.offsets += step.segment(kOffsetFirst, next.offsets.size());
   for (std::size_t k = 0; k < next.errors.size(); ++k) {
-    const NormalEquations::View& own = normal.views[k];
-    const Vec6 by = inverse[k] * (-own.g - own.to_shared.transpose() * step);
+    const Vec6 by = normal.views[k].Step(factors[k], step);
     next.errors[k].p += by.head<3>();
     next.errors[k].R = state.errors[k].R * RotationFromVector(by.tail<3>());
   }
@@ -217,20 +210,20 @@ void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const Ha
               const HandEyeState& state, HandEyeFit& fit) {
   HandEyeMatrix S;
   SharedColumn g;
-  std::vector<Mat6> inverse;
-  Reduce(normal, prior, 0, S, g, inverse);
+  const Factors factors = Reduce(normal, prior, 0, S, g);
   fit.covariance = S.ldlt().solve(HandEyeMatrix::Identity());
   double position_squares = 0, rotation_squares = 0, position_redundancy = 0,
          rotation_redundancy = 0, corner_squares = 0;
   double all_px = 0, corners = 0;
   for (std::size_t k = 0; k < normal.views.size(); ++k) {
     const NormalEquations::View& own = normal.views[k];
-    const Eigen::Matrix<double, 6, kHandEyeShared> through = inverse[k] * own.to_shared.transpose();
+    const Eigen::Matrix<double, 6, kHandEyeShared> through = factors[k].solve(own.B);
     HandEyeMatrix shared = fit.covariance;
     for (int i = 0; i < kHandEyeShared; ++i) {
       if (!prior.active[static_cast<std::size_t>(i)]) shared(i, i) = 0;
     }
-    const Mat6 covariance = inverse[k] + through * shared * through.transpose();
+    const Mat6 covariance =
+        factors[k].solve(Mat6::Identity()) + through * shared * through.transpose();
     for (int axis = 0; axis < 3; ++axis) {
       position_redundancy += 1 - covariance(axis, axis) / (noise.robot_m * noise.robot_m);
       rotation_redundancy +=
@@ -298,10 +291,9 @@ HandEyeFit FitHandEye(const std::vector<HandEyeView>& views, const HandEyeOption
   for (int pass = 0; pass < kMaxSteps && !fit.converged; ++pass) {
     HandEyeMatrix S;
     SharedColumn g;
-    std::vector<Mat6> inverse;
-    Reduce(normal, prior, damping, S, g, inverse);
+    const Factors factors = Reduce(normal, prior, damping, S, g);
     const SharedColumn step = S.ldlt().solve(-g);
-    HandEyeState next = ApplyStep(state, normal, inverse, step);
+    HandEyeState next = ApplyStep(state, normal, factors, step);
     NormalEquations there = NormalAt(views, options, prior, noise, next);
     if (step.allFinite() && there.in_front && there.cost <= normal.cost + kNegligible) {
       fit.converged =

@@ -9,6 +9,7 @@
 #include "app/vision/lens/disc_offsets.h"
 #include "app/vision/lens/lens_costs.h"
 #include "app/vision/lens/lens_start.h"
+#include "firmware-like/statistics/group_equations.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::vision {
@@ -172,12 +173,13 @@ class Adjustment {
     const double* parameters[] = {shared_.data(), state.pose.data()};
     double* jacobians[] = {by_shared.data(), by_pose.data()};
     if (!cost.Evaluate(parameters, residuals.data(), jacobians)) return result;
-    const auto C = Eigen::Matrix<double, 6, 6>(by_pose.transpose() * by_pose).ldlt();
-    const Eigen::Matrix<double, 6, kSharedCount> B = by_pose.transpose() * by_shared;
-    result.information =
-        SharedMatrix(by_shared.transpose() * by_shared) - B.transpose() * C.solve(B);
-    result.pull = B.transpose() * C.solve(by_pose.transpose() * residuals) -
-                  by_shared.transpose() * residuals;
+    const statistics::GroupEquations<6, kSharedCount> own{by_pose.transpose() * by_pose,
+                                                          by_pose.transpose() * by_shared,
+                                                          by_pose.transpose() * residuals};
+    result.information = by_shared.transpose() * by_shared;
+    SharedVector score = by_shared.transpose() * residuals;
+    own.Eliminate(result.information, score);
+    result.pull = -score;
     return result;
   }
 

@@ -160,6 +160,11 @@ RivalResult RivalProblem::Fit(const Rival& rival) const {
   return Fit(rival, start_);
 }
 
+RivalProblem::OwnEquations RivalProblem::EquationsOf(const Blocks& block) {
+  return {block.own.transpose() * block.own, block.own.transpose() * block.common,
+          block.own.transpose() * block.residuals};
+}
+
 RivalProblem::NormalEquations RivalProblem::NormalEquationsOf(
     const Rival& rival, const RivalResult& at, const std::vector<Blocks>& blocks) const {
   const std::vector<int> extras = CommonExtras(rival);
@@ -178,8 +183,7 @@ RivalProblem::NormalEquations RivalProblem::NormalEquationsOf(
   }
   for (std::size_t j = 0; j < blocks.size(); ++j) {
     const Blocks& block = blocks[j];
-    OwnEquations own{block.own.transpose() * block.own, block.own.transpose() * block.common,
-                     block.own.transpose() * block.residuals};
+    OwnEquations own = EquationsOf(block);
     for (std::size_t k = 0; k < rival.local.size(); ++k) {
       const double weight = noise2 / std::pow(deviations[rival.local[k]], 2);
       own.A(6 + k, 6 + k) += weight;
@@ -198,20 +202,14 @@ RivalResult RivalProblem::Stepped(const Rival& rival, const RivalResult& at,
   Eigen::MatrixXd S = normal.H;
   Eigen::VectorXd s = normal.g;
   S.diagonal() *= 1 + damping;
-  std::vector<Eigen::LDLT<Eigen::MatrixXd>> factors;
-  for (const OwnEquations& own : normal.own) {
-    Eigen::MatrixXd A = own.A;
-    A.diagonal() *= 1 + damping;
-    factors.emplace_back(A);
-    S -= own.B.transpose() * factors.back().solve(own.B);
-    s -= own.B.transpose() * factors.back().solve(own.a);
-  }
+  std::vector<OwnEquations::Factor> factors;
+  for (const OwnEquations& own : normal.own) factors.push_back(own.Eliminate(S, s, damping));
   const Eigen::VectorXd d = -S.ldlt().solve(s);
   RivalResult next = at;
   next.shared += d.head<kSharedCount>();
   for (std::size_t k = 0; k < extras.size(); ++k) next.extra[extras[k]] += d[kSharedCount + k];
   for (std::size_t j = 0; j < normal.own.size(); ++j) {
-    const Eigen::VectorXd e = -factors[j].solve(normal.own[j].a + normal.own[j].B * d);
+    const Eigen::VectorXd e = normal.own[j].Step(factors[j], d);
     next.X_CK[j] = Moved(next.X_CK[j], e.head<6>());
     for (std::size_t k = 0; k < rival.local.size(); ++k) next.local[j][rival.local[k]] += e[6 + k];
   }

@@ -7,6 +7,7 @@
 #include "app/vision/lens/board_view.h"
 #include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/rival_model.h"
+#include "firmware-like/statistics/group_equations.h"
 
 namespace plumbline::vision {
 
@@ -112,11 +113,7 @@ class RivalProblem {
     Eigen::MatrixXd own, common;  ///< by pose and local, and by shared, global and changing
     Eigen::VectorXd residuals;
   };
-  /// J^T J and J^T r of one view: A of its own parameters, B of own and common ones.
-  struct OwnEquations {
-    Eigen::MatrixXd A, B;
-    Eigen::VectorXd a;
-  };
+  using OwnEquations = statistics::GroupEquations<Eigen::Dynamic, Eigen::Dynamic>;
   struct NormalEquations {
     Eigen::MatrixXd H;  ///< of the common parameters
     Eigen::VectorXd g;
@@ -130,6 +127,7 @@ class RivalProblem {
   bool Linearize(const Rival& rival, const RivalResult& at, std::vector<Blocks>& blocks) const;
   bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
                        Blocks& block) const;
+  static OwnEquations EquationsOf(const Blocks& block);
   NormalEquations NormalEquationsOf(const Rival& rival, const RivalResult& at,
                                     const std::vector<Blocks>& blocks) const;
   RivalResult Stepped(const Rival& rival, const RivalResult& at, const NormalEquations& normal,

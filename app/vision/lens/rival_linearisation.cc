@@ -105,13 +105,10 @@ LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) cons
   const double weight = 1 / (noise_px_ * noise_px_);
   for (Blocks& block : blocks) {
     block.common = Eigen::MatrixXd(block.common.leftCols<kSharedCount>());
-    const auto A = Eigen::LDLT<Eigen::MatrixXd>(block.own.transpose() * block.own);
-    const Eigen::MatrixXd B = block.own.transpose() * block.common;
-    const Eigen::VectorXd a = block.own.transpose() * block.residuals;
-    ViewInformation view;
-    view.information =
-        weight * (block.common.transpose() * block.common - B.transpose() * A.solve(B));
-    view.pull = weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
+    Eigen::MatrixXd S = block.common.transpose() * block.common;
+    Eigen::VectorXd s = block.common.transpose() * block.residuals;
+    EquationsOf(block).Eliminate(S, s);
+    ViewInformation view{weight * S, -weight * s};
     if (!rival.local.empty()) {  // the board bends in each view: no change of it can be seen
       view.information.rightCols<kSharedCount - kBowX>().setZero();
       view.information.bottomRows<kSharedCount - kBowX>().setZero();

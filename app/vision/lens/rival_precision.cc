@@ -94,13 +94,13 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
   const double noise2 = noise_px_ * noise_px_;
   const NormalEquations normal = NormalEquationsOf(rival, at, blocks);
   Eigen::MatrixXd S = normal.H;
+  Eigen::VectorXd s = normal.g;
   double energy = 0;
   Eigen::Index freedom = -kSharedCount;
   std::vector<Eigen::VectorXd> residuals;
   std::vector<std::vector<bool>> used;
   for (std::size_t j = 0; j < blocks.size(); ++j) {
-    const OwnEquations& own = normal.own[j];
-    S -= own.B.transpose() * own.A.ldlt().solve(own.B);
+    normal.own[j].Eliminate(S, s);
     const auto [explained, rank] =
         Explained(blocks[j].own, blocks[j].common.leftCols<kSharedCount>(), blocks[j].residuals);
     energy += explained;

@@ -61,13 +61,9 @@ class LinearStep {
   ScoreTest Step(const Rival& rival, std::size_t added, const StepPrior& prior) const;
 
  private:
-  /// Normal equations of a view's own parameters: A step = -a.
-  struct OwnSystem {
-    Eigen::MatrixXd A;
-    Eigen::VectorXd a;
-  };
-  OwnSystem OwnOf(std::size_t j, const std::vector<int>& own, const Rival& rival,
-                  const StepPrior& prior) const;
+  using OwnEquations = statistics::GroupEquations<Eigen::Dynamic, Eigen::Dynamic>;
+  OwnEquations OwnOf(std::size_t j, const std::vector<int>& own, const std::vector<int>& common,
+                     const Rival& rival, const StepPrior& prior) const;
   void AddColumns(const Rival& rival) {
     for (const auto* list : {&rival.global, &rival.local}) {
       for (const int k : *list) {
@@ -195,9 +191,10 @@ double OccamOf(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights) {
   return -0.5 * std::log(std::max(1e-300, scaled.determinant()));
 }
 
-LinearStep::OwnSystem LinearStep::OwnOf(std::size_t j, const std::vector<int>& own,
-                                        const Rival& rival, const StepPrior& prior) const {
-  OwnSystem system{squares_[j](own, own), scores_[j](own)};
+LinearStep::OwnEquations LinearStep::OwnOf(std::size_t j, const std::vector<int>& own,
+                                           const std::vector<int>& common, const Rival& rival,
+                                           const StepPrior& prior) const {
+  OwnEquations system{squares_[j](own, own), squares_[j](own, common), scores_[j](own)};
   for (std::size_t k = 6; k < own.size(); ++k) {
     const int extra = rival.local[k - 6];
     system.A(k, k) += prior.weights[extra];
@@ -223,15 +220,12 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
   double sum = 0;
   std::vector<Information> views;
   for (std::size_t j = 0; j < squares_.size(); ++j) {
-    const auto [A, a] = OwnOf(j, own, rival, prior);
-    const Eigen::MatrixXd B = squares_[j](own, common);
-    const auto factor = A.ldlt();
-    views.push_back({squares_[j](common, common) - B.transpose() * factor.solve(B),
-                     scores_[j](common) - B.transpose() * factor.solve(a),
-                     squares_[j](common, common).diagonal()});
-    S += views.back().S;
-    s += views.back().s;
-    sum += a.dot(factor.solve(a));
+    Information& view = views.emplace_back(Information{
+        squares_[j](common, common), scores_[j](common), squares_[j](common, common).diagonal()});
+    const OwnEquations equations = OwnOf(j, own, common, rival, prior);
+    sum += equations.a.dot(equations.Eliminate(view.S, view.s).solve(equations.a));
+    S += view.S;
+    s += view.s;
   }
   const Eigen::MatrixXd C = S.ldlt().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
   const Eigen::VectorXd d = C * s;
@@ -241,9 +235,9 @@ ScoreTest LinearStep::Step(const Rival& rival, std::size_t added, const StepPrio
   test.view_dispersion = statistics::MedianOf(variances);
   std::vector<Estimate> estimates;
   for (std::size_t j = 0; !rival.local.empty() && j < squares_.size(); ++j) {
-    const auto [A, a] = OwnOf(j, own, rival, prior);
+    const auto [A, B, a] = OwnOf(j, own, common, rival, prior);
     const Eigen::VectorXd last = A.ldlt().solve(Eigen::VectorXd::Unit(A.rows(), A.rows() - 1));
-    estimates.push_back({last.dot(a - squares_[j](own, common) * d), last[last.size() - 1]});
+    estimates.push_back({last.dot(a - B * d), last[last.size() - 1]});
   }
   if (!estimates.empty()) SetLocal(estimates, test);
   test.decrease = sum + s.dot(d);
