@@ -1,7 +1,11 @@
 #include "app/cli/beam_paper.h"
 
+#include <fmt/ostream.h>
+
 #include <cmath>
 #include <cstddef>
+
+#include "app/cli/rounded.h"
 
 namespace plumbline::cli {
 namespace {
@@ -69,6 +73,29 @@ const std::vector<PaperTable2Row>& PaperTable2() {
       {1000, {2.7648, 9.6768, 18.662}, {2.6554, 9.4785, 17.127}},
   };
   return kRows;
+}
+
+void PrintPaperTable2(std::ostream& out) {
+  const model::Tool tool = PaperTool();
+  out << "Table 2 of Park & Park (2012): a cantilever of 1800 x 50 x 50 mm, E = 200 GPa,\n"
+         "three elements of 600 mm, a force at its tip. The paper prints E = 2 GPa and 600 mm,\n"
+         "which would give 3.70 times these displacements.\n\n";
+  fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "force", "node",
+             "this beam", "developed", "difference", "Abaqus", "developed");
+  fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "N", "", "mm",
+             "published mm", "mm", "published mm", "/ Abaqus");
+  const beam::Beam beam(tool, kPaperElements);
+  for (const PaperTable2Row& row : PaperTable2()) {
+    const beam::BeamSolution solution =
+        beam.Solve({.points = {{beam.Length(), Vec3(0, row.force_N, 0), Vec3::Zero()}}});
+    for (int i = 0; i < 3; ++i) {
+      const double ours_mm = 1e3 * solution.Node(i + 1).d_F.y();
+      fmt::print(out, "  {:>7} {:>5} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.3f}\n",
+                 i == 0 ? fmt::format("{:.0f}", row.force_N) : "", i + 2, ours_mm,
+                 row.developed_mm[i], WithoutNegativeZero(ours_mm - row.developed_mm[i], 4),
+                 row.abaqus_mm[i], row.developed_mm[i] / row.abaqus_mm[i]);
+    }
+  }
 }
 
 }  // namespace plumbline::cli

@@ -87,4 +87,7 @@ struct PaperTable2Row {
 };
 const std::vector<PaperTable2Row>& PaperTable2();
 
+/// Table 2 of the paper: this beam model next to the published columns "developed" and "Abaqus".
+void PrintPaperTable2(std::ostream& out);
+
 }  // namespace plumbline::cli

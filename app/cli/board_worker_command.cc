@@ -1,14 +1,13 @@
-#include "app/cli/board_worker_command.h"
-
+// plumbline board-worker: child process of plumblined that detects boards; hidden from --help.
 #include <CLI/CLI.hpp>
 
+#include "app/cli/commands.h"
 #include "app/vision/camera/board_worker.h"
 
 namespace plumbline::cli {
 
 void AddBoardWorkerCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("board-worker", "Detects boards for plumblined");
-  command->group("");  // hidden: only plumblined starts it
   command->callback([&exit_code] { exit_code = vision::RunBoardWorker(); });
 }
 

@@ -1,5 +1,4 @@
-#include "app/cli/calibrate_hand_eye_command.h"
-
+// plumbline calibrate-hand-eye: hand-eye calibration of a camera from images and robot poses.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +10,7 @@
 #include "app/base/config/required_file.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/cli/board_option.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"

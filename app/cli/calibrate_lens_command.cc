@@ -1,5 +1,4 @@
-#include "app/cli/calibrate_lens_command.h"
-
+// plumbline calibrate-lens: lens calibration from images of a board.
 #include <fmt/format.h>
 #include <fnmatch.h>
 
@@ -15,6 +14,7 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/printed_digits.h"
 #include "app/cli/board_option.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"

@@ -6,13 +6,7 @@
 #include "drivers/camera/v4l2_device.h"
 #include "firmware-like/result.h"
 
-namespace CLI {
-class App;
-}
-
 namespace plumbline::cli {
-
-void AddCamerasCommand(CLI::App& app, int& exit_code);
 
 /// {"cameras": [{"device", "select", "name", "driver", "serial", "port", "problem", "modes":
 /// [{"format", "readable", "width", "height", "smallest", "step", "rates_hz"}], "controls":

@@ -1,5 +1,4 @@
-#include "app/cli/check_command.h"
-
+// plumbline check: reports every fault of a cell or configuration file, and a summary of the cell.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,12 +13,14 @@
 #include "app/base/config/carried_numbers.h"
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/daemon_config_reader.h"
+#include "app/base/config/fault.h"
 #include "app/base/config/file_kind.h"
 #include "app/base/config/required_file.h"
 #include "app/base/terminal/terminal.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/cell/model_store/usable_model.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
 #include "app/cli/progress.h"
@@ -232,6 +233,53 @@ std::string PayloadText(const config::DaemonConfig& config) {
                      CogText(cell));
 }
 
+/// One line of the summary.
+struct SummaryLine {
+  std::string topic, text;
+};
+
+/// Summary of a cell in the units of its file: arm, tool, masses, compliance, payload, measurement,
+/// effects. States explicitly what is not declared.
+std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
+  const model::Robot& robot = cell.robot;
+  std::vector<SummaryLine> lines = {
+      {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
+                            robot.size(), kinematics::Chain(robot).Reach())},
+  };
+  for (int k = 0; k < cell.tools(); ++k) {
+    const model::Tool& tool = cell.ToolAt(k);
+    lines.push_back({tool.number ? fmt::format("tool {}", *tool.number) : "tool", ToolText(tool)});
+  }
+  lines.push_back({"masses", MassText(robot)});
+  const std::string compliant = JointsWith(
+      robot, [](const model::Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
+  lines.push_back({"compliance", compliant == "none" ? "none declared: joints are assumed rigid"
+                                                     : "declared: " + compliant});
+  lines.push_back({"payload", CogText(cell)});
+  for (const model::PayloadItem& item : cell.payload_items) {
+    lines.push_back({fmt::format("item {}", item.number),
+                     fmt::format("{:.4g} kg at {} in the flange frame, carried where payload_item "
+                                 "is {}",
+                                 item.mass_kg, MmText(item.cog_F), item.number)});
+  }
+  lines.push_back({"measurement", MeasurementText(cell.measurement)});
+  lines.push_back({"point frame", config::PointFrameText(cell)});
+  std::string effects;
+  for (const model::WrittenEffect& effect : cell.effects) {
+    effects += (effects.empty() ? "" : ", ") + effect.id;
+  }
+  lines.push_back({"effects", effects.empty() ? "none added" : effects});
+  lines.push_back({"domain", DomainText(cell.domain)});
+  const auto unmeasured = [&](const std::string& text) {
+    if (!text.empty()) lines.push_back({"domain", text + ": its points are extrapolated"});
+  };
+  for (int k = 0; k < cell.tools(); ++k) unmeasured(config::UnmeasuredToolText(cell, k));
+  for (const model::PayloadItem& item : cell.payload_items) {
+    unmeasured(config::UnmeasuredItemText(cell, item.number));
+  }
+  return lines;
+}
+
 std::vector<SummaryLine> Summary(const CheckedFile& checked) {
   if (!checked.cell) return {};
   std::vector<SummaryLine> lines = CellSummary(*checked.cell);
@@ -336,46 +384,6 @@ int Run(const CheckOptions& options) {
 }
 
 }  // namespace
-
-std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
-  const model::Robot& robot = cell.robot;
-  std::vector<SummaryLine> lines = {
-      {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
-                            robot.size(), kinematics::Chain(robot).Reach())},
-  };
-  for (int k = 0; k < cell.tools(); ++k) {
-    const model::Tool& tool = cell.ToolAt(k);
-    lines.push_back({tool.number ? fmt::format("tool {}", *tool.number) : "tool", ToolText(tool)});
-  }
-  lines.push_back({"masses", MassText(robot)});
-  const std::string compliant = JointsWith(
-      robot, [](const model::Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
-  lines.push_back({"compliance", compliant == "none" ? "none declared: joints are assumed rigid"
-                                                     : "declared: " + compliant});
-  lines.push_back({"payload", CogText(cell)});
-  for (const model::PayloadItem& item : cell.payload_items) {
-    lines.push_back({fmt::format("item {}", item.number),
-                     fmt::format("{:.4g} kg at {} in the flange frame, carried where payload_item "
-                                 "is {}",
-                                 item.mass_kg, MmText(item.cog_F), item.number)});
-  }
-  lines.push_back({"measurement", MeasurementText(cell.measurement)});
-  lines.push_back({"point frame", config::PointFrameText(cell)});
-  std::string effects;
-  for (const model::WrittenEffect& effect : cell.effects) {
-    effects += (effects.empty() ? "" : ", ") + effect.id;
-  }
-  lines.push_back({"effects", effects.empty() ? "none added" : effects});
-  lines.push_back({"domain", DomainText(cell.domain)});
-  const auto unmeasured = [&](const std::string& text) {
-    if (!text.empty()) lines.push_back({"domain", text + ": its points are extrapolated"});
-  };
-  for (int k = 0; k < cell.tools(); ++k) unmeasured(config::UnmeasuredToolText(cell, k));
-  for (const model::PayloadItem& item : cell.payload_items) {
-    unmeasured(config::UnmeasuredItemText(cell, item.number));
-  }
-  return lines;
-}
 
 void AddCheckCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();

@@ -1,5 +1,4 @@
-#include "app/cli/completion_command.h"
-
+// plumbline completion: bash completion script, generated for the package.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,6 +6,8 @@
 #include <algorithm>
 #include <iostream>
 #include <vector>
+
+#include "app/cli/commands.h"
 
 namespace plumbline::cli {
 namespace {
@@ -63,8 +64,8 @@ void AddCases(const CLI::App& app, const std::string& path, Cases& cases) {
   cases.words += fmt::format("    '{}') words='{}' ;;\n", path, fmt::join(words, " "));
 }
 
-}  // namespace
-
+/// A bash script that completes commands, options and enumerated option values; everything else is
+/// completed as a file name. Generated from the parser, so that it matches the options exactly.
 std::string BashCompletion(const CLI::App& app) {
   Cases cases;
   AddCases(app, "", cases);
@@ -98,10 +99,11 @@ complete -o bashdefault -o default -F _plumbline plumbline
                      cases.commands, cases.values, cases.words);
 }
 
+}  // namespace
+
 void AddCompletionCommand(CLI::App& app, int& exit_code) {
   static_cast<void>(exit_code);
   CLI::App* command = app.add_subcommand("completion", "Completions for bash");
-  command->group("");  // hidden: used by the package build
   command->footer("Example:\n  source <(plumbline completion)");
   command->callback([&app] { std::cout << BashCompletion(app); });
 }

@@ -20,7 +20,7 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/sha256.h"
 #include "app/base/text/utc_text.h"
-#include "app/cli/diagnose_arguments.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"

@@ -4,16 +4,24 @@
 #include <functional>
 #include <ostream>
 
-#include "app/cli/diagnose_arguments.h"
 #include "app/measure/diagnosis/diagnosis.h"
-
-namespace CLI {
-class App;
-}
 
 namespace plumbline::cli {
 
-void AddDiagnoseCommand(CLI::App& app, int& exit_code);
+struct DiagnoseArguments {
+  std::string cell, measured;
+  std::string json;                                 ///< "-": standard output; empty: none
+  std::string model;                                ///< empty: none
+  std::string report;                               ///< empty: none
+  std::string pdf;                                  ///< the report as PDF; empty: none
+  measure::CertificateDetails certificate_details;  ///< for the report
+  std::string next_poses;  ///< proposed poses; empty: next_poses.csv beside the JSON file
+  std::optional<double> time_zero_s;  ///< see DiagnosisOptions
+  bool order_unknown = false;         ///< see DiagnosisOptions
+  std::vector<std::string> siblings;  ///< folders of other arms of the same model
+  int threads = 2;
+  bool quiet = false;
+};
 
 using DiagnosisEngine = std::function<Result<measure::Diagnosis>(
     const model::CellModel&, measure::MeasuredTable, const measure::DiagnosisOptions&)>;

@@ -1,10 +1,10 @@
-#include "app/cli/distance_command.h"
-
+// plumbline distance: measures distances and points of the object table.
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "app/cli/commands.h"
 #include "app/cli/exec_view.h"
 
 namespace plumbline::cli {

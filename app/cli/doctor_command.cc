@@ -1,5 +1,4 @@
-#include "app/cli/doctor_command.h"
-
+// plumbline doctor: diagnosis of the installation.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +9,7 @@
 #include "app/base/terminal/terminal.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "app/cli/doctor/examine.h"
 #include "app/cli/exit_codes.h"
 

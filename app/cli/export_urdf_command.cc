@@ -1,5 +1,4 @@
-#include "app/cli/export_urdf_command.h"
-
+// plumbline export-urdf: corrected kinematics written back into a URDF.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +8,7 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"

@@ -1,5 +1,4 @@
-#include "app/cli/import_command.h"
-
+// plumbline import: exports of instruments and robots as measured.csv.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/fault.h"
 #include "app/base/config/required_file.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"

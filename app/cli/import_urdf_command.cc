@@ -1,5 +1,4 @@
-#include "app/cli/import_urdf_command.h"
-
+// plumbline import-urdf: a cell from a URDF or from a UR's factory calibration.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +7,7 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/output_file.h"
 #include "app/cli/same_file.h"

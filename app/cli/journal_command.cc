@@ -1,5 +1,4 @@
-#include "app/cli/journal_command.h"
-
+// plumbline journal: import, export, display and quarantine of measured points.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +20,7 @@
 #include "app/cell/journal/journal.h"
 #include "app/cell/journal/journal_csv.h"
 #include "app/cell/journal/salvage.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/journal_rows.h"

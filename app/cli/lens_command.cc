@@ -1,5 +1,4 @@
-#include "app/cli/lens_command.h"
-
+// plumbline lens: lists the daemon's lens store and solves a lens again from its stored views.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,6 +13,7 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/printed_digits.h"
 #include "app/cli/board_option.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"

@@ -1,5 +1,4 @@
-#include "app/cli/log_command.h"
-
+// plumbline log: prints the log of the daemon and the display, and the event catalogue.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -18,6 +17,7 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/base/text/utc_text.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"

@@ -1,46 +1,48 @@
 // plumbline: the command line program.
+#include <fcntl.h>
 #include <glog/logging.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 
 #include "app/base/terminal/help_formatter.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/nearest_word.h"
-#include "app/cli/beam_command.h"
-#include "app/cli/board_worker_command.h"
-#include "app/cli/calibrate_hand_eye_command.h"
-#include "app/cli/calibrate_lens_command.h"
-#include "app/cli/cameras_command.h"
-#include "app/cli/check_command.h"
-#include "app/cli/completion_command.h"
-#include "app/cli/diagnose_command.h"
-#include "app/cli/distance_command.h"
-#include "app/cli/doctor_command.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
-#include "app/cli/export_urdf_command.h"
-#include "app/cli/import_command.h"
-#include "app/cli/import_urdf_command.h"
-#include "app/cli/journal_command.h"
-#include "app/cli/lens_command.h"
-#include "app/cli/log_command.h"
-#include "app/cli/mesh_command.h"
-#include "app/cli/model_command.h"
-#include "app/cli/plan_command.h"
-#include "app/cli/predict_command.h"
-#include "app/cli/print_command.h"
-#include "app/cli/registers_command.h"
-#include "app/cli/settings_command.h"
-#include "app/cli/snapshot_command.h"
-#include "app/cli/standard_output.h"
-#include "app/cli/status_command.h"
-#include "app/cli/token_command.h"
-#include "app/cli/track_command.h"
 #include "app/version.h"
 
+namespace plumbline::cli {
 namespace {
+
+/// Opens descriptors 0 to 2 that the shell closed (`>&-`), so that no file opened later gets their
+/// number and receives the output; printing then fails, as it should. Call first in main().
+void ReserveClosedOutputs() {
+  // open() returns the lowest free number, so the order matters. A write to a descriptor opened for
+  // reading fails with EBADF.
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) != -1) continue;
+    static_cast<void>(open("/dev/null", O_RDONLY));  // NOLINT(cppcoreguidelines-pro-type-vararg)
+  }
+}
+
+/// Flushes standard output. Returns true if everything was written; otherwise (full disk, closed
+/// descriptor) prints an error and returns false. A reader that has exited (`| head -1`) is not an
+/// error.
+bool FlushStandardOutput() {
+  std::cout.flush();
+  if (std::cout && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  pollfd out{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  if (poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0) return true;  // the reader has exited
+  std::cerr
+      << "plumbline: standard output cannot be written; check whether the disk is full or the "
+         "descriptor is closed\n";
+  return false;
+}
 
 /// Replaces the first occurrence of `from`. @return false if there is none
 bool Replace(std::string& text, std::string_view from, std::string_view to) {
@@ -82,7 +84,7 @@ std::string Suggestion(const std::string& word, const std::vector<std::string>& 
   constexpr double kShare = 0.4;
   constexpr std::size_t kMinLength = 4;  // of shorter words, any is near
   if (word.size() < kMinLength) return "";
-  const std::string nearest = plumbline::text::NearestWord(word, known, kShare);
+  const std::string nearest = text::NearestWord(word, known, kShare);
   return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
 }
 
@@ -133,35 +135,69 @@ std::vector<std::string> WordsOf(int argc, char** argv) {
   return words;
 }
 
-/// Sorts the commands of --help by the person who uses them.
-void GroupCommands(CLI::App& app) {
-  struct Group {
-    const char* heading;
-    std::vector<std::string_view> commands;
-  };
-  const Group groups[] = {
-      {"Commissioning commands",
-       {"check", "doctor", "settings", "import-urdf", "export-urdf", "mesh", "beam", "cameras",
-        "print", "calibrate-lens", "calibrate-hand-eye", "lens", "token"}},
-      {"PLC programming commands", {"registers", "predict", "distance"}},
-      {"Measuring commands", {"plan", "import", "diagnose", "track"}},
-      {"Operating commands", {"status", "log", "journal", "model", "snapshot"}}};
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_group().empty()) continue;
-    for (const Group& group : groups) {
-      const auto& names = group.commands;
-      if (std::find(names.begin(), names.end(), command->get_name()) != names.end()) {
-        command->group(group.heading);
-      }
-    }
+/// Headings of --help: the person who uses the commands. Hidden commands are started by the daemon
+/// and by the package build.
+constexpr const char *kCommissioning = "Commissioning commands",
+                     *kProgramming = "PLC programming commands", *kMeasuring = "Measuring commands",
+                     *kOperating = "Operating commands", *kHidden = "";
+
+struct Command {
+  std::string_view name;
+  const char* heading;
+  void (*add)(CLI::App& app, int& exit_code);
+};
+
+/// In the order of --help.
+constexpr Command kCommands[] = {
+    {"check", kCommissioning, AddCheckCommand},
+    {"predict", kProgramming, AddPredictCommand},
+    {"diagnose", kMeasuring, AddDiagnoseCommand},
+    {"plan", kMeasuring, AddPlanCommand},
+    {"import", kMeasuring, AddImportCommand},
+    {"import-urdf", kCommissioning, AddImportUrdfCommand},
+    {"export-urdf", kCommissioning, AddExportUrdfCommand},
+    {"doctor", kCommissioning, AddDoctorCommand},
+    {"distance", kProgramming, AddDistanceCommand},
+    {"beam", kCommissioning, AddBeamCommand},
+    {"journal", kOperating, AddJournalCommand},
+    {"log", kOperating, AddLogCommand},
+    {"mesh", kCommissioning, AddMeshCommand},
+    {"model", kOperating, AddModelCommand},
+    {"calibrate-lens", kCommissioning, AddCalibrateLensCommand},
+    {"lens", kCommissioning, AddLensCommand},
+    {"print", kCommissioning, AddPrintCommand},
+    {"cameras", kCommissioning, AddCamerasCommand},
+    {"calibrate-hand-eye", kCommissioning, AddCalibrateHandEyeCommand},
+    {"registers", kProgramming, AddRegistersCommand},
+    {"settings", kCommissioning, AddSettingsCommand},
+    {"snapshot", kOperating, AddSnapshotCommand},
+    {"status", kOperating, AddStatusCommand},
+    {"token", kCommissioning, AddTokenCommand},
+    {"track", kMeasuring, AddTrackCommand},
+    {"board-worker", kHidden, AddBoardWorkerCommand},
+    {"completion", kHidden, AddCompletionCommand},
+};
+
+/// Adds the commands that the parser needs to know. To add the options of all commands takes longer
+/// than most commands need to start.
+/// @param word  the first of the command line
+void AddCommands(std::string_view word, CLI::App& app, int& exit_code) {
+  if (word == "--version") return;
+  const auto named = std::ranges::find(kCommands, word, &Command::name);
+  const bool only_named = named != std::end(kCommands) && named->add != AddCompletionCommand;
+  for (const Command& command : kCommands) {
+    if (only_named && &command != named) continue;
+    command.add(app, exit_code);
+    app.get_subcommand(std::string(command.name))->group(command.heading);
   }
 }
 
-int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
-  using namespace plumbline;
-  using namespace plumbline::cli;
+int Run(int argc, char** argv, CLI::App& app) {
+  int exit_code = kExitOk;
+  auto words = WordsOf(argc, argv);
+  AddCommands(words.empty() ? "" : words.back(), app, exit_code);
   try {
-    app.parse(WordsOf(argc, argv));
+    app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const std::exception& error) {
@@ -172,6 +208,7 @@ int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
 }
 
 }  // namespace
+}  // namespace plumbline::cli
 
 int main(int argc, char** argv) {
   using namespace plumbline;
@@ -191,35 +228,6 @@ int main(int argc, char** argv) {
       "  plumbline diagnose cell.toml measured.csv --report report.html\n"
       "  plumbline status");
   app.failure_message(UsageFault);
-  int exit_code = kExitOk;
-  AddCheckCommand(app, exit_code);
-  AddPredictCommand(app, exit_code);
-  AddDiagnoseCommand(app, exit_code);
-  AddPlanCommand(app, exit_code);
-  AddImportCommand(app, exit_code);
-  AddImportUrdfCommand(app, exit_code);
-  AddExportUrdfCommand(app, exit_code);
-  AddDoctorCommand(app, exit_code);
-  AddDistanceCommand(app, exit_code);
-  AddBeamCommand(app, exit_code);
-  AddJournalCommand(app, exit_code);
-  AddLogCommand(app, exit_code);
-  AddMeshCommand(app, exit_code);
-  AddModelCommand(app, exit_code);
-  AddCalibrateLensCommand(app, exit_code);
-  AddLensCommand(app, exit_code);
-  AddPrintCommand(app, exit_code);
-  AddCamerasCommand(app, exit_code);
-  AddCalibrateHandEyeCommand(app, exit_code);
-  AddRegistersCommand(app, exit_code);
-  AddSettingsCommand(app, exit_code);
-  AddSnapshotCommand(app, exit_code);
-  AddStatusCommand(app, exit_code);
-  AddTokenCommand(app, exit_code);
-  AddTrackCommand(app, exit_code);
-  AddBoardWorkerCommand(app, exit_code);
-  AddCompletionCommand(app, exit_code);
-  GroupCommands(app);
-  const int code = RunCommand(app, argc, argv, exit_code);
+  const int code = Run(argc, argv, app);
   return FlushStandardOutput() ? code : kExitUsage;
 }

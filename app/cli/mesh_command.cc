@@ -1,5 +1,4 @@
-#include "app/cli/mesh_command.h"
-
+// plumbline mesh: checks mesh files for the overlay.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +9,7 @@
 
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/display/scene/mesh_summary.h"

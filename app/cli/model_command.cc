@@ -1,5 +1,4 @@
-#include "app/cli/model_command.h"
-
+// plumbline model: lists, proposes, applies and rolls back versions of the cell's model.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -24,6 +23,7 @@
 #include "app/cell/model_store/model_store.h"
 #include "app/cell/model_store/superseded_text.h"
 #include "app/cell/model_store/usable_model.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"

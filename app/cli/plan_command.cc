@@ -1,5 +1,4 @@
-#include "app/cli/plan_command.h"
-
+// plumbline plan: which postures to measure first.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +8,7 @@
 #include <iostream>
 
 #include "app/base/config/cell_reader.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"

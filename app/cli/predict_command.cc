@@ -1,5 +1,4 @@
-#include "app/cli/predict_command.h"
-
+// plumbline predict: predicts the position of the loaded tip at each pose of a file.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,6 +12,7 @@
 
 #include "app/base/config/carried_numbers.h"
 #include "app/base/config/cell_reader.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"

@@ -1,5 +1,4 @@
-#include "app/cli/print_command.h"
-
+// plumbline print: tags and calibration boards to scale, as PDF or SVG.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "app/cli/board_option.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"

@@ -1,5 +1,4 @@
-#include "app/cli/registers_command.h"
-
+// Command `plumbline registers`: prints the register map as a document.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +6,7 @@
 #include <iostream>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "drivers/plc/register_map.h"
 
@@ -171,8 +171,7 @@ std::string BitsAndCodes() {
              });
 }
 
-}  // namespace
-
+/// Text of config/register-map.md, generated from the table that drives the server.
 std::string RegisterMapMarkdown() {
   std::string page = kIntroduction;
   page += "\n## Fixed registers (read only)\n\n";
@@ -220,8 +219,6 @@ std::string RegisterMapMarkdown() {
   for (const plc::CommandField& field : plc::registers::Commands()) page += Row(field, 0);
   return page + BitsAndCodes();
 }
-
-namespace {
 
 nlohmann::json AsJson() {
   nlohmann::json map = nlohmann::json::array();

@@ -1,9 +1,9 @@
-#include "app/cli/settings_command.h"
-
+// plumbline settings: prints every key of plumbline.toml as a file, a table or a manual page.
 #include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "app/base/config/settings_text.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 
 namespace plumbline::cli {

@@ -1,10 +1,10 @@
-#include "app/cli/snapshot_command.h"
-
+// plumbline snapshot: saves one picture of what the display shows.
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "app/cli/commands.h"
 #include "app/cli/exec_view.h"
 #include "app/display/view/picture_size.h"
 

@@ -1,5 +1,4 @@
-#include "app/cli/status_command.h"
-
+// plumbline status: prints the state of a running daemon, read from its Modbus registers.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -18,13 +17,13 @@
 #include "app/base/text/json_text.h"
 #include "app/base/text/printed_digits.h"
 #include "app/cell/view_link/view_client.h"
+#include "app/cli/commands.h"
 #include "app/cli/daemon_option.h"
 #include "app/cli/daemon_registers.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
 #include "app/cli/status_devices.h"
-#include "app/cli/status_line.h"
 #include "drivers/plc/codec.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/correction/code_remedy.h"

@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <string>
-#include <string_view>
 
 #include "app/base/text/printed_digits.h"
 #include "app/cli/rounded.h"
-#include "app/cli/status_line.h"
-#include "drivers/plc/register_map.h"
 #include "firmware-like/correction/correct.h"
 
 namespace plumbline::cli {
@@ -49,6 +46,22 @@ void PrintBody(const DaemonRegisters& daemon, int camera, int body, std::ostream
 }
 
 }  // namespace
+
+void PrintStatusLine(std::ostream& out, std::string_view topic, std::string_view text) {
+  out << fmt::format("{:<12} {}\n", topic, text);
+}
+
+std::string BitsText(int word, std::span<const plc::BitMeaning> bits) {
+  if (word == 0) return "none";
+  std::string text = fmt::format("0x{:04X}:", word);
+  const char* separator = " ";
+  for (const plc::BitMeaning& bit : bits) {
+    if ((word & bit.mask) == 0) continue;
+    text += separator + std::string(bit.meaning);
+    separator = ", ";
+  }
+  return text;
+}
 
 void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out) {
   const auto line = [&](std::string_view topic, std::string_view text) {

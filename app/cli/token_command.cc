@@ -1,9 +1,9 @@
-#include "app/cli/token_command.h"
-
+// `plumbline token`.
 #include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "app/base/config/page_token.h"
+#include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 
 namespace plumbline::cli {

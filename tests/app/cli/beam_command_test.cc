@@ -1,5 +1,3 @@
-#include "app/cli/beam_command.h"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,6 +9,7 @@
 
 #include "app/base/text/json_text.h"
 #include "app/cli/beam_options.h"
+#include "app/cli/commands.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

@@ -1,6 +1,4 @@
 // plumbline calibrate-hand-eye on rendered images and on faulty input.
-#include "app/cli/calibrate_hand_eye_command.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <sstream>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/base/text/json_text.h"
-#include "app/cli/calibrate_lens_command.h"
+#include "app/cli/commands.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/app/vision/lens/rendered_views.h"

@@ -1,6 +1,4 @@
 // plumbline calibrate-lens: output for a refused lens.
-#include "app/cli/calibrate_lens_command.h"
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +6,7 @@
 #include <sstream>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 

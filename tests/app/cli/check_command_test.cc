@@ -1,5 +1,3 @@
-#include "app/cli/check_command.h"
-
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "tests/app/cell/daemon/demo_config.h"
 #include "tests/app/cli/run_command.h"
 

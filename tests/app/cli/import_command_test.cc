@@ -1,10 +1,7 @@
 // plumbline import, export-urdf and plan: what is written, and what is refused.
-#include "app/cli/import_command.h"
-
 #include <catch2/catch.hpp>
 
-#include "app/cli/export_urdf_command.h"
-#include "app/cli/plan_command.h"
+#include "app/cli/commands.h"
 #include "app/measure/table/csv.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/geometry/angle.h"

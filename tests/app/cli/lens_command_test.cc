@@ -1,10 +1,9 @@
 // plumbline lens on a store with views, as written by the daemon.
-#include "app/cli/lens_command.h"
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "app/vision/lens/calibration.h"
 #include "app/vision/lens_store/lens_store.h"
 #include "app/vision/lens_store/stored_views.h"

@@ -1,11 +1,10 @@
 // plumbline mesh check, with the real plumbline-mesh process.
-#include "app/cli/mesh_command.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "app/display/scene/mesh_format.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/display/scene/shapes.h"

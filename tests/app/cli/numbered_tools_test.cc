@@ -8,8 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "app/cli/diagnose_command.h"
-#include "app/cli/predict_command.h"
+#include "app/cli/commands.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

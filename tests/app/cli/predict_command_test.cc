@@ -14,6 +14,7 @@
 #include <string>
 
 #include "app/base/config/cell_reader.h"
+#include "app/cli/commands.h"
 #include "app/cli/tip_prediction.h"
 #include "tests/app/cli/run_command.h"
 

@@ -1,11 +1,10 @@
 // plumbline print: options, refusals, and what is written and printed.
-#include "app/cli/print_command.h"
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "app/base/config/camera_config.h"
 #include "app/base/config/named_files.h"
+#include "app/cli/commands.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"

@@ -1,6 +1,4 @@
 // plumbline track on rendered images and on faulty input.
-#include "app/cli/track_command.h"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +8,7 @@
 #include <thread>
 
 #include "app/base/text/json_text.h"
+#include "app/cli/commands.h"
 #include "drivers/clock.h"
 #include "drivers/os/descriptor.h"
 #include "tests/app/cli/run_command.h"
