@@ -6,7 +6,7 @@
 #include <bit>
 #include <cmath>
 
-#include "app/base/target/tag_codes.h"
+#include "app/base/target/tag_codes.inc"
 
 namespace plumbline::target {
 namespace {

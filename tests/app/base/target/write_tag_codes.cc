@@ -1,5 +1,4 @@
-// Build tool: generates the header tag_codes.h with the codes of all tag families from OpenCV, so
-// that programs do not need to link OpenCV's ArUco module and its dependencies.
+// Prints app/base/target/tag_codes.inc, the codes of all tag families, from OpenCV.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -56,7 +55,7 @@ std::uint64_t CodeOf(const cv::aruco::Dictionary& dictionary, int id, bool turne
 
 int main() {
   std::puts(
-      "// Written by app/vision/tracking/write_tag_codes.cc.\n#pragma once\n\n#include <cstdint>");
+      "// Written by tests/app/base/target/write_tag_codes.cc.\n#pragma once\n\n#include <cstdint>");
   std::puts("#include <span>\n#include <string_view>\n\nnamespace plumbline::tag_codes {\n");
   std::puts("struct Dictionary {\n  std::string_view name;\n  int data_cells;");
   std::puts("  int most_correctable_bits;\n  std::span<const std::uint64_t> codes;\n};\n");
