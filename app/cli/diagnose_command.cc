@@ -202,7 +202,7 @@ std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& in
       origin.rows,
       input.unreadable_lines,
       origin.date,
-      PLUMBLINE_VERSION,
+      kVersionAndBuild,
       text::TextFromUtc(static_cast<double>(std::time(nullptr))),
       text::Sha256Hex(input.cell_text),
       input.data_sha256,

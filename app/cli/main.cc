@@ -218,7 +218,7 @@ int main(int argc, char** argv) {
   std::cerr << terminal::ForReading;
   FLAGS_minloglevel = google::GLOG_FATAL;  // failures of Ceres are reported by the commands
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
-  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  app.set_version_flag("--version", kVersionAndBuild);
   app.require_subcommand(1);
   app.formatter(terminal::HelpFormatter());
   app.footer(

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   CLI::App app("Publishes a cell's state, corrections, residuals and alarms by MQTT",
                "plumbline-fleet");
   app.formatter(plumbline::terminal::HelpFormatter());
-  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  app.set_version_flag("--version", plumbline::kVersionAndBuild);
   std::string config = "/etc/plumbline/plumbline.toml";
   app.add_option("config,--config", config, "The daemon's configuration, with [mqtt]")
       ->capture_default_str();

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed log pipe must not end the daemon
   CLI::App app("Plumbline's daemon: corrected assembly points over Modbus", "plumblined");
   app.formatter(plumbline::terminal::HelpFormatter());
-  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  app.set_version_flag("--version", plumbline::kVersionAndBuild);
   std::string config = "/etc/plumbline/plumbline.toml";
   app.add_option("config,--config", config, "Configuration file")->capture_default_str();
   std::string port_file;

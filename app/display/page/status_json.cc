@@ -210,6 +210,7 @@ std::string StatusJson(const display::DisplayStatus* now, const PictureFacts& pi
   Json json = {
       {"schema", kStatusSchema},
       {"version", PLUMBLINE_VERSION},
+      {"build", kVersionAndBuild},
       {"daemon", {{"there", there}, {"age_s", nullptr}, {"problem", ""}}},
       {"view", {{"age_s", now != nullptr ? Json(now_s - now->time_s) : Json(nullptr)}}},
       {"page", {{"start", picture.server_start}}},

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   CLI::App app("Plumbline's display: the camera image with the bent tool, and the cell's state",
                "plumbline-view");
   app.formatter(plumbline::terminal::HelpFormatter());
-  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  app.set_version_flag("--version", plumbline::kVersionAndBuild);
   std::string config = "/etc/plumbline/plumbline.toml";
   plumbline::display::SnapshotOptions snapshot;
   std::string size;

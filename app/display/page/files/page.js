@@ -188,7 +188,7 @@ function show() {
   showPanels(status.panels);
   showTiles(status.tiles || [], status.points || []);
   showLog(status.log);
-  byId("version").textContent = "Plumbline " + status.version;
+  byId("version").textContent = "Plumbline " + status.build;
   if (status.view.age_s > kOldView_s) {
     showLost("the drawing thread of plumbline-view hangs", status.view.age_s);
     return;
