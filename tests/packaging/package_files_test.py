@@ -1,9 +1,11 @@
 """Every relative link of an installed document leads to an installed file; ./dev build makes every
-program that is installed; bash finds the completions; OpenCV's image codecs and cairo are each linked to a
+program that is installed; bash finds the completions; the bill of materials names every package that a
+program is linked with; OpenCV's image codecs and cairo are each linked to a
 module only, and libavcodec to nothing.
 
     package_files_test.py CMAKE BUILD"""
 
+import json
 import os
 import re
 import subprocess
@@ -51,6 +53,31 @@ with tempfile.TemporaryDirectory() as root:
     }
     if links < 1:
         faults.append("no link was found in the installed documents")
+    bill = os.path.join(root, "usr/share/doc/plumbline/plumbline.cdx.json")
+    listed = {}
+    if os.path.exists(bill):
+        listed = {one["name"]: one for one in json.load(open(bill))["components"]}
+    libraries = {
+        os.path.realpath(path)
+        for name in needed
+        for path in re.findall(
+            r"=> (/\S+)",
+            subprocess.run(["ldd", os.path.join(root, name)], capture_output=True, text=True).stdout,
+        )
+    }
+    owners = subprocess.run(
+        ["dpkg-query", "-S", *libraries, *(path.replace("/usr/lib/", "/lib/", 1) for path in libraries)],
+        capture_output=True,
+        text=True,
+    ).stdout
+    linked = set(re.findall(r"^([^:\s]+)\S*: /", owners, re.M))
+    for package in sorted(linked - set(listed)):
+        faults.append("the bill of materials lacks %s, which a program is linked with" % package)
+    for package in ("libceres-dev", "libeigen3-dev", "gnuplot-nox"):
+        if package not in listed:
+            faults.append("the bill of materials lacks %s" % package)
+    if len(linked) < 20 or not all(listed[name].get("version") for name in linked & set(listed)):
+        faults.append("the bill of materials: %d linked packages, each with a version?" % len(linked))
 
 if "usr/share/bash-completion/completions/plumbline" not in files:
     faults.append("no completions for bash are installed")
