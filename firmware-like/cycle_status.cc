@@ -4,6 +4,41 @@
 #include <cmath>
 
 namespace plumbline {
+namespace {
+
+int WarningsOf(const status::MonitoringStatus& monitoring) {
+  int warnings = 0;
+  if (monitoring.drift_alarm || monitoring.radius_contradicted) warnings |= warning::kDrift;
+  if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
+  if (monitoring.fault) warnings |= warning::kMonitoringFault;
+  if (monitoring.storage_unavailable) warnings |= warning::kStorage;
+  return warnings;
+}
+
+int WarningsOf(const status::CameraStatus& camera) {
+  int warnings = 0;
+  if (!camera.configured) return warnings;
+  if (camera.lens_stale) warnings |= warning::kLensStale;
+  if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
+  if (camera.board_wanted) warnings |= warning::kBoardWanted;
+  return warnings;
+}
+
+int WarningsOf(const status::SceneStatus& scene) {
+  int warnings = 0;
+  if (scene.interferences > 0) warnings |= warning::kInterference;
+  if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
+  return warnings;
+}
+
+CameraInput CameraInputFrom(const status::CameraStatus& camera) {
+  return {camera.configured,   camera.state == lens::ZoomState::kValid,
+          camera.board_wanted, camera.fiducial_moved,
+          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_tag_covariance_W},
+          camera.tip_time_s};
+}
+
+}  // namespace
 
 std::uint16_t AlarmOf(InputFault fault) {
   switch (fault) {
@@ -89,32 +124,24 @@ std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
   return word;
 }
 
-std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring) {
-  int warnings = 0;
-  if (monitoring.drift_alarm || monitoring.radius_contradicted) warnings |= warning::kDrift;
-  if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
-  if (monitoring.fault) warnings |= warning::kMonitoringFault;
-  if (monitoring.storage_unavailable) warnings |= warning::kStorage;
-  return static_cast<std::uint16_t>(warnings);
-}
-
-std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras) {
-  int warnings = 0;
-  for (const status::CameraStatus& camera : cameras) {
-    if (!camera.configured) continue;
-    if (camera.lens_stale) warnings |= warning::kLensStale;
-    if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
-    if (camera.board_wanted) warnings |= warning::kBoardWanted;
+void AddBackground(const status::MonitoringStatus& monitoring,
+                   const std::array<status::CameraStatus, model::kMaxCameras>& cameras,
+                   const status::SceneStatus& scene, MachineInput& input) {
+  int warnings = input.background_warnings | WarningsOf(monitoring);
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    input.cameras[k] = CameraInputFrom(cameras[k]);
+    warnings |= WarningsOf(cameras[k]);
   }
-  return static_cast<std::uint16_t>(warnings);
-}
-
-std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s) {
-  if (!scene.FreshAt(now_s)) return 0;
-  int warnings = 0;
-  if (scene.interferences > 0) warnings |= warning::kInterference;
-  if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
-  return static_cast<std::uint16_t>(warnings);
+  const bool scene_fresh = scene.FreshAt(input.now_s);
+  if (scene_fresh) warnings |= WarningsOf(scene);
+  input.background_warnings = static_cast<std::uint16_t>(warnings);
+  input.scene_lost = std::isfinite(scene.time_s) && !scene_fresh;
+  input.objects_near = scene_fresh && scene.near > 0;
+  input.scene_incomplete = scene_fresh && scene.unmeasured > 0;
+  input.storage_unavailable = monitoring.storage_unavailable;
+  input.reference_refused = monitoring.reference_refused;
+  input.radius_contradicted = monitoring.radius_contradicted;
+  input.quarantined = monitoring.quarantined > 0;
 }
 
 }  // namespace plumbline

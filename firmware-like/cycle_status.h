@@ -18,10 +18,11 @@ std::uint16_t AlarmOf(InputFault fault);
 /// Alarm bits of the points that are refused, not merely pending or without a robot.
 std::uint16_t AlarmsOf(const std::vector<PointResult>& points);
 
-/// Warning bits of what runs beside the cycle: journal and drift monitor, cameras, interference.
-std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring);
-std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras);
-std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s);
+/// Adds what runs beside the cycle to its input: cameras, warning bits, and facts for the health.
+/// @param input  with the time of the cycle; its warning bits are kept
+void AddBackground(const status::MonitoringStatus& monitoring,
+                   const std::array<status::CameraStatus, model::kMaxCameras>& cameras,
+                   const status::SceneStatus& scene, MachineInput& input);
 
 /// Inputs of the health decision.
 /// @param snapshot    with the cycle's points, alarms and warnings

@@ -48,6 +48,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   utc_s_ = input.utc_s;
   snapshot_.alarms = 0;
   snapshot_.warnings = input.background_warnings;
+  snapshot_.command_executed = false;
   snapshot_.probe_taken = false;
   snapshot_.gauge_code.reset();
   snapshot_.monitor_restart = false;

@@ -35,6 +35,7 @@ void Machine::Execute(const MachineInput& input) {
   if (command.acknowledge && !acknowledged_) result.valid = false;
   acknowledged_ = command.acknowledge;
   if (command.sequence == result.sequence) return;
+  snapshot_.command_executed = true;
   result.sequence = command.sequence;
   result.command = command.code;
   result.unix_ms = input.unix_ms;

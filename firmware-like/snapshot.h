@@ -140,7 +140,8 @@ struct Snapshot {
   std::vector<PointResult> points;   ///< in configured order
   std::uint64_t point_changes = 0;   ///< counts changes of `points`, apart from `sequence`
   CommandResult result;
-  bool monitor_restart = false;  ///< requested in this cycle
+  bool command_executed = false;  ///< `result` is of a command that was executed in this cycle
+  bool monitor_restart = false;   ///< requested in this cycle
   std::array<CalibrationRequest, model::kMaxCameras>
       calibration_requests{};  ///< requested in this cycle
   bool probe_taken = false;    ///< `probe` was recorded in this cycle

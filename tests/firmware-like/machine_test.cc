@@ -334,8 +334,10 @@ TEST_CASE(
   const CommandResult first = cell.Next().result;
   REQUIRE(first.valid);
   CHECK(first.sequence == 42);
+  CHECK(cell.machine->snapshot().command_executed);
   CHECK(first.point_id == 9);
   const PointResult& block = cell.Next().points[1];
+  CHECK_FALSE(cell.machine->snapshot().command_executed);
   CHECK((first.correction.X_BP_command.p - block.correction.X_BP_command.p).norm() < 1e-8);
 
   SECTION("frozen while the payload changes; a repeated sequence number has no effect") {

@@ -48,13 +48,6 @@ std::uint16_t AddressEnd(const modbus::Client& client) {
   return static_cast<std::uint16_t>(client.address[14] << 8 | client.address[15]);
 }
 
-CameraInput CameraInputFrom(const status::CameraStatus& camera) {
-  return {camera.configured,   camera.state == lens::ZoomState::kValid,
-          camera.board_wanted, camera.fiducial_moved,
-          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_tag_covariance_W},
-          camera.tip_time_s};
-}
-
 }  // namespace
 
 CycleParts::CycleParts(const config::DaemonConfig& config,
@@ -180,77 +173,79 @@ void ControlCycle::Run() {
 }
 
 void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
-  parts.link->RequestRead();
-  parts.link->WaitForState(TimePoint(tick_s + 0.5 * parts.period_s));
-
-  const double start_s = MonotonicSeconds();
-  MachineInput input;
-  input.now_s = start_s;
-  input.utc_s = clock_.UtcAt(start_s);
-  input.unix_ms = UnixMilliseconds();
-  input.robot = parts.link->Latest();
-  input.cycle_overrun = start_s - last_overrun_s_ < 1.0;
-  modbus::Client writer;
-  bool two_masters = false;
-  {
-    const auto commands = handler_.Commands();
-    input.command = plc::PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
-                                                 parts.convention);
-    writer = commands->writer;
-    two_masters = start_s < commands->two_masters_until_s;
-    environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
-  }
-  environment_.monitoring = *mailboxes_.monitoring.Read();
-  environment_.gauges = *mailboxes_.gauges.status.Read();
-  environment_.monitoring.model.applied = parts.model_version;
-  const model::CellModel& cell = parts.machine.config().cell;
-  environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
-  environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
-  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
-    environment_.cameras[k] = *mailboxes_.cameras[k].status.Read();
-    input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
-  }
-  environment_.scene = *mailboxes_.scene.Read();
-  environment_.now_s = start_s;
-  input.probes_recorded = environment_.monitoring.recording && mailboxes_.queue.HasRoom();
-  input.probes_pending = parts.records_probes && !environment_.monitoring.settled;
-  input.storage_unavailable = environment_.monitoring.storage_unavailable;
-  input.background_warnings = static_cast<std::uint16_t>(
-      MonitoringWarnings(environment_.monitoring) | CameraWarnings(environment_.cameras) |
-      SceneWarnings(environment_.scene, start_s) | (two_masters ? warning::kTwoMasters : 0) |
-      (parts.model_superseded ? warning::kModelSetAside : 0));
-  const bool scene_fresh = environment_.scene.FreshAt(start_s);
-  input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
-  input.objects_near = scene_fresh && environment_.scene.near > 0;
-  input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
-  input.reference_refused = environment_.monitoring.reference_refused;
-  input.radius_contradicted = environment_.monitoring.radius_contradicted;
-  input.quarantined = environment_.monitoring.quarantined > 0;
-  const GaugePress press = *mailboxes_.gauges.press.Read();
-  const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;
-  if (is_new && start_s - press.time_s < kGaugePressValid_s) input.gauge = press;
-  parts.branches.DeliverTo(parts.machine);
-  const std::uint16_t executed = parts.machine.snapshot().result.sequence;
+  const MachineInput input = Gather(parts, tick_s);
   const Snapshot& snapshot = parts.machine.Cycle(input);
-  if (snapshot.result.sequence != executed) {
-    environment_.masters.executed = AddressEnd(writer);
-    environment_.masters.executed_port = writer.port;
-  }
-  if (snapshot.gauge_code) {
-    mailboxes_.gauges.handled =
-        std::uint64_t{press.number} << 8U | static_cast<std::uint8_t>(*snapshot.gauge_code);
-  }
-  PostRequests(parts, snapshot, press.number);
-  Publish(parts, snapshot);
-
-  alarms_.fetch_or(snapshot.alarms);
+  Publish(parts, input, snapshot);
   cycles_.fetch_add(1, std::memory_order_relaxed);
-  const double spent_s = MonotonicSeconds() - start_s;
+  const double spent_s = MonotonicSeconds() - input.now_s;
   if (spent_s > longest_cycle_s_.load(std::memory_order_relaxed)) longest_cycle_s_ = spent_s;
 }
 
-void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot,
-                                std::uint32_t press) {
+MachineInput ControlCycle::Gather(CycleParts& parts, double tick_s) {
+  parts.link->RequestRead();
+  parts.link->WaitForState(TimePoint(tick_s + 0.5 * parts.period_s));
+  MachineInput input;
+  input.now_s = environment_.now_s = MonotonicSeconds();
+  input.utc_s = clock_.UtcAt(input.now_s);
+  input.unix_ms = UnixMilliseconds();
+  input.robot = parts.link->Latest();
+  input.cycle_overrun = input.now_s - last_overrun_s_ < 1.0;
+  GatherCommand(parts, input);
+  GatherBackground(parts, input);
+  parts.branches.DeliverTo(parts.machine);
+  return input;
+}
+
+void ControlCycle::Publish(CycleParts& parts, const MachineInput& input, const Snapshot& snapshot) {
+  PublishOutcomes(parts, input, snapshot);
+  PublishRegisters(parts, snapshot);
+  snapshots_.Begin() = snapshot;
+  snapshots_.Publish();
+  alarms_.fetch_or(snapshot.alarms);
+  PushPoints(parts, snapshot);
+}
+
+void ControlCycle::GatherCommand(const CycleParts& parts, MachineInput& input) {
+  const auto commands = handler_.Commands();
+  input.command = plc::PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
+                                               parts.convention);
+  writer_ = commands->writer;
+  const bool two_masters = input.now_s < commands->two_masters_until_s;
+  environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
+  if (two_masters) input.background_warnings |= warning::kTwoMasters;
+}
+
+void ControlCycle::GatherBackground(const CycleParts& parts, MachineInput& input) {
+  status::MonitoringStatus& monitoring = environment_.monitoring;
+  monitoring = *mailboxes_.monitoring.Read();
+  const model::CellModel& cell = parts.machine.config().cell;
+  monitoring.model.applied = parts.model_version;
+  monitoring.model.fitted = cell.domain && cell.domain->as_validated;
+  monitoring.model.effects = static_cast<int>(cell.effects.size());
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    environment_.cameras[k] = *mailboxes_.cameras[k].status.Read();
+  }
+  environment_.scene = *mailboxes_.scene.Read();
+  environment_.gauges = *mailboxes_.gauges.status.Read();
+  AddBackground(monitoring, environment_.cameras, environment_.scene, input);
+  input.probes_recorded = monitoring.recording && mailboxes_.queue.HasRoom();
+  input.probes_pending = parts.records_probes && !monitoring.settled;
+  if (parts.model_superseded) input.background_warnings |= warning::kModelSetAside;
+  const GaugePress press = *mailboxes_.gauges.press.Read();
+  const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;
+  if (is_new && input.now_s - press.time_s < kGaugePressValid_s) input.gauge = press;
+}
+
+void ControlCycle::PublishOutcomes(const CycleParts& parts, const MachineInput& input,
+                                   const Snapshot& snapshot) {
+  if (snapshot.command_executed) {
+    environment_.masters.executed = AddressEnd(writer_);
+    environment_.masters.executed_port = writer_.port;
+  }
+  if (snapshot.gauge_code) {
+    mailboxes_.gauges.handled =
+        std::uint64_t{input.gauge->number} << 8U | static_cast<std::uint8_t>(*snapshot.gauge_code);
+  }
   const bool temperature_valid = (snapshot.status & status::kTemperatureValid) != 0;
   for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     vision::CameraLink& camera = mailboxes_.cameras[k];
@@ -261,11 +256,11 @@ void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapsho
   }
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
   const bool by_gauge = snapshot.probe_taken && snapshot.probe.by_gauge;
-  mailboxes_.queue.Push(
-      {snapshot.monitor_restart, snapshot.probe, parts.model_version, by_gauge ? press : 0});
+  mailboxes_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version,
+                         by_gauge ? input.gauge->number : 0});
 }
 
-void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
+void ControlCycle::PublishRegisters(CycleParts& parts, const Snapshot& snapshot) {
   environment_.uptime_s = snapshot.now_s - start_s_;
   environment_.heartbeat =
       static_cast<std::uint16_t>(static_cast<std::uint64_t>(10 * environment_.uptime_s));
@@ -283,10 +278,9 @@ void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
   SetBits(snapshot.alarms, 16, image.bits);
   SetBits(snapshot.warnings, 32, image.bits);
   images_.Publish();
+}
 
-  snapshots_.Begin() = snapshot;
-  snapshots_.Publish();
-
+void ControlCycle::PushPoints(const CycleParts& parts, const Snapshot& snapshot) {
   if (parts.push.empty()) return;
   std::array<robot::PushPoint, robot::kMaxPushPoints> pushed;
   const std::size_t count = std::min(parts.push.size(), pushed.size());

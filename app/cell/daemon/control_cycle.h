@@ -98,10 +98,18 @@ class ControlCycle {
  private:
   void Run();
   void RunOnce(CycleParts& parts, double tick_s);
+  /// Reads the robot, waiting at most half a period for it, the PLC's command and the mailboxes.
+  MachineInput Gather(CycleParts& parts, double tick_s);
+  void GatherCommand(const CycleParts& parts, MachineInput& input);
+  void GatherBackground(const CycleParts& parts, MachineInput& input);
+  void Publish(CycleParts& parts, const MachineInput& input, const Snapshot& snapshot);
+  /// Who wrote the command that was executed, the answer to a gauge, requests to the cameras, and a
+  /// probe to the monitoring worker.
+  void PublishOutcomes(const CycleParts& parts, const MachineInput& input,
+                       const Snapshot& snapshot);
+  void PublishRegisters(CycleParts& parts, const Snapshot& snapshot);
+  void PushPoints(const CycleParts& parts, const Snapshot& snapshot);
   void StopLink(robot::RobotLink& link, const std::function<void()>& step);
-  /// @param press  number of the present press of a gauge
-  void PostRequests(const CycleParts& parts, const Snapshot& snapshot, std::uint32_t press);
-  void Publish(CycleParts& parts, const Snapshot& snapshot);
 
   std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()
   std::atomic<CycleParts*> next_{nullptr};  ///< to be used from the next cycle on
@@ -109,7 +117,8 @@ class ControlCycle {
   Latest<modbus::RegisterImage>& images_;
   CycleMailboxes& mailboxes_;
   Latest<Snapshot> snapshots_;
-  plc::PlcEnvironment environment_;
+  plc::PlcEnvironment environment_;  ///< of this cycle
+  modbus::Client writer_;            ///< of the command in this cycle
   const modbus::TcpServer* server_;
   const service::UtcClock clock_ = service::UtcClock::FromSystemClock();
   double start_s_ = 0;
