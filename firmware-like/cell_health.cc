@@ -82,7 +82,7 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kCameraLost, "camera or zoom sensor lost", "check its cable",
           Warning<warning::kCameraLost>},
     Entry{HealthReason::kSceneLost, "interference is no longer monitored",
-          "systemctl start plumbline-view",
+          "simplify the meshes of the object table: measuring takes longer than a second",
           [](const HealthInputs& facts) { return facts.scene_lost; }},
     Entry{HealthReason::kStorage, "the state directory is not writable",
           "free disk space, or check its permissions", Warning<warning::kStorage>},

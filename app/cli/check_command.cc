@@ -20,11 +20,11 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/cell/model_store/usable_model.h"
+#include "app/cell/scene/object_table.h"
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
 #include "app/cli/progress.h"
-#include "app/display/scene/object_table.h"
 #include "app/measure/table/replay_file.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
@@ -131,9 +131,9 @@ bool CheckObjects(const config::DaemonConfig& config, config::FaultList& faults)
   if (!text) return false;
   const target::TagDatabase* const tags =
       !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
-  const auto table = display::ObjectTableFromText(*text, file, tags, faults);
+  const auto table = cell::ObjectTableFromText(*text, file, tags, faults);
   if (!table) return false;
-  for (const display::SceneObject& object : table->objects) {
+  for (const cell::SceneObject& object : table->objects) {
     if (access(object.file.c_str(), R_OK) == 0) continue;
     faults.Add({config::Fault::Severity::kWarning, file, 0, "object.file",
                 fmt::format("{} of \"{}\" {}", object.file, object.name,

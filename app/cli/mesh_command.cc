@@ -9,10 +9,10 @@
 
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
+#include "app/cell/scene/mesh_summary.h"
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
-#include "app/display/scene/mesh_summary.h"
 
 namespace plumbline::cli {
 namespace {
@@ -20,23 +20,23 @@ namespace {
 struct MeshOptions {
   std::string file, unit;
   bool json = false;
-  display::MeshLimits limits;
+  cell::MeshLimits limits;
 };
 
 int RunMeshCheck(const MeshOptions& options) {
   std::optional<std::string> unit;
   double unit_m = 1;
   if (!options.unit.empty()) {
-    const auto known = display::MetresOfUnit(options.unit);
+    const auto known = cell::MetresOfUnit(options.unit);
     if (!known) {
       std::cerr << fmt::format("plumbline mesh check: --unit: {} is not one of {}\n", options.unit,
-                               display::kMeshUnits);
+                               cell::kMeshUnits);
       return kExitUsage;
     }
     unit = options.unit;
     unit_m = *known;
   }
-  const auto file = display::ReadMeshFile(options.file, unit_m, options.limits);
+  const auto file = cell::ReadMeshFile(options.file, unit_m, options.limits);
   if (!file && options.json) {
     const nlohmann::json json = {{"schema", 1}, {"file", options.file}, {"refused", file.error()}};
     std::cout << text::JsonText(json, 2) << '\n';
@@ -44,8 +44,8 @@ int RunMeshCheck(const MeshOptions& options) {
     std::cerr << options.file << ": " << file.error() << '\n';
   } else {
     if (!options.json) std::cout << terminal::ForReading;
-    std::cout << (options.json ? display::MeshJson(*file, options.file, unit)
-                               : display::MeshText(*file, options.file, unit));
+    std::cout << (options.json ? cell::MeshJson(*file, options.file, unit)
+                               : cell::MeshText(*file, options.file, unit));
   }
   return file ? kExitOk : kExitFault;
 }
@@ -59,14 +59,14 @@ void AddMeshCommand(CLI::App& app, int& exit_code) {
   mesh->footer("Example:\n  plumbline mesh check gripper.stl --unit mm");
   CLI::App* command =
       mesh->add_subcommand("check", "Show what a mesh file contains and whether it is usable");
-  command->add_option("file", options->file, fmt::format("One of {}", display::kMeshFormats))
+  command->add_option("file", options->file, fmt::format("One of {}", cell::kMeshFormats))
       ->required();
   command->add_option("--unit", options->unit,
-                      fmt::format("Length unit of the file: {}", display::kMeshUnits));
+                      fmt::format("Length unit of the file: {}", cell::kMeshUnits));
   command
       ->add_option("--max-triangles", options->limits.triangles,
                    "Refuse a file with more triangles; at most the overlay's own limit")
-      ->check(WholeNumberWithin(1, static_cast<std::int64_t>(display::MeshLimits{}.triangles)))
+      ->check(WholeNumberWithin(1, static_cast<std::int64_t>(cell::MeshLimits{}.triangles)))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(fmt::format(

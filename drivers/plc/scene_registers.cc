@@ -30,8 +30,8 @@ bool Measured(Source s) {
 
 const std::array kSceneFields = {
     MapField{640, kU16, "scene_state", "code",
-             "0 unknown (plumbline-view not running, or a pair is not measured), 1 all pairs "
-             "apart, 2 interference",
+             "0 unknown (no object table, or a pair is not measured), 1 all pairs apart, 2 "
+             "interference",
              State},
     MapField{641, kU16, "scene_interferences", "",
              "number of object pairs that touch; 0 if the scene status is older than 1 s",

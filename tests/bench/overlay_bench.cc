@@ -70,7 +70,7 @@ struct Results {
 /// One posture, one image.
 class Scene {
  public:
-  Scene(const display::ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
+  Scene(const cell::ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
       : model_(model), random_(seed), time_s_(static_cast<double>(seed)) {
     std::uniform_real_distribution<double> u(-1, 1);
     q_.resize(6);
@@ -102,7 +102,7 @@ class Scene {
   }
 
   void Measure(display::Renderer& renderer, Results& results) {
-    display::ViewModel model = model_;
+    cell::ViewModel model = model_;
     model.config.vision.cameras.resize(1);
     model.config.vision.tags.cell = "cell";
     model.config.vision.tags.X_WK = X_WK_;
@@ -132,17 +132,17 @@ class Scene {
       ++results.lost;
       return;
     }
-    display::CarrierTracker memory;
-    const display::Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
+    cell::CarrierTracker memory;
+    const cell::Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
     display::ViewFacts facts;
     facts.state = &state;
     facts.carriers = std::span(&carriers, 1);
     facts.model = &model;
     facts.now_s = time_s_ + 0.02;
-    display::ObjectTable table;
-    display::SceneObject plate;
-    plate.on.kind = display::Carrier::Kind::kFlange;
+    cell::ObjectTable table;
+    cell::SceneObject plate;
+    plate.on.kind = cell::Carrier::Kind::kFlange;
     plate.bends = true;
     table.objects = {plate};
     facts.table = &table;
@@ -165,7 +165,7 @@ class Scene {
   Pose X_CM() const { return X_CW_ * X_WT_ * Pose{R_TP_, kPlate_T}; }
 
   /// Corners of the tag in the flange frame of the unloaded tool.
-  scene::TriangleMesh PlateMesh(const display::ViewModel& model) const {
+  scene::TriangleMesh PlateMesh(const cell::ViewModel& model) const {
     scene::TriangleMesh mesh;
     for (const Eigen::Vector3d& corner : test::TagCorners(kSide_m)) {
       const Vec3 p_T = R_TP_ * corner + kPlate_T;
@@ -182,10 +182,10 @@ class Scene {
   }
 
   void Compare(display::Renderer& renderer, const scene::DisplayList& list,
-               const display::Carriers& carriers, Results& results) const {
+               const cell::Carriers& carriers, Results& results) const {
     const auto corners = test::TagCorners(kSide_m);
     const auto placed = renderer.TransformedVertices(list, list.meshes.at(0));
-    const display::ToolState& tool = *carriers.tool;
+    const cell::ToolState& tool = *carriers.tool;
     const Pose X_CF_nominal = carriers.world->X_CK * tool.X_WF_nominal;
     const scene::TriangleMesh plate = PlateMesh(model_);
     std::vector<lens::Vec2> truth;
@@ -216,7 +216,7 @@ class Scene {
     }
   }
 
-  const display::ViewModel& model_;
+  const cell::ViewModel& model_;
   std::mt19937_64 random_;
   const double time_s_;  ///< time of the image
   model::JointVector q_;
@@ -243,7 +243,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   config::FaultList faults;
-  const auto model = display::ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
+  const auto model = cell::ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
   if (!model) {
     fmt::print("{}", config::FaultsText(faults));
     return 1;

@@ -10,9 +10,9 @@
 #include <ctime>
 #include <random>
 
-#include "app/display/scene/interference.h"
+#include "app/cell/scene/interference.h"
 #include "firmware-like/geometry/rotation.h"
-#include "tests/app/display/scene/shapes.h"
+#include "tests/app/cell/scene/shapes.h"
 #include "tests/bench/bench_timing.h"
 #include "tests/bench/rows.h"
 
@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   const Pose X_FO{Mat3::Identity(), Vec3(0, 0, 0.5)};
   const scene::BendField field = Hanging(0.02F);
 
-  display::Interference scene;
+  cell::Interference scene;
   double start = bench::CpuTime_ms();
   const std::size_t a = scene.Add(*checked, X_FO, 1, true);
   const double ours_build = bench::CpuTime_ms() - start;
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
         scene.Place(a, X_WF);
         scene.Place(b, X_Wb);
         start = bench::CpuTime_ms();
-        const display::Separation found = scene.Measure(a, b, false);
+        const cell::Separation found = scene.Measure(a, b, false);
         times.ours.push_back(bench::CpuTime_ms() - start);
         start = bench::CpuTime_ms();
         fcl::CollisionResultd crossing;

@@ -65,7 +65,7 @@ int RunViewer(const std::string& config_file) {
     }
   });
   config::FaultList faults;
-  auto model = display::ReadViewModel(mine, 0, faults);
+  auto model = cell::ReadViewModel(mine, 0, faults);
   if (!model) fmt::print(stderr, "{}", config::FaultsText(faults));
   if (model) {
     display::ViewLoop loop(mine, std::move(*model), shown);

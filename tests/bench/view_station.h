@@ -9,7 +9,7 @@
 #include "app/cell/view_link/view_client.h"
 #include "app/vision/lens_store/lens_store.h"
 #include "drivers/clock.h"
-#include "tests/app/display/scene/shapes.h"
+#include "tests/app/cell/scene/shapes.h"
 #include "tests/app/vision/camera/camera_scene.h"
 #include "tests/bench/daemon_start.h"
 
@@ -69,7 +69,7 @@ class ViewStation {
     for (int k = 0; k < cameras; ++k) tables += AddCamera(k == 0 ? "side" : "rear", k);
     std::ofstream(folder + "/bodies.toml") << test::TagsText();
     std::ofstream(folder + "/ball.obj")
-        << test::MeshFileText(test::Sphere(0.1F, 160, 158), display::MeshFormat::kObj);
+        << test::MeshFileText(test::Sphere(0.1F, 160, 158), cell::MeshFormat::kObj);
     std::ofstream(folder + "/objects.toml")
         << "schema = 1\n[[object]]\nnumber = 1\nname = \"fixture\"\nfile = \"ball.obj\"\n"
            "unit = \"m\"\non = { body = \"cell\" }\n[[object]]\nnumber = 2\nname = \"part\"\n"

@@ -18,14 +18,14 @@
 #include <cstring>
 #include <vector>
 
-#include "app/display/scene/mesh_parser.h"
+#include "app/cell/scene/mesh_parser.h"
 #include "firmware-like/scene/mesh_facts.h"
 
 namespace {
 
 using namespace plumbline;
 
-constexpr display::MeshLimits kLimits{.triangles = 20'000};
+constexpr cell::MeshLimits kLimits{.triangles = 20'000};
 constexpr int kPatience_ms = 5000;
 constexpr suseconds_t kComputing_us = 50'000;  ///< some inputs keep Assimp busy forever
 constexpr int kMaxInputs = 300;                ///< per process, because it leaks
@@ -72,8 +72,8 @@ bool Take(int from, void* data, std::size_t size) {
     if (!Take(link, bytes.data(), bytes.size())) _exit(0);
     const itimerval computing{{0, 0}, {0, kComputing_us}};
     setitimer(ITIMER_PROF, &computing, nullptr);
-    const auto told = display::EncodeMeshResponse(
-        display::ParseMesh(static_cast<display::MeshFormat>(about[0]), bytes, kLimits.triangles));
+    const auto told = cell::EncodeMeshResponse(
+        cell::ParseMesh(static_cast<cell::MeshFormat>(about[0]), bytes, kLimits.triangles));
     const std::uint64_t size = told.size();
     if (!Put(link, &size, sizeof size) || !Put(link, told.data(), told.size())) _exit(0);
   }
@@ -83,14 +83,14 @@ bool Take(int from, void* data, std::size_t size) {
 class Reader {
  public:
   /// nullopt if the process died or did not answer.
-  std::vector<std::uint8_t> Ask(display::MeshFormat format, std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint8_t> Ask(cell::MeshFormat format, std::span<const std::uint8_t> bytes) {
     if (pid_ < 0) Start();
     const std::array<std::uint32_t, 2> about{static_cast<std::uint32_t>(format),
                                              static_cast<std::uint32_t>(bytes.size())};
     std::uint64_t size = 0;
     std::vector<std::uint8_t> answer;
     bool good = Put(link_, about.data(), sizeof about) && Put(link_, bytes.data(), bytes.size()) &&
-                Take(link_, &size, sizeof size) && size <= display::MaxMeshResponseBytes(kLimits);
+                Take(link_, &size, sizeof size) && size <= cell::MaxMeshResponseBytes(kLimits);
     if (good) {
       answer.resize(size);
       good = Take(link_, answer.data(), size);
@@ -132,21 +132,21 @@ extern "C" const char* __lsan_default_suppressions() {
 }
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  display::PrepareVrmlParser();
+  cell::PrepareVrmlParser();
   return 0;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
-  const auto format = static_cast<display::MeshFormat>(data[0] % 6);
+  const auto format = static_cast<cell::MeshFormat>(data[0] % 6);
   const std::span bytes(data + 1, size - 1);
-  display::AnnouncedTriangles(format,
-                              bytes);  // also in this process, where the fuzzer sees the coverage
-  display::IsTruncated(format, bytes);
+  cell::AnnouncedTriangles(format,
+                           bytes);  // also in this process, where the fuzzer sees the coverage
+  cell::IsTruncated(format, bytes);
   static Reader reader;
-  const auto answer = display::DecodeMeshResponse(reader.Ask(format, bytes), kLimits);
+  const auto answer = cell::DecodeMeshResponse(reader.Ask(format, bytes), kLimits);
   if (!answer || !*answer) return 0;
-  display::RawMesh raw = answer->value();
+  cell::RawMesh raw = answer->value();
   const auto checked = scene::CheckMesh(std::move(raw.mesh), 1e-3);
   if (!checked) return 0;
   for (const Vec3f& p : checked->mesh.vertices_O) {

@@ -3,22 +3,22 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/display/scene/mesh_message.h"
+#include "app/cell/scene/mesh_message.h"
 #include "firmware-like/scene/mesh_facts.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace plumbline;
-  const display::MeshLimits limits{.triangles = 100};
-  const auto answer = display::DecodeMeshResponse({data, size}, limits);
+  const cell::MeshLimits limits{.triangles = 100};
+  const auto answer = cell::DecodeMeshResponse({data, size}, limits);
   if (!answer) return 0;
-  if (size > display::MaxMeshResponseBytes(limits)) std::abort();
+  if (size > cell::MaxMeshResponseBytes(limits)) std::abort();
   if (!*answer) {
     if (answer->error().empty()) std::abort();
     return 0;
   }
   // A complete answer encodes to the same bytes, unless a text contained unprintable characters.
-  if (display::EncodeMeshResponse(*answer).size() != size) std::abort();
-  display::RawMesh raw = answer->value();
+  if (cell::EncodeMeshResponse(*answer).size() != size) std::abort();
+  cell::RawMesh raw = answer->value();
   const auto checked = scene::CheckMesh(std::move(raw.mesh), 1e-3);
   if (!checked) return 0;
   const scene::MeshFacts& facts = checked->facts;

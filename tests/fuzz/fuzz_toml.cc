@@ -16,7 +16,7 @@
 #include "app/base/config/robot_profile_reader.h"
 #include "app/base/config/zoom_profile_reader.h"
 #include "app/base/text/nesting.h"
-#include "app/display/scene/object_table.h"
+#include "app/cell/scene/object_table.h"
 
 namespace {
 
@@ -93,8 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 3: {
       plumbline::target::TagDatabase tags;
       tags.tags.push_back({17, 0.05});
-      read =
-          plumbline::display::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
+      read = plumbline::cell::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
       break;
     }
     case 4:

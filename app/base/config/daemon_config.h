@@ -46,7 +46,7 @@ struct DaemonConfig {
   std::vector<GaugeConfig> gauges;
   MonitoringConfig monitoring;
   VisionConfig vision;             ///< a change takes effect at the next start
-  OverlayConfig overlay;           ///< used by plumbline-view; the daemon only checks it
+  OverlayConfig overlay;           ///< used by plumbline-view; the daemon uses the object table
   PageConfig page;                 ///< used by plumbline-view; the daemon only checks it
   std::optional<MqttConfig> mqtt;  ///< used by plumbline-fleet; the daemon only checks it
   /// Ids of the points written into the controller's registers, in the order of the profile's

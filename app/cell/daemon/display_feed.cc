@@ -67,11 +67,31 @@ void CopySnapshot(const Snapshot& snapshot, const model::CellModel& cell, ViewSt
 
 DisplayFeed::DisplayFeed(std::unique_ptr<ViewPublisher> publisher, CycleMailboxes& mailboxes,
                          std::size_t cameras)
-    : publisher_(std::move(publisher)), mailboxes_(mailboxes), cameras_(cameras) {}
+    : publisher_(std::move(publisher)),
+      mailboxes_(mailboxes),
+      cameras_(cameras),
+      trackers_(std::max<std::size_t>(1, cameras)) {}
 
 void DisplayFeed::Configure(const config::DaemonConfig& config) {
   const std::lock_guard lock(mutex_);
-  cell_ = config.machine.cell;
+  const config::OverlayConfig& overlay = config.overlay;
+  const bool same_objects = model_ && model_->config.overlay.objects_file == overlay.objects_file &&
+                            model_->config.overlay.near_m == overlay.near_m;
+  model_.emplace(ViewModel{config, deflection::LoadedArm(config.machine.cell)});
+  if (!same_objects) {
+    if (scene_) {
+      ending_ =
+          std::async(std::launch::async, [old = std::move(scene_)]() mutable { old.reset(); });
+    }
+    NoteMeasured();
+  }
+  if (!same_objects && !overlay.objects_file.empty()) {
+    const bool tags_known = !config.vision.cameras.empty();
+    scene_ = std::make_unique<SceneWorker>(
+        overlay.objects_file,
+        tags_known ? std::optional(config.vision.tags.database) : std::nullopt, overlay.near_m,
+        log::Log);
+  }
   point_ids_.clear();
   point_changes_.reset();
   for (const correction::AssemblyPoint& point : config.machine.points)
@@ -89,34 +109,29 @@ void DisplayFeed::Start(const ControlCycle& cycle) {
   start_s_ = MonotonicSeconds();
 }
 
-bool DisplayFeed::HasViewers() {
-  const bool has_viewers = publisher_->PollViewers();
-  if (const auto& scene = publisher_->scene(); scene && scene->time_s != scene_s_) {
-    scene_s_ = scene->time_s;
-    mailboxes_.scene.Begin() = *scene;
-    mailboxes_.scene.Publish();
-  }
-  return has_viewers;
-}
-
 void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
                                const camera::CameraFrame& frame, const vision::TrackedFrame& seen,
                                const lens::KnownLens* lens) {
   const std::lock_guard lock(mutex_);
-  if (!publisher_ || cycle_ == nullptr || !HasViewers()) return;
-  const std::vector<std::uint8_t>* const bgr = camera.Bgr();
-  const int memory = publisher_->memory_number();
-  auto image = publisher_->Share(k, frame.luma, bgr != nullptr ? bgr->data() : nullptr);
-  if (publisher_->memory_number() != memory) {
-    for (ViewCamera& other : cameras_) other.image.reset();
+  const bool has_viewers = HasViewers();
+  if (!Needed(has_viewers)) return;
+  ViewImage image;  // not shared
+  if (has_viewers) {
+    const std::vector<std::uint8_t>* const bgr = camera.Bgr();
+    const int memory = publisher_->memory_number();
+    const auto shared = publisher_->Share(k, frame.luma, bgr != nullptr ? bgr->data() : nullptr);
+    if (shared) image = *shared;
+    if (publisher_->memory_number() != memory) {
+      for (ViewCamera& other : cameras_) {
+        if (other.image) other.image->stamp = 0;
+      }
+    }
   }
-  if (image) {
-    image->time_s = frame.time_s;
-    image->sequence = frame.sequence;
-  }
+  image.time_s = frame.time_s;
+  image.sequence = frame.sequence;
   cameras_[k] = SeenBy(camera, seen, lens);
   cameras_[k].image = image;
-  Send();
+  Send(has_viewers);
 }
 
 void DisplayFeed::NoteLink(const robot::RobotLinkStatus& link) {
@@ -127,10 +142,33 @@ void DisplayFeed::NoteLink(const robot::RobotLinkStatus& link) {
 
 void DisplayFeed::PublishIfDue() {
   const std::lock_guard lock(mutex_);
-  if (!publisher_ || cycle_ == nullptr) return;
+  if (cycle_ == nullptr) return;
   NoteLink(cycle_->parts().link->Status());
-  if (MonotonicSeconds() - sent_s_ < kPeriodWithoutImages_s || !HasViewers()) return;
-  Send();
+  NoteMeasured();
+  if (MonotonicSeconds() - sent_s_ < kPeriodWithoutImages_s) return;
+  if (const bool has_viewers = HasViewers(); Needed(has_viewers)) Send(has_viewers);
+}
+
+void DisplayFeed::NoteMeasured() {
+  std::shared_ptr<const SceneMeasurements> newest = scene_ ? scene_->Newest() : nullptr;
+  if (newest == measured_) return;
+  measured_ = std::move(newest);
+  status::SceneStatus status;
+  if (measured_ && !measured_->pairs.empty()) {
+    status = SceneStatusOf(*measured_);
+    status.time_s = MonotonicSeconds();
+  }
+  mailboxes_.scene.Begin() = status;
+  mailboxes_.scene.Publish();
+}
+
+void DisplayFeed::MeasureIn(ViewState& state) {
+  std::vector<Carriers> carriers;
+  for (std::size_t k = 0; k < trackers_.size(); ++k) {
+    carriers.push_back(trackers_[k].Update(state, k, &*model_, state.now_s));
+  }
+  scene_->Submit({state.now_s, MergeInMeasurementFrame(carriers)});
+  NoteMeasured();
 }
 
 void DisplayFeed::CopyPoints(const Snapshot& snapshot) {
@@ -147,15 +185,16 @@ void DisplayFeed::CopyPoints(const Snapshot& snapshot) {
   }
 }
 
-void DisplayFeed::Send() {
+void DisplayFeed::Send(bool has_viewers) {
   ViewState& state = state_;
   state.now_s = sent_s_ = MonotonicSeconds();
   state.utc_s = service::SystemUtcSeconds();
   state.version = PLUMBLINE_VERSION;
-  state.cell = cell_.robot.name;
+  const model::CellModel& cell = model_->config.machine.cell;
+  state.cell = cell.robot.name;
   {
     const auto snapshot = cycle_->ReadSnapshot();
-    CopySnapshot(*snapshot, cell_, state);
+    CopySnapshot(*snapshot, cell, state);
     if (point_changes_ != snapshot->point_changes) CopyPoints(*snapshot);
   }
   const CycleCounters counters = cycle_->counters();
@@ -167,6 +206,13 @@ void DisplayFeed::Send() {
     cameras_[k].status = *mailboxes_.cameras[k].status.Read();
   }
   state.cameras = cameras_;
+  if (scene_) MeasureIn(state);
+  state.scene.reset();
+  if (measured_) state.scene = *measured_;
+  if (!has_viewers) return;
+  for (ViewCamera& camera : state.cameras) {
+    if (camera.image && camera.image->stamp == 0) camera.image.reset();
+  }
   state.lines.clear();
   for (const log::LogLine& line : log::RecentLog()) {
     state.lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -9,14 +10,17 @@
 
 #include "app/base/config/daemon_config.h"
 #include "app/cell/daemon/control_cycle.h"
+#include "app/cell/scene/scene_worker.h"
 #include "app/cell/view_link/view_publisher.h"
 #include "app/vision/camera/camera_supervisor.h"
 
 namespace plumbline::cell {
 
 /// Publishes a state with every image and, while no images arrive, a few times a second without
-/// one. If no viewer is connected it only polls for viewers. The control cycle is not aware of it:
-/// everything shown is read from the mailboxes.
+/// one. If there is an object table, a thread of its own measures in each of these states, also
+/// without viewers; otherwise, without viewers nothing is done but to poll for them. The control
+/// cycle is not aware of it: everything shown is read from the mailboxes, and the interference is
+/// written to one.
 class DisplayFeed {
  public:
   /// @param publisher  null if the socket could not be created: nothing is published until Reopen()
@@ -38,24 +42,33 @@ class DisplayFeed {
   void PublishIfDue();
 
  private:
-  void Send();
+  /// Fills the state and hands it to the viewers and to the thread that measures.
+  void Send(bool has_viewers);
+  /// Starts measuring in a state; the state gets what was measured last.
+  void MeasureIn(ViewState& state);
+  /// Passes a new measurement to the control cycle.
+  void NoteMeasured();
   /// By the main thread only, which also replaces the link.
   void NoteLink(const robot::RobotLinkStatus& link);
   void CopyPoints(const Snapshot& snapshot);
-  bool HasViewers();
+  bool HasViewers() { return publisher_ && publisher_->PollViewers(); }
+  bool Needed(bool has_viewers) const { return cycle_ != nullptr && (has_viewers || scene_); }
 
   std::mutex mutex_;
   std::unique_ptr<ViewPublisher> publisher_;
   CycleMailboxes& mailboxes_;
   const ControlCycle* cycle_ = nullptr;
-  model::CellModel cell_;
+  std::optional<ViewModel> model_;
   std::vector<int> point_ids_;
   std::vector<ViewCamera> cameras_;
   ViewState state_;  ///< sent last; its points are kept until they change
   std::optional<std::uint64_t> point_changes_;  ///< Snapshot::point_changes of these points
   double sent_s_ = -1e300;
   double start_s_ = 0;
-  double scene_s_ = -1e300;  ///< time of the last scene status that a viewer reported
+  std::vector<CarrierTracker> trackers_;  ///< of each camera; at least one
+  std::unique_ptr<SceneWorker> scene_;    ///< null without an object table
+  std::future<void> ending_;  ///< end of a replaced scene worker, which may take seconds
+  std::shared_ptr<const SceneMeasurements> measured_;  ///< the newest
 };
 
 }  // namespace plumbline::cell

@@ -7,7 +7,7 @@
 namespace plumbline::cell {
 namespace {
 
-constexpr std::size_t kMaxListSize = 4096;
+constexpr std::size_t kMaxListSize = 8192;
 
 }  // namespace
 

@@ -16,7 +16,6 @@
 #include <cstring>
 #include <thread>
 
-#include "app/cell/view_link/scene_message.h"
 #include "app/cell/view_link/view_json.h"
 #include "app/cell/view_link/view_publisher.h"
 #include "drivers/clock.h"
@@ -173,14 +172,6 @@ bool ViewClient::CopyImages(View& view) const {
     if (!here && !CopyImage(*image, pixels)) return false;
   }
   return true;
-}
-
-void ViewClient::SendScene(const status::SceneStatus& scene) {
-  if (!socket_) return;
-  const SceneMessage message = EncodeScene(scene);
-  // No retry: the message would be outdated. Read() detects a lost connection.
-  [[maybe_unused]] const ssize_t sent =
-      send(socket_.get(), message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
 bool ViewClient::Receive(Arrived& arrived) {

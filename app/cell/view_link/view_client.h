@@ -10,7 +10,6 @@
 #include "drivers/back_off.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
-#include "firmware-like/status/scene_status.h"
 
 namespace plumbline::cell {
 
@@ -43,9 +42,6 @@ class ViewClient {
   /// Waits up to `timeout_s` for a state newer than the last.
   /// @return  false if none arrived; `view` is then unchanged
   bool Read(double timeout_s, View& view);
-
-  /// Sends the measured scene without waiting; the daemon accepts it only from its own user.
-  void SendScene(const status::SceneStatus& scene);
 
   bool connected() const { return static_cast<bool>(socket_); }
   /// Why no states arrive; empty while they do.

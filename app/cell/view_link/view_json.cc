@@ -314,6 +314,114 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
   return list;
 }
 
+// JSON of what was measured between the virtual objects.
+
+Json SeparationJson(const Separation& between) {
+  return {{"touching", between.touching},
+          {"inside", between.inside},
+          {"distance_m", NumberJson(between.distance_m)},
+          {"p_a_W_m", VectorJson(between.p_a_W)},
+          {"p_b_W_m", VectorJson(between.p_b_W)},
+          {"depth_m", NumberJson(between.depth_m)},
+          {"penetration_direction_W", VectorJson(between.penetration_direction_W)}};
+}
+
+Separation SeparationOf(const Json& json) {
+  Separation between;
+  between.touching = json.at("touching").get<bool>();
+  between.inside = json.at("inside").get<bool>();
+  between.distance_m = NumberOf(json.at("distance_m"));
+  between.p_a_W = Vec3Of(json.at("p_a_W_m"));
+  between.p_b_W = Vec3Of(json.at("p_b_W_m"));
+  between.depth_m = NumberOf(json.at("depth_m"));
+  between.penetration_direction_W = Vec3Of(json.at("penetration_direction_W"));
+  return between;
+}
+
+Json SweepJson(const SweepResult& sweep) {
+  return {{"hits", sweep.hits},
+          {"travelled_m", NumberJson(sweep.travelled_m)},
+          {"least_m", NumberJson(sweep.least_m)},
+          {"p_W_m", VectorJson(sweep.p_W)}};
+}
+
+SweepResult SweepOf(const Json& json) {
+  SweepResult sweep;
+  sweep.hits = json.at("hits").get<bool>();
+  sweep.travelled_m = NumberOf(json.at("travelled_m"));
+  sweep.least_m = NumberOf(json.at("least_m"));
+  sweep.p_W = Vec3Of(json.at("p_W_m"));
+  return sweep;
+}
+
+Json SceneJson(const SceneMeasurements& scene) {
+  Json json = {{"time_s", NumberJson(scene.time_s)},
+               {"took_s", NumberJson(scene.took_s)},
+               {"pairs", Json::array()},
+               {"distances", Json::array()},
+               {"points", Json::array()},
+               {"sweeps", Json::array()}};
+  for (const MeasuredPair& pair : scene.pairs) {
+    json["pairs"].push_back(
+        {{"a", pair.a},
+         {"b", pair.b},
+         {"number_a", pair.number_a},
+         {"number_b", pair.number_b},
+         {"state", static_cast<int>(pair.state)},
+         {"separation", pair.separation ? SeparationJson(*pair.separation) : Json(nullptr)}});
+  }
+  for (const MeasuredDistance& distance : scene.distances) {
+    json["distances"].push_back({{"name", distance.name},
+                                 {"distance_m", OptionalJson(distance.distance_m)},
+                                 {"p_a_W_m", VectorJson(distance.p_a_W)},
+                                 {"p_b_W_m", VectorJson(distance.p_b_W)}});
+  }
+  for (const PlacedPoint& point : scene.points) {
+    json["points"].push_back(
+        {{"name", point.name}, {"p_W_m", point.p_W ? VectorJson(*point.p_W) : Json(nullptr)}});
+  }
+  for (const MeasuredSweep& sweep : scene.sweeps) {
+    json["sweeps"].push_back({{"name", sweep.name},
+                              {"other", sweep.other},
+                              {"result", sweep.result ? SweepJson(*sweep.result) : Json(nullptr)}});
+  }
+  return json;
+}
+
+SceneMeasurements SceneOf(const Json& json) {
+  SceneMeasurements scene;
+  scene.time_s = NumberOf(json.at("time_s"));
+  scene.took_s = NumberOf(json.at("took_s"));
+  for (const Json& entry : ListAt(json, "pairs")) {
+    MeasuredPair& pair = scene.pairs.emplace_back();
+    pair.a = entry.at("a").get<std::string>();
+    pair.b = entry.at("b").get<std::string>();
+    pair.number_a = text::IntegerFromJson<int>(entry.at("number_a"));
+    pair.number_b = text::IntegerFromJson<int>(entry.at("number_b"));
+    pair.state = EnumOf(entry.at("state"), scene::Proximity::kInterference);
+    if (const Json& between = entry.at("separation"); !between.is_null()) {
+      pair.separation = SeparationOf(between);
+    }
+  }
+  for (const Json& entry : ListAt(json, "distances")) {
+    scene.distances.push_back({entry.at("name").get<std::string>(),
+                               OptionalOf<double>(entry.at("distance_m")),
+                               Vec3Of(entry.at("p_a_W_m")), Vec3Of(entry.at("p_b_W_m"))});
+  }
+  for (const Json& entry : ListAt(json, "points")) {
+    PlacedPoint& point = scene.points.emplace_back();
+    point.name = entry.at("name").get<std::string>();
+    if (const Json& p_W = entry.at("p_W_m"); !p_W.is_null()) point.p_W = Vec3Of(p_W);
+  }
+  for (const Json& entry : ListAt(json, "sweeps")) {
+    MeasuredSweep& sweep = scene.sweeps.emplace_back();
+    sweep.name = entry.at("name").get<std::string>();
+    sweep.other = entry.at("other").get<std::string>();
+    if (const Json& result = entry.at("result"); !result.is_null()) sweep.result = SweepOf(result);
+  }
+  return scene;
+}
+
 ViewState StateOf(const Json& json) {
   if (const int schema = text::IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
     throw std::out_of_range(fmt::format(
@@ -350,6 +458,7 @@ ViewState StateOf(const Json& json) {
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
   if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
+  if (const Json& scene = json.at("scene"); !scene.is_null()) state.scene = SceneOf(scene);
   for (const Json& line : ListAt(json, "lines")) {
     state.lines.push_back(
         {text::IntegerFromJson<std::uint64_t>(line.at("number")), line.at("utc_s").get<double>(),
@@ -411,6 +520,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"monitoring", MonitoringJson(state.monitoring)},
                      {"cameras", CamerasJson(state.cameras)},
+                     {"scene", state.scene ? SceneJson(*state.scene) : Json(nullptr)},
                      {"lines", LinesJson(state.lines)}};
   return text::JsonText(json);
 }

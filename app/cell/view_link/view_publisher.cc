@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "app/cell/view_link/view_json.h"
-#include "drivers/clock.h"
 #include "drivers/os/file_writing.h"
 
 namespace plumbline::cell {
@@ -24,7 +23,6 @@ namespace {
 /// The kernel raises it to its minimum, which holds a few messages: a viewer that does not read
 /// keeps no more states in memory.
 constexpr int kSendBuffer = 1;
-constexpr int kMaxMessagesPerPoll = 16;  ///< from one viewer
 
 std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
   return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
@@ -88,25 +86,15 @@ ViewPublisher::~ViewPublisher() {
 bool ViewPublisher::PollViewers() {
   Accept();
   for (std::size_t k = viewers_.size(); k-- > 0;) {
-    if (!ReceiveScenes(viewers_[k])) Drop(k);
+    if (!Connected(viewers_[k])) Drop(k);
   }
   return !viewers_.empty();
 }
 
-/// @return  false if the viewer has disconnected
-bool ViewPublisher::ReceiveScenes(const Viewer& viewer) {
-  for (int messages = 0; messages < kMaxMessagesPerPoll; ++messages) {
-    std::array<std::uint8_t, kSceneMessageBytes + 1> bytes;  // + 1 to detect an oversized message
-    const ssize_t got = recv(viewer.socket.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
-    if (got < 0) return errno == EAGAIN || errno == EINTR;
-    if (got == 0) return false;
-    if (!viewer.may_send_scene) continue;
-    if (auto scene = DecodeScene(std::span(bytes).first(static_cast<std::size_t>(got)))) {
-      scene->time_s = MonotonicSeconds();
-      scene_ = scene;
-    }
-  }
-  return true;
+bool ViewPublisher::Connected(const Viewer& viewer) {
+  char byte = 0;
+  const ssize_t got = recv(viewer.socket.get(), &byte, sizeof byte, MSG_DONTWAIT);
+  return got > 0 || (got < 0 && (errno == EAGAIN || errno == EINTR));
 }
 
 void ViewPublisher::Accept() {
@@ -115,11 +103,7 @@ void ViewPublisher::Accept() {
     if (!viewer) return;
     if (viewers_.size() >= kMaxViewers) continue;
     setsockopt(viewer.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-    ucred peer{};
-    socklen_t size = sizeof peer;
-    const bool same = getsockopt(viewer.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
-                      peer.uid == geteuid();
-    viewers_.push_back({std::move(viewer), 0, 0, same});
+    viewers_.push_back({std::move(viewer), 0, 0});
   }
 }
 

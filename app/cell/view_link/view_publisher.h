@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "app/cell/view_link/scene_message.h"
 #include "app/cell/view_link/view_state.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/image/luma_view.h"
@@ -17,13 +16,13 @@
 
 namespace plumbline::cell {
 
-/// Listens on a Unix socket; the file's mode decides who may connect. Viewers can send one message
-/// only (scene_message.h), and only processes of the daemon's own user. A viewer receives one
-/// message (ViewMessage) per state, which carries descriptors of read-only memory: the state's text
-/// (view_json.h), and the points and the images where it does not have them yet. So a message
-/// is small however large the state, and each text is encoded once for all viewers. The publisher
-/// never waits: a viewer whose socket is full misses that state and gets the next; what waits in
-/// its socket keeps a few states in memory. Without viewers nothing is copied.
+/// Listens on a Unix socket; the file's mode decides who may connect. What viewers send is
+/// discarded. A viewer receives one message (ViewMessage) per state, which carries descriptors of
+/// read-only memory: the state's text (view_json.h), and the points and the images where it does
+/// not have them yet. So a message is small however large the state, and each text is encoded once
+/// for all viewers. The publisher never waits: a viewer whose socket is full misses that state and
+/// gets the next; what waits in its socket keeps a few states in memory. Without viewers nothing is
+/// copied.
 ///
 /// The images of a camera cycle through its kSlotsPerCamera slots. A viewer copies an image and
 /// then checks that the slot's stamp is still the one given in the state; it differs if the viewer
@@ -40,8 +39,7 @@ class ViewPublisher {
   ViewPublisher(const ViewPublisher&) = delete;
   ViewPublisher& operator=(const ViewPublisher&) = delete;
 
-  /// Accepts new viewers, drops disconnected ones and receives their messages. Call it before doing
-  /// work for viewers.
+  /// Accepts new viewers and drops disconnected ones. Call it before doing work for viewers.
   /// @return  whether there is a viewer
   bool PollViewers();
 
@@ -57,20 +55,16 @@ class ViewPublisher {
   /// Sends the state to each viewer, and the points to those that do not have that list yet.
   void Send(const ViewState& state);
 
-  /// The newest scene message from a viewer of the daemon's own user, stamped with its time of
-  /// arrival; nullopt if there is none yet. Other users' messages and malformed ones are discarded.
-  const std::optional<status::SceneStatus>& scene() const { return scene_; }
-
  private:
   struct Viewer {
     os::Descriptor socket;
     int memory_sent = 0;            ///< number of the shared memory that it was sent; 0: none
     std::uint64_t points_sent = 0;  ///< number of the points that it was sent; 0: none
-    bool may_send_scene = false;    ///< it runs as the daemon's own user
   };
   ViewPublisher(std::string path, os::Descriptor socket);
   bool Reserve(std::size_t bytes);
   void Accept();
+  static bool Connected(const Viewer& viewer);
   /// @return  false if the viewer has disconnected
   bool SendTo(Viewer& viewer, const os::Descriptor& state);
   void Drop(std::size_t index);
@@ -86,8 +80,6 @@ class ViewPublisher {
   std::size_t slot_bytes_ = 0;
   std::array<int, model::kMaxCameras> next_{};  ///< next slot of each camera
   std::uint32_t stamp_ = 0;
-  bool ReceiveScenes(const Viewer& viewer);
-  std::optional<status::SceneStatus> scene_;
 };
 
 /// Header of a slot; the pixels follow at offset kViewPixels.

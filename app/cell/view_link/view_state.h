@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cell/view_link/scene_measurements.h"
 #include "drivers/lateness.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/snapshot.h"
@@ -19,6 +20,9 @@ namespace plumbline::cell {
 inline std::string ViewSocketOf(const std::string& state_directory) {
   return state_directory + "/view.socket";
 }
+
+/// A state older than this is not current: the daemon sends at least five per second.
+inline constexpr double kStateOld_s = 1.0;
 
 /// Image that belongs to a state; its pixels are in shared memory.
 struct ViewImage {
@@ -125,8 +129,9 @@ struct ViewState {
   /// and sent once, however often the rest changes. Daemon and viewer count independently.
   std::uint64_t points_number = 1;
   status::MonitoringStatus monitoring;
-  std::vector<ViewCamera> cameras;  ///< in configured order; empty: no camera configured
-  std::vector<ViewLine> lines;      ///< the newest, oldest first
+  std::vector<ViewCamera> cameras;         ///< in configured order; empty: no camera configured
+  std::optional<SceneMeasurements> scene;  ///< of the virtual objects; nullopt if none are measured
+  std::vector<ViewLine> lines;             ///< the newest, oldest first
 };
 
 /// The k-th camera, or an empty one if there are fewer.

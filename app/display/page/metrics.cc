@@ -107,16 +107,16 @@ void AddCameras(MetricsWriter& writer, const display::DisplayStatus& now, double
 
 void AddPairs(MetricsWriter& writer, const display::DisplayStatus& now) {
   if (now.pairs.empty()) return;
-  const auto labels = [](const display::MeasuredPair& pair) {
+  const auto labels = [](const cell::MeasuredPair& pair) {
     return MetricsWriter::Labels{{"a", pair.a}, {"b", pair.b}};
   };
   writer.Begin("interference", Type::kGauge, "Whether two virtual objects interfere.");
-  for (const display::MeasuredPair& pair : now.pairs) {
+  for (const cell::MeasuredPair& pair : now.pairs) {
     if (pair.separation) writer.Add(pair.separation->touching ? 1 : 0, labels(pair));
   }
   writer.Begin("distance_meters", Type::kGauge,
                "Distance between two virtual objects; 0 if they interfere.");
-  for (const display::MeasuredPair& pair : now.pairs) {
+  for (const cell::MeasuredPair& pair : now.pairs) {
     if (!pair.separation) continue;
     writer.Add(pair.separation->touching ? 0 : pair.separation->distance_m, labels(pair));
   }

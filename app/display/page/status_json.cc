@@ -135,9 +135,9 @@ Json CamerasJson(const display::DisplayStatus& now, double now_s) {
   return list;
 }
 
-Json PairsJson(const std::vector<display::MeasuredPair>& pairs) {
+Json PairsJson(const std::vector<cell::MeasuredPair>& pairs) {
   Json list = Json::array();
-  for (const display::MeasuredPair& pair : pairs) {
+  for (const cell::MeasuredPair& pair : pairs) {
     Json entry = {{"a", pair.a}, {"b", pair.b}, {"measured", pair.separation.has_value()}};
     if (pair.separation) {
       entry["touching"] = pair.separation->touching;

@@ -30,7 +30,7 @@ struct DisplayStatus {
   std::vector<cell::ViewLine> viewer_lines;  ///< the viewer's own log
   std::map<int, std::string> point_names;    ///< by point id; named points only
   std::vector<model::JointType> joints;      ///< of the displayed model; empty without one
-  std::vector<MeasuredPair> pairs;           ///< empty without a recent measurement
+  std::vector<cell::MeasuredPair> pairs;     ///< empty without a recent measurement
   std::vector<double> frames_per_s;          ///< received frame rate of each camera
 };
 

@@ -81,8 +81,8 @@ HealthMessage PointRefused(const ViewFacts& facts) {
 /// "gripper is near car body: 12.3 mm", of the pair with the least distance.
 HealthMessage ObjectsNear(const ViewFacts& facts) {
   const HealthReason reason = HealthReason::kObjectsNear;
-  const MeasuredPair* nearest = nullptr;
-  for (const MeasuredPair& pair : facts.measured->pairs) {
+  const cell::MeasuredPair* nearest = nullptr;
+  for (const cell::MeasuredPair& pair : facts.measured->pairs) {
     if (pair.state != scene::Proximity::kNear || !pair.separation) continue;
     if (nearest == nullptr || pair.separation->distance_m < nearest->separation->distance_m)
       nearest = &pair;
@@ -95,7 +95,7 @@ HealthMessage ObjectsNear(const ViewFacts& facts) {
 
 HealthMessage InterferenceMessage(const ViewFacts& facts) {
   const HealthReason reason = HealthReason::kInterference;
-  for (const MeasuredPair& pair : facts.measured->pairs) {
+  for (const cell::MeasuredPair& pair : facts.measured->pairs) {
     if (pair.state != scene::Proximity::kInterference) continue;
     const std::string text = fmt::format("interference: {} touches {}", pair.a, pair.b);
     const bool deep = pair.separation && pair.separation->touching;
@@ -104,14 +104,6 @@ HealthMessage InterferenceMessage(const ViewFacts& facts) {
             fmt::format("stop and move {} and {} apart", pair.a, pair.b)};
   }
   return {Describe(reason), RemedyOf(reason)};
-}
-
-/// This process measures, so that starting it is no remedy.
-HealthMessage SceneLost(const ViewFacts& facts) {
-  return {Describe(HealthReason::kSceneLost),
-          facts.objects.empty()
-              ? "systemctl restart plumbline-view; journalctl -u plumbline-view says why"
-              : "correct the object table: " + facts.objects.front().text};
 }
 
 HealthMessage FiducialMoved(const ViewFacts& facts) {
@@ -174,7 +166,6 @@ constexpr std::array kNamedMessages = {
                                     facts.state->payload_remedy);
                  }},
     NamedMessage{HealthReason::kPointRefused, PointRefused},
-    NamedMessage{HealthReason::kSceneLost, SceneLost},
     NamedMessage{HealthReason::kFiducialMoved, FiducialMoved},
     NamedMessage{HealthReason::kCameraLost, CameraLost},
     NamedMessage{HealthReason::kDecodingUnchecked, DecodingUnchecked},
@@ -225,9 +216,9 @@ HealthMessage MessageOf(const CellHealth& health, const ViewFacts& facts) {
   const HealthReason reason = health.reason;
   if (reason == HealthReason::kNoDaemon) return NoDaemon(facts);
   if (facts.state != nullptr) {
-    // Measured by this process; an older measurement says nothing.
+    // An older measurement says nothing.
     const bool fresh =
-        facts.measured != nullptr && facts.now_s - facts.measured->time_s <= kMeasuredFresh_s;
+        facts.measured != nullptr && facts.now_s - facts.measured->time_s <= cell::kMeasuredFresh_s;
     if (fresh && reason == HealthReason::kObjectsNear) return ObjectsNear(facts);
     if (fresh && reason == HealthReason::kInterference) return InterferenceMessage(facts);
     for (const NamedMessage& row : kNamedMessages) {

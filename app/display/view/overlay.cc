@@ -164,10 +164,10 @@ class OverlayBuilder {
     list_.lines.push_back({std::move(points_C), colour, width_px, dashed, in_front});
   }
 
-  void AddObjects(const display::ObjectTable& table) {
+  void AddObjects(const cell::ObjectTable& table) {
     for (std::size_t k = 0; k < table.objects.size() && k < meshes_.size(); ++k) {
-      const display::SceneObject& object = table.objects[k];
-      const PlacedCarrier* const placed = carriers_.Find(object.on);
+      const cell::SceneObject& object = table.objects[k];
+      const cell::PlacedCarrier* const placed = carriers_.Find(object.on);
       if (!object.visible || meshes_[k] == 0 || placed == nullptr) continue;
       scene::DrawnMesh mesh;
       mesh.mesh = meshes_[k];
@@ -179,7 +179,7 @@ class OverlayBuilder {
       mesh.by_stress = object.bends && config_.stress && !placed->stale;
       mesh.colour = placed->stale ? Greyed(object.colour) : object.colour;
       list_.meshes.push_back(mesh);
-      const bool tool = object.on.kind == display::Carrier::Kind::kFlange;
+      const bool tool = object.on.kind == cell::Carrier::Kind::kFlange;
       if (tool && k < mesh_facts_.size() && mesh_facts_[k] != nullptr)
         KeepMeshClear(mesh, *mesh_facts_[k]);
       if (object.bends) AddNominal(mesh, object.colour);
@@ -216,9 +216,9 @@ class OverlayBuilder {
     AddLabel(carriers_.flange->X_CK.p, "loaded", kTaught);
   }
 
-  void AddLines(const display::ObjectTable& table) {
-    for (const display::SceneLine& line : table.lines) {
-      const PlacedCarrier* const placed = carriers_.Find(line.on);
+  void AddLines(const cell::ObjectTable& table) {
+    for (const cell::SceneLine& line : table.lines) {
+      const cell::PlacedCarrier* const placed = carriers_.Find(line.on);
       if (!line.visible || placed == nullptr || line.points_K.empty()) continue;
       std::vector<Vec3> points_C;
       for (const Vec3& p_K : line.points_K) points_C.push_back(placed->X_CK * p_K);
@@ -228,9 +228,9 @@ class OverlayBuilder {
     }
   }
 
-  void AddClip(const display::ObjectTable& table) {
+  void AddClip(const cell::ObjectTable& table) {
     if (!table.clip) return;
-    const PlacedCarrier* const placed = carriers_.Find(table.clip->on);
+    const cell::PlacedCarrier* const placed = carriers_.Find(table.clip->on);
     if (placed == nullptr) return;
     scene::ClipPlane clip;
     clip.normal_C = placed->X_CK.R * table.clip->normal_K;
@@ -248,7 +248,7 @@ class OverlayBuilder {
 
   void AddToolAxis() {
     if (!carriers_.flange || !carriers_.tool || !carriers_.world) return;
-    const ToolState& tool = *carriers_.tool;
+    const cell::ToolState& tool = *carriers_.tool;
     const Vec3 tip_F = tool.X_WF_nominal.Inverse() * tool.tip_nominal_W;
     if (!(tip_F.norm() > 0)) return;
     const Pose& X_CF = carriers_.flange->X_CK;
@@ -323,14 +323,15 @@ class OverlayBuilder {
   }
 
   /// For little room: the glyph and the colour say that they interfere.
-  static std::string ShortPairText(const MeasuredPair& pair, const display::Separation& between) {
+  static std::string ShortPairText(const cell::MeasuredPair& pair,
+                                   const cell::Separation& between) {
     if (pair.state != scene::Proximity::kInterference) return "";
     const std::string names = fmt::format("■ {} / {}", pair.a, pair.b);
     return between.touching ? fmt::format("{} {:.1f} mm deep", names, kMmPerMetre * between.depth_m)
                             : names;
   }
 
-  static std::string PairText(const MeasuredPair& pair, const display::Separation& between) {
+  static std::string PairText(const cell::MeasuredPair& pair, const cell::Separation& between) {
     const std::string names = pair.a + " / " + pair.b;
     if (pair.state != scene::Proximity::kInterference)
       return fmt::format("▲ {}: {:.1f} mm", names, kMmPerMetre * between.distance_m);
@@ -340,13 +341,13 @@ class OverlayBuilder {
   }
 
   void AddMeasured() {
-    const SceneMeasurements* const measured = facts_.measured;
+    const cell::SceneMeasurements* const measured = facts_.measured;
     if (measured == nullptr || !carriers_.world || carriers_.world->stale) return;
-    if (facts_.now_s - measured->time_s > kMeasuredFresh_s) return;
+    if (facts_.now_s - measured->time_s > cell::kMeasuredFresh_s) return;
     const Pose& X_CW = carriers_.world->X_CK;
-    for (const MeasuredPair& pair : measured->pairs) {
+    for (const cell::MeasuredPair& pair : measured->pairs) {
       if (!pair.separation || pair.state == scene::Proximity::kApart) continue;
-      const display::Separation& between = *pair.separation;
+      const cell::Separation& between = *pair.separation;
       const bool hits = pair.state == scene::Proximity::kInterference;
       const Vec3 a_C = X_CW * between.p_a_W, b_C = X_CW * between.p_b_W;
       const scene::Colour& colour = hits ? kAlarm : kWarning;
@@ -354,14 +355,14 @@ class OverlayBuilder {
       if (hits) AddCircle(a_C, LengthOf(layout_.em, a_C), colour);
       AddLabel(b_C, PairText(pair, between), colour, kFirst, ShortPairText(pair, between));
     }
-    for (const MeasuredDistance& distance : measured->distances) {
+    for (const cell::MeasuredDistance& distance : measured->distances) {
       if (!distance.distance_m) continue;
       const Vec3 a_C = X_CW * distance.p_a_W, b_C = X_CW * distance.p_b_W;
       AddLine({a_C, b_C}, kTaught, 1.5F, true);
       AddLabel((a_C + b_C) / 2,
                fmt::format("{} {:.1f} mm", distance.name, 1e3 * *distance.distance_m), kTaught);
     }
-    for (const MeasuredSweep& sweep : measured->sweeps) {
+    for (const cell::MeasuredSweep& sweep : measured->sweeps) {
       if (!sweep.result || !sweep.result->hits) continue;
       const Vec3 p_C = X_CW * sweep.result->p_W;
       AddCross(p_C, static_cast<double>(layout_.em), false, kAlarm);
@@ -371,7 +372,7 @@ class OverlayBuilder {
 
   const cell::ViewState& state_;
   const cell::ViewCamera& camera_;
-  const Carriers& carriers_;
+  const cell::Carriers& carriers_;
   const ViewFacts& facts_;
   const config::OverlayConfig& config_;
   const std::vector<int>& meshes_;

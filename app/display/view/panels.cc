@@ -100,7 +100,7 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
 }
 
 std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
-  const Carriers& carriers = facts.carriers[k];
+  const cell::Carriers& carriers = facts.carriers[k];
   std::vector<PanelLine> lines;
   if (!facts.state->cameras[k].lens) {
     lines.push_back({"no poses without a lens", Tone::kAttention});
@@ -150,7 +150,7 @@ std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   const cell::ViewState& state = *facts.state;
   std::vector<PanelLine> lines;
   if (facts.carriers.front().tool && !facts.carriers.front().robot_stale) {
-    const ToolState& tool = *facts.carriers.front().tool;
+    const cell::ToolState& tool = *facts.carriers.front().tool;
     lines.push_back(
         {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
@@ -170,7 +170,7 @@ std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
 
 Panel DistancePanel(const ViewFacts& facts) {
   Panel panel{"Distances", {}};
-  const SceneMeasurements* const measured = facts.measured;
+  const cell::SceneMeasurements* const measured = facts.measured;
   const bool configured =
       facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
@@ -179,7 +179,7 @@ Panel DistancePanel(const ViewFacts& facts) {
     return panel;
   }
   std::vector<PanelLine> rest;
-  for (const MeasuredPair& pair : measured->pairs) {
+  for (const cell::MeasuredPair& pair : measured->pairs) {
     const std::string names = pair.a + " / " + pair.b;
     if (!pair.separation) {
       rest.push_back({names + ": not measured", Tone::kFaded});
@@ -194,7 +194,7 @@ Panel DistancePanel(const ViewFacts& facts) {
                       pair.state == scene::Proximity::kNear ? Tone::kAttention : Tone::kPlain});
     }
   }
-  for (const MeasuredSweep& sweep : measured->sweeps) {
+  for (const cell::MeasuredSweep& sweep : measured->sweeps) {
     if (!sweep.result) continue;
     rest.push_back(sweep.result->hits
                        ? PanelLine{fmt::format("{}: hits {} after {}", sweep.name, sweep.other,
@@ -203,7 +203,7 @@ Panel DistancePanel(const ViewFacts& facts) {
                        : PanelLine{fmt::format("{}: clear, {} from {}", sweep.name,
                                                Mm(sweep.result->least_m, 1), sweep.other)});
   }
-  for (const MeasuredDistance& distance : measured->distances) {
+  for (const cell::MeasuredDistance& distance : measured->distances) {
     rest.push_back(distance.distance_m
                        ? PanelLine{fmt::format("{}: {}", distance.name, Mm(*distance.distance_m))}
                        : PanelLine{distance.name + ": not measured", Tone::kFaded});
@@ -251,9 +251,9 @@ Panel ObjectsPanel(const ViewFacts& facts) {
   if (facts.table != nullptr) {
     const auto shown = std::count_if(
         facts.table->objects.begin(), facts.table->objects.end(),
-        [&](const display::SceneObject& object) {
+        [&](const cell::SceneObject& object) {
           return object.visible && std::any_of(facts.carriers.begin(), facts.carriers.end(),
-                                               [&](const Carriers& camera) {
+                                               [&](const cell::Carriers& camera) {
                                                  return camera.Find(object.on) != nullptr;
                                                });
         });

@@ -5,7 +5,7 @@
 namespace plumbline::display {
 
 bool DaemonIsSilent(const cell::ViewState& state, const std::string& link_problem, double now_s) {
-  const double limit_s = link_problem.empty() ? kDaemonSilent_s : kStateOld_s;
+  const double limit_s = link_problem.empty() ? kDaemonSilent_s : cell::kStateOld_s;
   return now_s - state.now_s > limit_s;
 }
 

@@ -8,9 +8,9 @@
 
 namespace plumbline::display {
 
-/// The daemon sends at least five states per second.
-inline constexpr double kStateOld_s = 1.0;      ///< limit once the connection is lost
-inline constexpr double kDaemonSilent_s = 2.0;  ///< limit while connected: the daemon hangs
+/// Age of the state at which a connected daemon hangs; if the connection is lost,
+/// cell::kStateOld_s.
+inline constexpr double kDaemonSilent_s = 2.0;
 
 /// Whether the daemon has ended or hangs; nothing it reported may then be shown as current.
 /// @param link_problem  why no states arrive; empty while connected

@@ -52,7 +52,7 @@ constexpr const char* kClearTags = "clear the view of the cell's tags";
 
 std::vector<StaleReason> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
   const cell::ViewCamera& camera = facts.state->cameras[k];
-  const Carriers& carriers = facts.carriers[k];
+  const cell::Carriers& carriers = facts.carriers[k];
   constexpr const char* kCable = "check the camera and its cable";
   std::vector<StaleReason> reasons;
   if (!camera.image) {
@@ -86,7 +86,7 @@ std::vector<StaleReason> StaleReasonsOf(const ViewFacts& facts,
   if (facts.state == nullptr) return {};
   const cell::ViewState& state = *facts.state;
   std::vector<StaleReason> reasons;
-  if (facts.now_s - state.now_s > kStateOld_s) {
+  if (facts.now_s - state.now_s > cell::kStateOld_s) {
     return {{"last data from plumblined " + AgeText(facts.now_s - state.now_s),
              RemedyOf(HealthReason::kNoDaemon)}};
   }
@@ -116,25 +116,7 @@ std::vector<std::string> StaleReasons(const ViewFacts& facts,
 CellHealth DisplayedHealth(const ViewFacts& facts) {
   const bool silent =
       facts.state == nullptr || DaemonIsSilent(*facts.state, facts.link_problem, facts.now_s);
-  if (silent) return HealthOf({.daemon_silent = true});
-  const CellHealth health = facts.state->health;
-  const SceneMeasurements* const measured = facts.measured;
-  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
-  const auto interferes = [](const MeasuredPair& pair) {
-    return pair.state == scene::Proximity::kInterference;
-  };
-  const auto blocked = [](const MeasuredSweep& sweep) {
-    return sweep.result && sweep.result->hits;
-  };
-  std::uint16_t warnings = 0;
-  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), interferes)) {
-    warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
-  }
-  if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {
-    warnings = static_cast<std::uint16_t>(warnings | warning::kApproachBlocked);
-  }
-  const CellHealth here = HealthOf({.warnings = warnings});
-  return here.severity > health.severity ? here : health;
+  return silent ? HealthOf({.daemon_silent = true}) : facts.state->health;
 }
 
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "app/display/scene/object_table.h"
-#include "app/display/view/carriers.h"
-#include "app/display/view/scene_measurements.h"
+#include "app/cell/scene/carriers.h"
+#include "app/cell/scene/object_table.h"
+#include "app/cell/view_link/scene_measurements.h"
 
 namespace plumbline::display {
 
@@ -20,12 +20,12 @@ struct PanelLine {
 
 /// Everything that the texts and the overlay are derived from.
 struct ViewFacts {
-  const cell::ViewState* state = nullptr;  ///< null if none was received yet
-  std::span<const Carriers> carriers;      ///< of each camera of the state; at least one
-  std::vector<std::size_t> shown = {0};    ///< indices of the displayed cameras
-  const ViewModel* model = nullptr;
-  const display::ObjectTable* table = nullptr;
-  const SceneMeasurements* measured = nullptr;
+  const cell::ViewState* state = nullptr;    ///< null if none was received yet
+  std::span<const cell::Carriers> carriers;  ///< of each camera of the state; at least one
+  std::vector<std::size_t> shown = {0};      ///< indices of the displayed cameras
+  const cell::ViewModel* model = nullptr;
+  const cell::ObjectTable* table = nullptr;
+  const cell::SceneMeasurements* measured = nullptr;
   std::vector<PanelLine> objects;            ///< remarks on the object table and its mesh files
   std::vector<cell::ViewLine> viewer_lines;  ///< the viewer's own log
   std::string link_problem;                  ///< why no states arrive; empty if they do
@@ -33,8 +33,7 @@ struct ViewFacts {
   std::vector<double> frames_per_s;  ///< received frame rate of each camera
 };
 
-/// Severity shown in the headline: the daemon's health or, if worse, the interference measured in
-/// this process, which reaches the daemon a moment later. An alarm while the daemon is silent.
+/// Severity shown in the headline: the daemon's health; an alarm while the daemon is silent.
 CellHealth DisplayedHealth(const ViewFacts& facts);
 
 /// "300 ms ago", "5 s ago", "3 min ago".

@@ -15,7 +15,7 @@ constexpr int kSteps = 48;
 constexpr float kWidth_em = 13;
 constexpr double kPaPerMPa = 1e6;
 
-double LargestStress_MPa(const ToolState& tool) {
+double LargestStress_MPa(const cell::ToolState& tool) {
   float largest_Pa = 0;
   for (const scene::BendStation& station : tool.bend.stations)
     largest_Pa = std::max(largest_Pa, station.stress_Pa);
@@ -33,7 +33,7 @@ std::vector<double> ScaleTicks(double full) {
 }
 
 void AddStressScale(const OverlayInput& input, LabelPlacer& placer, PictureWriter& writer) {
-  const Carriers& carriers = input.facts.carriers.front();  // all cameras have the same tool
+  const cell::Carriers& carriers = input.facts.carriers.front();  // all cameras have the same tool
   const double full = input.config.stress_full_Pa / kPaPerMPa;
   if (!input.config.stress || !carriers.tool || carriers.robot_stale || !(full > 0)) return;
   const float em = writer.layout().em, line = writer.layout().line(), pad = 0.5F * em;

@@ -136,7 +136,7 @@ Mat3 ViewOf(const std::optional<Mat3>& R_CW, const Vec3& missed_W) {
 std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
                                 const lens::Lens& pinhole) {
   const ViewFacts& facts = input.facts;
-  const Carriers& carriers = facts.carriers[k];
+  const cell::Carriers& carriers = facts.carriers[k];
   if (facts.model == nullptr || !carriers.tool) return std::nullopt;
   std::optional<Pose> X_CW;
   if (carriers.world) X_CW = carriers.world->X_CK;

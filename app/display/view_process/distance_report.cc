@@ -30,7 +30,7 @@ std::string XyzText(const Vec3& p_W) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f})", 1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z());
 }
 
-const char* StateName(const display::MeasuredPair& pair) {
+const char* StateName(const cell::MeasuredPair& pair) {
   if (!pair.separation) return "not measured";
   return pair.separation->touching                ? "interference"
          : pair.state == scene::Proximity::kApart ? "apart"
@@ -40,7 +40,7 @@ const char* StateName(const display::MeasuredPair& pair) {
 /// Builds the text and the JSON form of the report side by side.
 class DistanceReport {
  public:
-  void Add(const display::MeasuredDistance& one) {
+  void Add(const cell::MeasuredDistance& one) {
     nlohmann::json json = {{"name", one.name}, {"distance_mm", nullptr}};
     if (one.distance_m) {
       json["distance_mm"] = 1e3 * *one.distance_m;
@@ -52,12 +52,12 @@ class DistanceReport {
     }
     json_["distances"].push_back(json);
   }
-  void Add(const display::PlacedPoint& one) {
+  void Add(const cell::PlacedPoint& one) {
     json_["points"].push_back(
         {{"name", one.name}, {"xyz_W_mm", one.p_W ? XyzJson(*one.p_W) : nlohmann::json()}});
     one.p_W ? Line(one.name, "at " + XyzText(*one.p_W) + " mm") : Missing(one.name);
   }
-  void Add(const display::MeasuredPair& one) {
+  void Add(const cell::MeasuredPair& one) {
     const std::string name = one.a + " / " + one.b;
     nlohmann::json json = {{"objects", {one.a, one.b}}, {"state", StateName(one)}};
     json["distance_mm"] = json["depth_mm"] = nullptr;
@@ -100,7 +100,7 @@ int PrintDistances(const DistanceOptions& options) {
   const terminal::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
   std::cerr << terminal::ForReading;
   config::FaultList faults;
-  std::optional<display::ViewModel> model = display::ReadViewModel(options.config_file, 0, faults);
+  std::optional<cell::ViewModel> model = cell::ReadViewModel(options.config_file, 0, faults);
   if (!model) {
     std::cerr << config::FaultsText(faults);
     return kIncomplete;
@@ -124,8 +124,8 @@ int PrintDistances(const DistanceOptions& options) {
     for (const display::PanelLine& line : facts.objects) why += "\n  " + line.text;
     return RefuseDistance(kIncomplete, why);
   }
-  const display::SceneMeasurements& measured = *facts.measured;
-  if (facts.now_s - measured.time_s > display::kMeasuredFresh_s) {
+  const cell::SceneMeasurements& measured = *facts.measured;
+  if (facts.now_s - measured.time_s > cell::kMeasuredFresh_s) {
     return RefuseDistance(kNoAnswer,
                           "the measurements are outdated: no data arrives from plumblined");
   }
@@ -135,14 +135,14 @@ int PrintDistances(const DistanceOptions& options) {
     return options.names.empty() || left.contains(name);
   };
   DistanceReport report;
-  for (const display::MeasuredDistance& one : measured.distances) {
+  for (const cell::MeasuredDistance& one : measured.distances) {
     if (wanted(one.name)) report.Add(one);
   }
-  for (const display::MeasuredPair& one : measured.pairs) {
+  for (const cell::MeasuredPair& one : measured.pairs) {
     const bool a = wanted(one.a), b = wanted(one.b);
     if (a || b) report.Add(one);
   }
-  for (const display::PlacedPoint& one : measured.points) {
+  for (const cell::PlacedPoint& one : measured.points) {
     if (wanted(one.name)) report.Add(one);
   }
   for (const std::string& name : left) {

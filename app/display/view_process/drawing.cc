@@ -39,7 +39,7 @@ bool Drawing::Ready(double now_s) {
   return true;
 }
 
-const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneSnapshot>& scene) {
+const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const cell::SceneSnapshot>& scene) {
   if (!renderer_ || scene == scene_) return numbers_;
   std::map<const scene::CheckedMesh*, int> known;
   for (std::size_t k = 0; k < numbers_.size(); ++k) {
@@ -47,7 +47,7 @@ const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneSnapsho
   }
   const std::map<const scene::CheckedMesh*, int> before = known;
   std::vector<int> numbers;
-  for (const MeshOfObject& mesh : scene->meshes) {
+  for (const cell::MeshOfObject& mesh : scene->meshes) {
     if (!mesh) {
       numbers.push_back(0);
       continue;

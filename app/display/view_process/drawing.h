@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/base/log/log_entry.h"
+#include "app/cell/scene/scene_loader.h"
 #include "app/display/view/picture_layout.h"
-#include "app/display/view_process/scene_loader.h"
 #include "drivers/display/gl_context.h"
 #include "drivers/display/renderer.h"
 
@@ -28,7 +28,7 @@ class Drawing {
 
   /// Loads new meshes and drops unused ones.
   /// @return  the renderer's mesh number of each object, 0 for none
-  const std::vector<int>& Meshes(const std::shared_ptr<const SceneSnapshot>& scene);
+  const std::vector<int>& Meshes(const std::shared_ptr<const cell::SceneSnapshot>& scene);
 
   /// @return  whether a picture was drawn
   bool Draw(const scene::DisplayList& list);
@@ -42,9 +42,9 @@ class Drawing {
 
   const log::LogSink sink_;
   std::unique_ptr<display::GlContext> context_;
-  std::unique_ptr<display::Renderer> renderer_;  ///< destroyed before its context
-  std::shared_ptr<const SceneSnapshot> scene_;   ///< whose meshes are loaded
-  std::vector<int> numbers_;                     ///< mesh numbers of its objects
+  std::unique_ptr<display::Renderer> renderer_;       ///< destroyed before its context
+  std::shared_ptr<const cell::SceneSnapshot> scene_;  ///< whose meshes are loaded
+  std::vector<int> numbers_;                          ///< mesh numbers of its objects
   double tried_s_ = -1e300;
   std::string problem_, refused_;
 };

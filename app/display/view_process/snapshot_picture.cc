@@ -78,7 +78,7 @@ int TakeSnapshot(const SnapshotOptions& options) {
   const terminal::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
   std::cerr << terminal::ForReading;
   config::FaultList faults;
-  std::optional<display::ViewModel> model = display::ReadViewModel(options.config_file, 0, faults);
+  std::optional<cell::ViewModel> model = cell::ReadViewModel(options.config_file, 0, faults);
   if (!model) {
     std::cerr << config::FaultsText(faults);
     return kFault;

@@ -36,7 +36,7 @@ const char* KindOf(config::OverlayConfig::Display display) {
 
 }  // namespace
 
-ViewLoop::ViewLoop(const std::string& config_file, display::ViewModel model,
+ViewLoop::ViewLoop(const std::string& config_file, cell::ViewModel model,
                    display::DisplayMailbox& shown)
     : viewer_(config_file, std::move(model), log::Log),
       drawing_(log::Log),
@@ -179,7 +179,7 @@ int RunView(const std::string& config_file, const std::string& port_file) {
   ConfigureMalloc();
   const int signals = service::OpenSignalDescriptor();
   config::FaultList faults;
-  std::optional<display::ViewModel> model = display::ReadViewModel(config_file, 0, faults);
+  std::optional<cell::ViewModel> model = cell::ReadViewModel(config_file, 0, faults);
   log::LogFaults(faults);
   if (!model) {
     log::Log(

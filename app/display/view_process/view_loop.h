@@ -20,8 +20,7 @@ namespace plumbline::display {
 /// a second for the alarm pictures.
 class ViewLoop {
  public:
-  ViewLoop(const std::string& config_file, display::ViewModel model,
-           display::DisplayMailbox& shown);
+  ViewLoop(const std::string& config_file, cell::ViewModel model, display::DisplayMailbox& shown);
 
   /// One iteration, at most about 50 ms.
   void RunOnce();

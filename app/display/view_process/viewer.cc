@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kRateShare = 0.1;  ///< weight of the newest interval in the mean frame rate
 
-std::optional<target::TagDatabase> TagsOf(const display::ViewModel& model) {
+std::optional<target::TagDatabase> TagsOf(const cell::ViewModel& model) {
   if (model.config.vision.cameras.empty()) return std::nullopt;
   return model.config.vision.tags.database;
 }
 
 }  // namespace
 
-Viewer::Viewer(std::string config_file, display::ViewModel model, log::LogSink sink)
+Viewer::Viewer(std::string config_file, cell::ViewModel model, log::LogSink sink)
     : config_file_(std::move(config_file)),
       sink_(std::move(sink)),
       model_(std::move(model)),
@@ -33,7 +33,9 @@ Viewer::Viewer(std::string config_file, display::ViewModel model, log::LogSink s
 
 void Viewer::StartSceneWorker() {
   worker_.reset();
-  worker_.emplace(overlay_.objects_file, TagsOf(*model_), overlay_.near_m, sink_);
+  // The daemon loads the same files and logs what is wrong with them.
+  worker_.emplace(overlay_.objects_file, TagsOf(*model_), overlay_.near_m,
+                  [](const log::LogEntry&) {});
 }
 
 bool Viewer::Read(double timeout_s) {
@@ -59,10 +61,7 @@ bool Viewer::Read(double timeout_s) {
   }
   tracks_.resize(std::max<std::size_t>(1, state.cameras.size()));
   CountFrames();
-  const double now_s = MonotonicSeconds();
-  UpdateCarriers(now_s);
-  worker_->Submit({now_s, in_W_});
-  SendScene();
+  UpdateCarriers(MonotonicSeconds());
   return true;
 }
 
@@ -91,11 +90,10 @@ double Viewer::image_interval_s() const {
 void Viewer::UpdateCarriers(double now_s) {
   carriers_.clear();
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
-    const display::ViewModel* const model = model_ ? &*model_ : nullptr;
+    const cell::ViewModel* const model = model_ ? &*model_ : nullptr;
     carriers_.push_back(tracks_[k].memory.Update(view_.state, k, model, now_s));
   }
-  in_W_ = display::MergeInMeasurementFrame(carriers_);
-  display::ShareDetections(carriers_);
+  cell::ShareDetections(carriers_);
 }
 
 std::vector<const std::uint8_t*> Viewer::Pixels() const {
@@ -109,15 +107,9 @@ std::vector<const std::uint8_t*> Viewer::Pixels() const {
 std::vector<const scene::MeshFacts*> Viewer::MeshFacts() const {
   std::vector<const scene::MeshFacts*> facts;
   facts.reserve(scene_->meshes.size());
-  for (const MeshOfObject& mesh : scene_->meshes) facts.push_back(mesh ? &mesh->facts : nullptr);
+  for (const cell::MeshOfObject& mesh : scene_->meshes)
+    facts.push_back(mesh ? &mesh->facts : nullptr);
   return facts;
-}
-
-void Viewer::SendScene() {
-  const std::shared_ptr<const display::SceneMeasurements> newest = worker_->Newest();
-  if (!newest || newest == sent_ || newest->pairs.empty()) return;
-  sent_ = newest;
-  client_.SendScene(display::SceneStatusOf(*newest));
 }
 
 /// Whether the daemon's target points differ from before, which means that its configuration was
@@ -146,7 +138,7 @@ bool Viewer::PointsChanged(const cell::ViewState& state) {
 void Viewer::LoadModel(int version) {
   if (version == refused_version_) return;
   config::FaultList faults;
-  std::optional<display::ViewModel> fresh = display::ReadViewModel(config_file_, version, faults);
+  std::optional<cell::ViewModel> fresh = cell::ReadViewModel(config_file_, version, faults);
   if (!fresh) {
     refused_version_ = version;
     for (const config::Fault& fault : faults.All()) sink_(log::LogEntryFromFault(fault));
@@ -162,7 +154,7 @@ void Viewer::LoadModel(int version) {
 void Viewer::Reload() {
   config::FaultList faults;
   const int version = has_state_ ? view_.state.model_version : 0;
-  std::optional<display::ViewModel> fresh = display::ReadViewModel(config_file_, version, faults);
+  std::optional<cell::ViewModel> fresh = cell::ReadViewModel(config_file_, version, faults);
   for (const config::Fault& fault : faults.All()) sink_(log::LogEntryFromFault(fault));
   if (!fresh) {
     sink_({log::Event::kNotReloaded,
@@ -179,13 +171,13 @@ void Viewer::Reload() {
 
 const display::ViewFacts& Viewer::Facts() {
   scene_ = worker_->Scene();
-  measured_ = worker_->Newest();
   facts_ = {};
   facts_.now_s = MonotonicSeconds();
   facts_.link_problem = link_problem_.empty() && !has_state_ ? client_.problem() : link_problem_;
-  facts_.objects = scene_->remarks;
+  for (const cell::SceneRemark& remark : scene_->remarks) {
+    facts_.objects.push_back({remark.text, remark.fault ? Tone::kBad : Tone::kAttention});
+  }
   facts_.table = scene_->table ? &*scene_->table : nullptr;
-  facts_.measured = measured_.get();
   facts_.model = model_ ? &*model_ : nullptr;
   for (const log::LogLine& line : log::RecentLog()) {
     facts_.viewer_lines.push_back(
@@ -195,6 +187,7 @@ const display::ViewFacts& Viewer::Facts() {
   // Data become stale with time even if no state arrives.
   UpdateCarriers(facts_.now_s);
   facts_.state = &view_.state;
+  facts_.measured = view_.state.scene ? &*view_.state.scene : nullptr;
   facts_.carriers = carriers_;
   facts_.shown.clear();
   for (std::size_t k = 0; k < tracks_.size(); ++k) {

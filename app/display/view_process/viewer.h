@@ -8,9 +8,9 @@
 #include <string>
 
 #include "app/base/log/log_entry.h"
+#include "app/cell/scene/scene_worker.h"
 #include "app/cell/view_link/view_client.h"
 #include "app/display/view/overlay.h"
-#include "app/display/view_process/scene_worker.h"
 
 namespace plumbline::display {
 
@@ -18,7 +18,7 @@ namespace plumbline::display {
 class Viewer {
  public:
   /// @param model  configuration read from `config_file`, with the cell file as its model
-  Viewer(std::string config_file, display::ViewModel model, log::LogSink sink);
+  Viewer(std::string config_file, cell::ViewModel model, log::LogSink sink);
 
   /// Waits up to `timeout_s` for a newer state.
   /// @return  whether one arrived
@@ -37,18 +37,17 @@ class Viewer {
   std::vector<const std::uint8_t*> Pixels() const;
   /// Properties of the objects' meshes, for OverlayInput; valid while scene() is.
   std::vector<const scene::MeshFacts*> MeshFacts() const;
-  std::shared_ptr<const SceneSnapshot> scene() const { return scene_; }
+  std::shared_ptr<const cell::SceneSnapshot> scene() const { return scene_; }
   const std::string& state_directory() const { return state_directory_; }
 
  private:
   void LoadModel(int version);
   bool PointsChanged(const cell::ViewState& state);
   void StartSceneWorker();
-  void SendScene();
 
   const std::string config_file_;
   const log::LogSink sink_;
-  std::optional<display::ViewModel> model_;
+  std::optional<cell::ViewModel> model_;
   std::map<int, std::optional<Vec3>> points_B_;  ///< the daemon's target positions by point id
   int refused_version_ = -1;  ///< model version that could not be read; not retried until SIGHUP
   config::OverlayConfig overlay_;
@@ -61,16 +60,14 @@ class Viewer {
   void CountFrames();
 
   struct CameraTrack {  ///< per-camera data carried from state to state
-    display::CarrierTracker memory;
+    cell::CarrierTracker memory;
     double image_s = 0, frames_per_s = 0;
     std::uint64_t sequence = 0;
   };
   std::vector<CameraTrack> tracks_;
-  std::vector<display::Carriers> carriers_;  ///< of each camera; at least one
-  display::Carriers in_W_;                   ///< merged in the measurement frame
-  std::optional<SceneWorker> worker_;
-  std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
-  std::shared_ptr<const display::SceneMeasurements> measured_, sent_;
+  std::vector<cell::Carriers> carriers_;  ///< of each camera; at least one
+  std::optional<cell::SceneWorker> worker_;
+  std::shared_ptr<const cell::SceneSnapshot> scene_ = std::make_shared<cell::SceneSnapshot>();
   display::ViewFacts facts_;
 };
 

@@ -4,10 +4,10 @@
 #include <fstream>
 
 #include "app/base/text/json_text.h"
+#include "app/cell/scene/mesh_format.h"
 #include "app/cli/commands.h"
-#include "app/display/scene/mesh_format.h"
+#include "tests/app/cell/scene/shapes.h"
 #include "tests/app/cli/run_command.h"
-#include "tests/app/display/scene/shapes.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
@@ -33,7 +33,7 @@ TEST_CASE("the content of a mesh is printed as text and as JSON") {
   const MeshFiles files;
   const std::string path =
       files.Write("bar.obj", "mtllib paint.mtl\n" + test::MeshFileText(test::Cuboid({600, 50, 40}),
-                                                                       display::MeshFormat::kObj));
+                                                                       cell::MeshFormat::kObj));
   const auto text = RunCommand(AddMeshCommand, "mesh check " + path + " --unit mm");
   INFO(text.err);
   CHECK(text.exit_code == 0);
@@ -58,7 +58,7 @@ TEST_CASE("the content of a mesh is printed as text and as JSON") {
 TEST_CASE("a missing unit is requested, not guessed") {
   const MeshFiles files;
   const std::string path = files.Write(
-      "bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), display::MeshFormat::kStl));
+      "bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), cell::MeshFormat::kStl));
   const auto text = RunCommand(AddMeshCommand, "mesh check " + path);
   CHECK(text.exit_code == 0);
   CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 in file units"));
@@ -76,7 +76,7 @@ TEST_CASE("refusals and wrong arguments") {
   const MeshFiles files;
   const std::string cut = files.Write(
       "cut.stl",
-      test::MeshFileText(test::Cuboid({1, 1, 1}), display::MeshFormat::kStl).substr(0, 300));
+      test::MeshFileText(test::Cuboid({1, 1, 1}), cell::MeshFormat::kStl).substr(0, 300));
   const auto refused = RunCommand(AddMeshCommand, "mesh check " + cut + " --unit mm");
   CHECK(refused.exit_code == 1);
   CHECK(refused.out.empty());
@@ -84,8 +84,8 @@ TEST_CASE("refusals and wrong arguments") {
   const auto json = RunCommand(AddMeshCommand, "mesh check " + cut + " --json");
   CHECK(json.exit_code == 1);
   CHECK(text::JsonOrNull(json.out)["refused"].is_string());
-  const std::string good = files.Write(
-      "good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), display::MeshFormat::kStl));
+  const std::string good =
+      files.Write("good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), cell::MeshFormat::kStl));
   CHECK_THAT(RunCommand(AddMeshCommand, "mesh check " + good + " --max-triangles 11").err,
              Catch::Contains("the limit is 11"));
   CHECK(RunCommand(AddMeshCommand, "mesh check " + good + " --unit furlong").exit_code == 2);
@@ -94,7 +94,7 @@ TEST_CASE("refusals and wrong arguments") {
 }
 
 TEST_CASE("the limits in the reader, the help and the manual agree") {
-  const display::MeshLimits limits;
+  const cell::MeshLimits limits;
   const std::string triangles = std::to_string(limits.triangles) + " triangles";
   const std::string file = std::to_string(limits.file_bytes >> 20) + " MiB of file";
   const std::string memory = std::to_string(limits.memory_bytes >> 20) + " MiB of memory";

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/app/display/scene/shapes.h"
+#include "tests/app/cell/scene/shapes.h"
 
 namespace plumbline::mesh_facts_test {
 

@@ -293,6 +293,48 @@ TEST_CASE("every thread is named, so that top -H shows which one hangs") {
 #endif
 }
 
+TEST_CASE("interference is measured without a viewer, and follows the object table") {
+  Station station;
+  CHECK(station.plc.Read(640, 10).Word(0) == 0);
+  CHECK(station.plc.Read(640, 10).Word(7) == 65535);  // never measured
+  const std::string folder = station.daemon.folder();
+  std::ofstream(folder + "/box.obj")
+      << "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const auto write_table = [&](double x_mm) {
+    std::string table = "schema = 1\n[[pair]]\nobjects = [\"wall\", \"post\"]\n";
+    const auto add = [&](const char* name, int number, double at_mm) {
+      table += fmt::format(
+          "[[object]]\nname = \"{}\"\nnumber = {}\nfile = \"box.obj\"\nunit = \"mm\"\n"
+          "on = {{ frame = \"world\" }}\nxyz_mm = [{:.1f}, 0.0, 0.0]\n",
+          name, number, at_mm);
+    };
+    add("wall", 3, 0);
+    add("post", 17, x_mm);
+    std::ofstream(folder + "/objects.toml") << table;
+  };
+  write_table(300);
+  station.daemon.Write(DemoConfig(station.cell.robot(), "generic") + "\n[overlay]\nobjects = \"" +
+                       folder + "/objects.toml\"\n");
+  station.daemon.Signal(SIGHUP);
+  const auto state_is = [&](int state) {
+    return Eventually([&] { return station.plc.Read(640, 10).Word(0) == state; });
+  };
+  INFO(station.daemon.Log());
+  REQUIRE(state_is(1));
+  CHECK(station.plc.Read(640, 10).Word(2) == 3);
+  CHECK(station.plc.Read(640, 10).Word(3) == 17);
+  CHECK(station.plc.Read(640, 10).Float(4) == Approx(200));
+  write_table(50);
+  REQUIRE(state_is(2));
+  CHECK(station.plc.Read(640, 10).Word(1) == 1);
+  CHECK(station.daemon.Awaits("interference of wall and post begins"));
+  // Without the table nothing is monitored, which is no loss.
+  station.daemon.Write(DemoConfig(station.cell.robot(), "generic"));
+  station.daemon.Signal(SIGHUP);
+  CHECK(state_is(0));
+  CHECK(station.plc.Read(640, 10).Word(7) == 65535);
+}
+
 TEST_CASE("SIGTERM stops it cleanly") {
   Station station;
   station.daemon.Signal(SIGTERM);

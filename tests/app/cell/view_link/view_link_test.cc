@@ -94,6 +94,14 @@ ViewState FullState() {
   tag.ambiguous = true;
   state.cameras[0].tags = {tag, {18, tag.corners_px, {}, false}};
   state.cameras[0].bodies = {{"gripper", point.X_BP_command, true}};
+  SceneMeasurements& scene = state.scene.emplace();
+  scene.time_s = 12.4;
+  scene.pairs = {{"gripper", "fixture", 3, 17, scene::Proximity::kInterference,
+                  Separation{true, false, 0, {1, 2, 3}, {1, 2, 3}, 0.002, {0, 0, 1}}},
+                 {"gripper", "part", 3, 4, scene::Proximity::kApart, {}}};
+  scene.distances = {{"gap", 0.25, {1, 2, 3}, {1, 2, 3.25}}};
+  scene.points = {{"corner", Vec3(1, 2, 3.25)}, {"hidden", {}}};
+  scene.sweeps = {{"approach", SweepResult{true, 0.4, 0, 0, {1, 2, 3}}, "fixture"}};
   state.lines = {{41, 1.7e9, 4, "robot link lost: no answer"}};
   return state;
 }
@@ -176,7 +184,7 @@ TEST_CASE("a malformed text is refused with the reason") {
   CHECK_THAT(PointsOfJson(text).error(), Contains("not a list"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":8"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":9"), 10, "\"schema\":7");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");

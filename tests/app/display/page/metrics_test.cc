@@ -58,10 +58,10 @@ TEST_CASE("every metric and label of the Grafana dashboard is exported") {
   scene.scene.state.temp_C = 21.5;
   scene.PublishStatus();
   auto now = std::make_shared<display::DisplayStatus>(*scene.shown.status());
-  display::MeasuredPair pair;
+  cell::MeasuredPair pair;
   pair.a = "fixture";
   pair.b = "part";
-  pair.separation = display::Separation{};
+  pair.separation = cell::Separation{};
   now->pairs = {pair};
   const std::string metrics = MetricsText(now.get(), {7, 2, 1, 0}, MonotonicSeconds());
   const Exposition read(metrics);
@@ -112,10 +112,10 @@ TEST_CASE("metrics of a cell without faults") {
   scene.scene.state.temp_C = 21.5;
   scene.PublishStatus();
   auto now = std::make_shared<display::DisplayStatus>(*scene.shown.status());
-  display::MeasuredPair pair;
+  cell::MeasuredPair pair;
   pair.a = "fixture";
   pair.b = "part";
-  pair.separation = display::Separation{};
+  pair.separation = cell::Separation{};
   pair.separation->distance_m = 0.012;
   now->pairs = {pair};
   const std::string text = MetricsText(now.get(), {7, 2, 1, 0}, MonotonicSeconds());

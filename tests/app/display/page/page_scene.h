@@ -73,7 +73,7 @@ struct PageScene {
     for (cell::ViewCamera& camera : scene.state.cameras) {
       if (camera.image) camera.image->time_s = now_s - age_s - 0.03;
     }
-    display::Carriers carriers = scene.Placed(now_s - age_s);
+    cell::Carriers carriers = scene.Placed(now_s - age_s);
     display::ViewFacts facts;
     facts.state = &scene.state;
     facts.carriers = std::span(&carriers, 1);

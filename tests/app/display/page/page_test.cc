@@ -254,7 +254,7 @@ TEST_CASE("a silent daemon and an old picture are reported") {
 TEST_CASE("a hanging viewer withdraws its daemon's state") {
   PageScene scene;
   cell::ViewState& state = scene.scene.state;
-  display::Carriers carriers = scene.scene.Placed();
+  cell::Carriers carriers = scene.scene.Placed();
   display::ViewFacts facts;
   facts.state = &state;
   facts.carriers = std::span(&carriers, 1);

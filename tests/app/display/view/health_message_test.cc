@@ -18,7 +18,7 @@ namespace {
 /// The facts of a healthy cell with two points; each test adds what is wrong.
 struct Cell {
   ViewScene scene;
-  Carriers carriers = scene.Placed();
+  cell::Carriers carriers = scene.Placed();
   ViewFacts facts;
 
   Cell() {
@@ -65,14 +65,6 @@ TEST_CASE("a silent daemon: the service and the action, no path of a socket") {
   cell.scene.state.now_s -= 12;
   strip = StripOf(cell.facts);
   CHECK(strip.reason == "plumblined does not respond, last data 12 s ago");
-}
-
-TEST_CASE("the display does not ask to start the program that shows it") {
-  Cell cell;
-  CHECK_THAT(cell.Message(HealthReason::kSceneLost).remedy, Contains("restart plumbline-view"));
-  cell.facts.objects = {{"objects.toml:3: no such mesh", Tone::kBad}};
-  CHECK_THAT(cell.Message(HealthReason::kSceneLost).remedy,
-             Contains("correct the object table: objects.toml:3: no such mesh"));
 }
 
 TEST_CASE("doubts about points, tags and models name them") {

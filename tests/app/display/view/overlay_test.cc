@@ -15,14 +15,14 @@ using namespace plumbline::test;
 namespace {
 
 struct Composed {
-  Carriers carriers;
+  cell::Carriers carriers;
   ViewFacts facts;
   scene::DisplayList list;
   ImageMarks marks;
   PictureLayout layout;
 
-  Composed(ViewScene& scene, image::ImageSize size, const display::ObjectTable* table = nullptr,
-           const SceneMeasurements* measured = nullptr)
+  Composed(ViewScene& scene, image::ImageSize size, const cell::ObjectTable* table = nullptr,
+           const cell::SceneMeasurements* measured = nullptr)
       : carriers(scene.Placed()), layout(LayoutOf(size)) {
     facts.state = &scene.state;
     facts.carriers = std::span(&carriers, 1);
@@ -42,25 +42,25 @@ struct Composed {
   }
 };
 
-display::ObjectTable Table() {
-  display::ObjectTable table;
-  display::SceneObject tool;
+cell::ObjectTable Table() {
+  cell::ObjectTable table;
+  cell::SceneObject tool;
   tool.name = "gripper";
-  tool.on.kind = display::Carrier::Kind::kFlange;
+  tool.on.kind = cell::Carrier::Kind::kFlange;
   tool.bends = true;
   tool.scale = 2;
   tool.X_KO = {RotationFromVector(Vec3(0.2, 0.1, 0)), Vec3(0.1, 0, 0.3)};
-  display::SceneObject body;
+  cell::SceneObject body;
   body.name = "car body";
-  body.on.kind = display::Carrier::Kind::kWorld;
+  body.on.kind = cell::Carrier::Kind::kWorld;
   body.occludes = true;
-  display::SceneObject hidden = body;
+  cell::SceneObject hidden = body;
   hidden.name = "hidden";
   hidden.visible = false;
   table.objects = {tool, body, hidden};
-  display::SceneLine datum;
+  cell::SceneLine datum;
   datum.name = "datum";
-  datum.on.kind = display::Carrier::Kind::kBase;
+  datum.on.kind = cell::Carrier::Kind::kBase;
   datum.points_K = {Vec3(2, 0, 1), Vec3(3, 0, 1)};
   table.lines = {datum};
   return table;
@@ -115,7 +115,7 @@ TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep the
 
 TEST_CASE("objects are drawn on their carriers, bent if configured, and omitted if hidden") {
   ViewScene scene;
-  const display::ObjectTable table = Table();
+  const cell::ObjectTable table = Table();
   const Composed composed(scene, {1280, 720}, &table);
   REQUIRE(composed.list.meshes.size() == 2);
   const scene::DrawnMesh& tool = composed.list.meshes[0];
@@ -203,7 +203,7 @@ TEST_CASE("a point without a valid correction is labelled so") {
 
 TEST_CASE("stale objects are grey; objects without a pose are not drawn") {
   ViewScene scene;
-  const display::ObjectTable table = Table();
+  const cell::ObjectTable table = Table();
   const scene::Colour grey = Greyed({1, 1, 1, 1});
   SECTION("lens") {
     scene.state.cameras[0].status.state = lens::ZoomState::kVerifying;
@@ -232,7 +232,7 @@ TEST_CASE("stale objects are grey; objects without a pose are not drawn") {
 }
 
 TEST_CASE("the unloaded tool is drawn behind the loaded one or beside it") {
-  const display::ObjectTable table = Table();
+  const cell::ObjectTable table = Table();
   ViewScene behind("nominal = \"behind\"\n"), beside("nominal = \"beside\"\n");
   const Composed first(behind, {1280, 720}, &table), second(beside, {1280, 720}, &table);
   REQUIRE(first.list.meshes.size() == 3);
@@ -248,9 +248,8 @@ TEST_CASE("the unloaded tool is drawn behind the loaded one or beside it") {
 
 TEST_CASE("a clip plane follows its carrier") {
   ViewScene scene;
-  display::ObjectTable table = Table();
-  table.clip =
-      display::SceneClip{{display::Carrier::Kind::kWorld, "", 0}, Vec3(0, 0, 1), 0.9, true};
+  cell::ObjectTable table = Table();
+  table.clip = cell::SceneClip{{cell::Carrier::Kind::kWorld, "", 0}, Vec3(0, 0, 1), 0.9, true};
   const Composed composed(scene, {1280, 720}, &table);
   REQUIRE(composed.list.clip);
   const Vec3 on_it = scene.X_CW * Vec3(3, -2, 0.9);
@@ -259,10 +258,10 @@ TEST_CASE("a clip plane follows its carrier") {
 
 TEST_CASE("interference is labelled at its location; outdated results are not drawn") {
   ViewScene scene;
-  SceneMeasurements measured;
+  cell::SceneMeasurements measured;
   measured.time_s = ViewScene::kNow_s - 0.1;
-  MeasuredPair pair{
-      "gripper", "car body", 1, 2, scene::Proximity::kInterference, display::Separation{}};
+  cell::MeasuredPair pair{"gripper",         "car body", 1, 2, scene::Proximity::kInterference,
+                          cell::Separation{}};
   pair.separation->touching = true;
   pair.separation->depth_m = 0.0042;
   pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);

@@ -15,7 +15,7 @@ namespace {
 /// The panels of a scene without faults, changed by the test.
 struct Paneled {
   ViewScene scene;
-  std::vector<Carriers> carriers;
+  std::vector<cell::Carriers> carriers;
   ViewFacts facts;
 
   std::vector<Panel> Panels() {

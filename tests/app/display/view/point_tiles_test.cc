@@ -104,7 +104,7 @@ TEST_CASE("every point is shown within one turn of the pages") {
 
 TEST_CASE("the inset shows the nearest valid point to scale") {
   ViewScene scene("exaggeration = 20.0\n");
-  const Carriers carriers = scene.Placed();
+  const cell::Carriers carriers = scene.Placed();
   ViewFacts facts;
   facts.state = &scene.state;
   facts.carriers = std::span(&carriers, 1);
@@ -126,7 +126,7 @@ TEST_CASE("the inset shows the nearest valid point to scale") {
     point.translation_B = R_BW * Vec3(0.0001, 0.004, 0.001);
   CHECK(InsetOf(input, 0, pinhole)->uncorrected_mm.norm() == Approx(std::hypot(4, 1)));
   // Without a camera, too.
-  Carriers unseen = carriers;
+  cell::Carriers unseen = carriers;
   unseen.world.reset();
   facts.carriers = std::span(&unseen, 1);
   REQUIRE(InsetOf(input, 0, pinhole));

@@ -23,16 +23,16 @@ float WidthOf(const std::string& text, float height_px) {
 }
 
 struct Drawn {
-  std::vector<Carriers> carriers;
+  std::vector<cell::Carriers> carriers;
   ViewFacts facts;
   PictureLayout layout;
   scene::DisplayList list;
 
-  Drawn(ViewScene& scene, image::ImageSize size, const display::ObjectTable* table = nullptr,
-        const SceneMeasurements* measured = nullptr) {
+  Drawn(ViewScene& scene, image::ImageSize size, const cell::ObjectTable* table = nullptr,
+        const cell::SceneMeasurements* measured = nullptr) {
     facts.shown.clear();
     for (std::size_t k = 0; k < scene.state.cameras.size(); ++k) {
-      CarrierTracker memory;
+      cell::CarrierTracker memory;
       carriers.push_back(memory.Update(scene.state, k, &*scene.model, ViewScene::kNow_s));
       facts.shown.push_back(k);
     }
@@ -276,13 +276,14 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
   }
   SECTION("interference") {
     ViewScene scene;
-    display::ObjectTable table;
+    scene.state.health = HealthOf({.warnings = warning::kInterference});
+    cell::ObjectTable table;
     table.objects.resize(2);
     table.pairs.push_back({0, 1, 0, 0});
-    SceneMeasurements measured;
+    cell::SceneMeasurements measured;
     measured.time_s = ViewScene::kNow_s;
-    MeasuredPair pair{
-        "gripper", "car body", 1, 2, scene::Proximity::kInterference, display::Separation{}};
+    cell::MeasuredPair pair{"gripper",         "car body", 1, 2, scene::Proximity::kInterference,
+                            cell::Separation{}};
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);
@@ -414,13 +415,13 @@ TEST_CASE("every text has a contrast of at least 7 to 1, in every state") {
 
 TEST_CASE("a detail that is too long is shortened before its value") {
   ViewScene scene;
-  display::ObjectTable table;
+  cell::ObjectTable table;
   table.objects.resize(2);
   table.pairs.push_back({0, 1, 0, 0});
-  SceneMeasurements measured;
+  cell::SceneMeasurements measured;
   measured.time_s = ViewScene::kNow_s;
-  MeasuredPair pair{"a gripper with a long name", "a car body",         1, 2,
-                    scene::Proximity::kApart,     display::Separation{}};
+  cell::MeasuredPair pair{"a gripper with a long name", "a car body",      1, 2,
+                          scene::Proximity::kApart,     cell::Separation{}};
   pair.separation->distance_m = 0.1234;
   measured.pairs.push_back(pair);
   CHECK(Drawn(scene, {1920, 1080}, &table, &measured).Says("…: 123.4 mm"));

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "app/display/view/carriers.h"
+#include "app/cell/scene/carriers.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/cell/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
@@ -37,15 +37,15 @@ struct ViewScene {
   static constexpr double kNow_s = 5000;
 
   TemporaryFolder folder;
-  std::optional<display::ViewModel> model;
+  std::optional<cell::ViewModel> model;
   cell::ViewState state;
   Pose X_CW;  ///< the truth
-  display::CarrierTracker memory;
+  cell::CarrierTracker memory;
 
   explicit ViewScene(const std::string& overlay = "") {
     std::ofstream(ConfigFile()) << ViewConfigText(folder.path(), overlay);
     config::FaultList faults;
-    model = display::ReadViewModel(ConfigFile(), 0, faults);
+    model = cell::ReadViewModel(ConfigFile(), 0, faults);
     INFO(config::FaultsText(faults));
     REQUIRE(model);
 
@@ -98,9 +98,7 @@ struct ViewScene {
                    {2, 1.8e9 - 10, 4, "the zoom changed"}};
   }
   std::string ConfigFile() const { return folder.path() + "/plumbline.toml"; }
-  display::Carriers Placed(double now_s = kNow_s) {
-    return memory.Update(state, 0, &*model, now_s);
-  }
+  cell::Carriers Placed(double now_s = kNow_s) { return memory.Update(state, 0, &*model, now_s); }
 };
 
 }  // namespace plumbline::test

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "tests/app/display/scene/shapes.h"
+#include "tests/app/cell/scene/shapes.h"
 #include "tests/drivers/display/drawing_fixture.h"
 #include "tests/drivers/display/exchanged_egl.h"
 
@@ -19,8 +19,8 @@ std::ptrdiff_t Descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
 
-std::shared_ptr<const SceneSnapshot> SceneOfABox() {
-  auto scene = std::make_shared<SceneSnapshot>();
+std::shared_ptr<const cell::SceneSnapshot> SceneOfABox() {
+  auto scene = std::make_shared<cell::SceneSnapshot>();
   scene->version = 1;
   auto checked = scene::CheckMesh(test::Cuboid({1, 1, 1}), 1);
   REQUIRE(checked);

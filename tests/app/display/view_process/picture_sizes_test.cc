@@ -8,17 +8,17 @@
 #include "app/display/view/screen_text.h"
 #include "app/display/view_process/drawing.h"
 #include "app/display/view_process/png_file.h"
-#include "tests/app/display/scene/shapes.h"
+#include "tests/app/cell/scene/shapes.h"
 #include "tests/app/display/view/view_scene.h"
 
 namespace plumbline::picture_sizes_test {
 
 using namespace plumbline::test;
-using display::MeshOfObject;
+using cell::MeshOfObject;
 
 namespace {
 
-MeshOfObject CuboidMesh(const Vec3f& sides) {
+cell::MeshOfObject CuboidMesh(const Vec3f& sides) {
   auto checked = scene::CheckMesh(Cuboid(sides), 1);
   REQUIRE(checked);
   return std::make_shared<const scene::CheckedMesh>(std::move(checked).value());
@@ -27,8 +27,8 @@ MeshOfObject CuboidMesh(const Vec3f& sides) {
 /// A cell with a gripper at a car body, seven points and a synthetic image.
 struct Wall {
   ViewScene scene;
-  std::shared_ptr<display::SceneSnapshot> objects = std::make_shared<display::SceneSnapshot>();
-  display::SceneMeasurements measured;
+  std::shared_ptr<cell::SceneSnapshot> objects = std::make_shared<cell::SceneSnapshot>();
+  cell::SceneMeasurements measured;
   std::vector<std::uint8_t> image = std::vector<std::uint8_t>(std::size_t{1920} * 1080);
 
   explicit Wall(const std::string& overlay =
@@ -49,19 +49,19 @@ struct Wall {
   }
 
   void AddTable() {
-    display::ObjectTable table;
-    display::SceneObject gripper, body;
+    cell::ObjectTable table;
+    cell::SceneObject gripper, body;
     gripper.name = "gripper";
-    gripper.on.kind = display::Carrier::Kind::kFlange;
+    gripper.on.kind = cell::Carrier::Kind::kFlange;
     gripper.bends = true;
     gripper.X_KO.p = Vec3(0, 0, 0.35);
     body.name = "car body";
-    body.on.kind = display::Carrier::Kind::kWorld;
+    body.on.kind = cell::Carrier::Kind::kWorld;
     body.X_KO.p = Tip_W() + Vec3(0.35, 0.3, -0.25);
     body.colour.a = 0.8F;
     table.objects = {gripper, body};
     table.pairs.push_back({0, 1, 0.05, 0.01});
-    display::SceneDistance distance;
+    cell::SceneDistance distance;
     distance.name = "left gap";
     table.distances.push_back(distance);
     objects->table = table;
@@ -96,13 +96,14 @@ struct Wall {
     }
   }
   void Interfere() {
-    display::MeasuredPair pair{
-        "gripper", "car body", 1, 2, scene::Proximity::kInterference, display::Separation{}};
+    cell::MeasuredPair pair{"gripper",         "car body", 1, 2, scene::Proximity::kInterference,
+                            cell::Separation{}};
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0202;
     pair.separation->p_a_W = pair.separation->p_b_W = Tip_W() + Vec3(0.1, 0.2, -0.1);
     measured.pairs = {pair};
-    display::MeasuredDistance gap{"left gap", 0.1231, Tip_W(), Tip_W() + Vec3(0.3, 0.2, 0.1)};
+    scene.state.health = HealthOf({.warnings = warning::kInterference});
+    cell::MeasuredDistance gap{"left gap", 0.1231, Tip_W(), Tip_W() + Vec3(0.3, 0.2, 0.1)};
     measured.distances = {gap};
   }
   void SecondCamera() {
@@ -116,14 +117,14 @@ struct Wall {
 
 /// One picture of the wall, drawn.
 struct WallPicture {
-  std::vector<display::Carriers> carriers;
+  std::vector<cell::Carriers> carriers;
   display::ViewFacts facts;
   scene::DisplayList list;
 
   WallPicture(Wall& wall, display::Drawing& drawing, image::ImageSize size) {
     facts.shown.clear();
     for (std::size_t k = 0; k < wall.scene.state.cameras.size(); ++k) {
-      display::CarrierTracker memory;
+      cell::CarrierTracker memory;
       carriers.push_back(memory.Update(wall.scene.state, k, &*wall.scene.model, ViewScene::kNow_s));
       facts.shown.push_back(k);
     }
@@ -136,7 +137,7 @@ struct WallPicture {
     facts.frames_per_s = {30, 30};
     std::vector<const scene::MeshFacts*> mesh_facts;
     mesh_facts.reserve(wall.objects->meshes.size());
-    for (const MeshOfObject& mesh : wall.objects->meshes) mesh_facts.push_back(&mesh->facts);
+    for (const cell::MeshOfObject& mesh : wall.objects->meshes) mesh_facts.push_back(&mesh->facts);
     list = display::PictureOf({facts,
                                wall.scene.model->config.overlay,
                                drawing.Meshes(wall.objects),

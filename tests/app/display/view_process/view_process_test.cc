@@ -397,9 +397,8 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
   ViewProcess view(config, station.folder.path() + "/view.log");
   INFO(view.Log());
   REQUIRE(view.Says("drawing with"));
-  REQUIRE(view.Says("fixture.obj: 12 triangles"));
+  REQUIRE(station.daemon->Awaits("fixture.obj: 12 triangles"));
   REQUIRE(station.LensIsValid());
-  // The viewer's measurements reach the PLC registers.
   REQUIRE(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 1; }));
   const auto registers = station.plc->Read(640, 8);
   CHECK(registers.Word(2) == 1);
@@ -419,12 +418,13 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
 
   // A faulty edit of the object table is reported.
   std::ofstream(station.folder.path() + "/objects.toml") << "schema = 1\nobjct = 1\n";
-  REQUIRE(view.Says("objct"));
+  REQUIRE(station.daemon->Awaits("objct"));
 
   view.Signal(SIGHUP);
   REQUIRE(view.Says("reloaded"));
-  view.Signal(SIGSTOP);  // a hanging viewer: the registers revert to unknown
-  CHECK(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 0; }));
+  view.Signal(SIGSTOP);  // the registers do not depend on the viewer
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  CHECK(station.plc->Read(640, 8).Word(0) == 1);
   view.Signal(SIGCONT);
   station.daemon->Signal(SIGTERM);
   REQUIRE(station.daemon->Wait() == 0);
