@@ -251,7 +251,7 @@ int RunDaemon(const std::string& config_file, const std::string& port_file) {
   worker.Start();
   ControlCycle cycle(std::move(parts), handler, images, mailboxes, boot_count, &(*plc)->server());
   cycle.Start();
-  display.Configure(*config);
+  display.Configure(*in_force);
   display.Start(cycle);
   GaugeWorker gauges(mailboxes.gauges, log::Log);
   gauges.Start(*config);

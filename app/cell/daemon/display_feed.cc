@@ -72,8 +72,11 @@ DisplayFeed::DisplayFeed(std::unique_ptr<ViewPublisher> publisher, CycleMailboxe
       cameras_(cameras),
       trackers_(std::max<std::size_t>(1, cameras)) {}
 
-void DisplayFeed::Configure(const config::DaemonConfig& config) {
+void DisplayFeed::Configure(const ConfigInForce& in_force) {
   const std::lock_guard lock(mutex_);
+  const config::DaemonConfig& config = in_force.config;
+  state_.generation = in_force.generation;
+  state_.model_version = in_force.models.applied;
   const config::OverlayConfig& overlay = config.overlay;
   const bool same_objects = model_ && model_->config.overlay.objects_file == overlay.objects_file &&
                             model_->config.overlay.near_m == overlay.near_m;
@@ -201,7 +204,6 @@ void DisplayFeed::Send(bool has_viewers) {
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
                  counters.overruns, counters.starts};
   state.monitoring = *mailboxes_.monitoring.Read();
-  state.model_version = state.monitoring.model.applied;
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
     cameras_[k].status = *mailboxes_.cameras[k].status.Read();
   }

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/base/config/daemon_config.h"
 #include "app/cell/daemon/control_cycle.h"
+#include "app/cell/daemon/model_in_force.h"
 #include "app/cell/scene/scene_worker.h"
 #include "app/cell/view_link/view_publisher.h"
 #include "app/vision/camera/camera_supervisor.h"
@@ -28,7 +28,7 @@ class DisplayFeed {
   DisplayFeed(std::unique_ptr<ViewPublisher> publisher, CycleMailboxes& mailboxes,
               std::size_t cameras);
 
-  void Configure(const config::DaemonConfig& config);
+  void Configure(const ConfigInForce& in_force);
   /// If there is no publisher yet, uses the one that `open` returns. Any thread.
   void Reopen(const std::function<std::unique_ptr<ViewPublisher>()>& open);
   /// To be called once snapshots are available.

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <map>
 
 #include "app/base/config/daemon_config_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/base/service/utc_clock.h"
 #include "app/cell/model_store/cell_difference.h"
 #include "app/cell/model_store/configuration_note.h"
 #include "app/cell/model_store/daemon_signal.h"
@@ -205,6 +207,12 @@ std::optional<std::string> StoreMismatch(const ModelState& before, const Running
 }
 
 }  // namespace
+
+std::uint64_t NextGeneration() {
+  static std::atomic<std::uint64_t> last{
+      static_cast<std::uint64_t>(1e3 * service::SystemUtcSeconds())};
+  return ++last;
+}
 
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, config::FaultList& faults,
                                                const std::optional<RunningDaemon>& running) {

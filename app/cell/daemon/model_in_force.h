@@ -1,6 +1,7 @@
 // The daemon's configuration with the applied model in place of the cell file it names.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -10,12 +11,16 @@
 
 namespace plumbline::cell {
 
+/// Number of a configuration that was read; ascends, also from one start of the daemon to the next.
+std::uint64_t NextGeneration();
+
 struct ConfigInForce {
   config::DaemonConfig config;             ///< its cell is that of the applied version
   std::string configured_state_directory;  ///< as in the file; a change takes a restart
   ModelState models;  ///< all 0 if the store cannot be used; the faults say why
   /// Why an applied model is not in force, or may not be; empty if none is set aside.
   std::string set_aside;
+  std::uint64_t generation = NextGeneration();
 };
 
 /// State of a running daemon that reloads its configuration.

@@ -280,7 +280,7 @@ void Reloader::PutInForce(PendingReload reload) {
   reload.parts->branches.DeliverTo(reload.parts->machine, fresh.machine.points.size());
   ReplaceParts(std::move(reload.parts));
   if (other_gauges) running_.gauges.Start(fresh);
-  running_.display.Configure(fresh);
+  running_.display.Configure(reload.in_force);
   running_.state.models = models;
   running_.robot_timeout_s = RobotTimeout_s(fresh);
   running_.watchdog.SetTimeout(kRobotLink, running_.robot_timeout_s);

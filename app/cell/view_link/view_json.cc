@@ -433,6 +433,7 @@ ViewState StateOf(const Json& json) {
   state.utc_s = json.at("utc_s").get<double>();
   state.version = json.at("version").get<std::string>();
   state.cell = json.at("cell").get<std::string>();
+  state.generation = text::IntegerFromJson<std::uint64_t>(json.at("generation"));
   state.model_version = text::IntegerFromJson<int>(json.at("model_version"));
   state.status = text::IntegerFromJson<std::uint16_t>(json.at("status"));
   state.alarms = text::IntegerFromJson<std::uint16_t>(json.at("alarms"));
@@ -501,6 +502,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"utc_s", state.utc_s},
                      {"version", state.version},
                      {"cell", state.cell},
+                     {"generation", state.generation},
                      {"model_version", state.model_version},
                      {"status", state.status},
                      {"alarms", state.alarms},

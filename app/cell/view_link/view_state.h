@@ -109,6 +109,8 @@ struct ViewMotion {
 struct ViewState {
   double now_s = 0, utc_s = 0;
   std::string version, cell;
+  /// Of the configuration in force: another number says that the daemon has read its files again.
+  std::uint64_t generation = 0;
   int model_version = 0;  ///< in force; 0: the cell file, not in the model store
   std::uint16_t status = 0, alarms = 0, warnings = 0;  ///< bits as in the register map
   CellHealth health;

@@ -49,16 +49,11 @@ bool Viewer::Read(double timeout_s) {
   if (lost) link_problem_ = problem;
   if (!came) return false;
   link_problem_.clear();
-  has_state_ = true;
   const cell::ViewState& state = view_.state;
-  const bool other_points = PointsChanged(state);
-  if (other_points) refused_version_ = -1;
-  if (!model_ || model_->version != state.model_version) {
-    LoadModel(state.model_version);
-  } else if (other_points) {
-    sink_(ViewNote("plumblined uses other assembly points; reading its configuration again"));
-    LoadModel(state.model_version);
-  }
+  const bool first = !has_state_ && model_ && model_->version == state.model_version;
+  has_state_ = true;
+  if (!first && generation_ != state.generation) LoadModel();
+  generation_ = state.generation;
   tracks_.resize(std::max<std::size_t>(1, state.cameras.size()));
   CountFrames();
   UpdateCarriers(MonotonicSeconds());
@@ -112,42 +107,18 @@ std::vector<const scene::MeshFacts*> Viewer::MeshFacts() const {
   return facts;
 }
 
-/// Whether the daemon's target points differ from before, which means that its configuration was
-/// edited.
-bool Viewer::PointsChanged(const cell::ViewState& state) {
-  constexpr double kSame_m = 1e-6;
-  std::map<int, std::optional<Vec3>> now_B;
-  bool other = false;
-  for (const cell::ViewPoint& point : state.points) {
-    const auto before = points_B_.find(point.id);
-    std::optional<Vec3> target_B;
-    if (point.valid) target_B = point.X_BP_command.p - point.translation_B;
-    const bool known = before != points_B_.end();
-    if (known && !target_B) target_B = before->second;
-    const bool moved =
-        known && target_B && before->second && (*target_B - *before->second).norm() > kSame_m;
-    other = other || !known || moved;
-    now_B[point.id] = target_B;
-  }
-  other = other || now_B.size() != points_B_.size();
-  const bool first = points_B_.empty();
-  points_B_ = std::move(now_B);
-  return other && !first;
-}
-
-void Viewer::LoadModel(int version) {
-  if (version == refused_version_) return;
+void Viewer::LoadModel() {
+  const int version = view_.state.model_version;
   config::FaultList faults;
   std::optional<cell::ViewModel> fresh = cell::ReadViewModel(config_file_, version, faults);
   if (!fresh) {
-    refused_version_ = version;
     for (const config::Fault& fault : faults.All()) sink_(log::LogEntryFromFault(fault));
     model_.reset();  // never draw the tool of another model version
     return;
   }
-  refused_version_ = -1;
   const bool same = model_ && model_->version == version;
-  if (version > 0 && !same) sink_(ViewNote(fmt::format("showing model version {}", version)));
+  sink_(ViewNote(same || version == 0 ? "plumblined has read its configuration again"
+                                      : fmt::format("showing model version {}", version)));
   model_ = std::move(fresh);
 }
 
@@ -162,7 +133,6 @@ void Viewer::Reload() {
            "above"});
     return;
   }
-  refused_version_ = -1;
   model_ = std::move(fresh);
   overlay_ = model_->config.overlay;
   StartSceneWorker();

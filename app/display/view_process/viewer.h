@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,15 +40,14 @@ class Viewer {
   const std::string& state_directory() const { return state_directory_; }
 
  private:
-  void LoadModel(int version);
-  bool PointsChanged(const cell::ViewState& state);
+  /// Reads the model that the daemon has in force.
+  void LoadModel();
   void StartSceneWorker();
 
   const std::string config_file_;
   const log::LogSink sink_;
   std::optional<cell::ViewModel> model_;
-  std::map<int, std::optional<Vec3>> points_B_;  ///< the daemon's target positions by point id
-  int refused_version_ = -1;  ///< model version that could not be read; not retried until SIGHUP
+  std::uint64_t generation_ = 0;  ///< of the daemon's configuration that `model_` was read for
   config::OverlayConfig overlay_;
   std::string state_directory_;
   cell::ViewClient client_;

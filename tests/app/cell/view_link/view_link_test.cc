@@ -27,6 +27,7 @@ ViewState FullState() {
   state.utc_s = 1.7e9;
   state.version = "0.1.0";
   state.cell = "KR 210 \"left\"";
+  state.generation = 1'700'000'000'123;
   state.model_version = 3;
   state.status = 0x1009;
   state.alarms = 2;

@@ -409,7 +409,7 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
                         "\n[[point]]\nid = 77\nxyz_mm = [2683.0, 0.0, 973.7]\n"
                         "rpy_deg = [0.0, 90.0, 0.0]\n");
   station.daemon->Signal(SIGHUP);
-  REQUIRE(view.Says("plumblined uses other assembly points"));
+  REQUIRE(view.Says("plumblined has read its configuration again"));
   // A robot alarm stores the last pictures.
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept
