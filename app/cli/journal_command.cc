@@ -54,7 +54,6 @@ int CheckJournalFile(const std::string& file, bool json) {
   if (json) {
     std::cout << text::JsonText(nlohmann::json{{"intact", report.intact()},
                                                {"rows", report.rows},
-                                               {"unchecked", report.unchecked},
                                                {"damaged", RangesJson(report.damaged)},
                                                {"missing", RangesJson(report.missing)},
                                                {"lost_earlier", RangesJson(report.lost)},
@@ -63,12 +62,7 @@ int CheckJournalFile(const std::string& file, bool json) {
               << '\n';
     return code;
   }
-  std::cout << terminal::ForReading << fmt::format("{}: {} rows intact", file, report.rows);
-  if (report.unchecked > 0) {
-    std::cout << fmt::format(", {} of them unchecked: written before rows had checksums",
-                             report.unchecked);
-  }
-  std::cout << '\n';
+  std::cout << terminal::ForReading << fmt::format("{}: {} rows intact\n", file, report.rows);
   PrintRanges(report.lost, "lost earlier, as a salvage recorded");
   PrintRanges(report.damaged, "DAMAGED: changed since written, or unreadable");
   PrintRanges(report.missing, "MISSING");
@@ -389,7 +383,7 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   CLI::App* check = add("check", "Check that every row is as it was written", CheckFile,
                         "Checks the structure of the file, a checksum of each row, and that no row "
                         "number is missing.\n"
-                        "Rows written before there were checksums are counted as unchecked.\n\n"
+                        "\n"
                         "Example:\n  plumbline journal check --state ./state\n\n"
                         "Exit codes: 0 intact, 1 damaged or no journal, 2 wrong arguments.");
   check->add_flag("--json", options->json, "Print JSON");

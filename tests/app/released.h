@@ -1,6 +1,5 @@
-// Stores written by every version that may still be in use: `released/schema_N.sql` beside the test
-// of each store. They were dumped from files that the version itself had written and are never
-// changed; a new schema needs a dump of its own.
+// Stores as released versions write them: `released/schema_N.sql` beside the test of each store,
+// dumped from a file that the version itself had written, and never changed.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -11,7 +10,8 @@
 
 namespace plumbline::test {
 
-/// Makes the file as version `schema` left it. @param folder  as tests/app/cell/journal
+/// Makes the file as version `schema` left it. @param folder  "cell/journal" for
+/// tests/app/cell/journal
 inline void WriteReleased(const std::string& folder, int schema, const std::string& path) {
   const std::string dump =
       FileText("tests/app/" + folder + "/released/schema_" + std::to_string(schema) + ".sql");
@@ -24,8 +24,8 @@ inline void WriteReleased(const std::string& folder, int schema, const std::stri
   REQUIRE(*database.value().IntegerOf("PRAGMA user_version") == schema);
 }
 
-/// Makes it a file of a version that is still to come.
-inline void MakeNewer(const std::string& path, int schema) {
+/// Makes it a file of another version.
+inline void SetSchema(const std::string& path, int schema) {
   auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   REQUIRE(database);
   REQUIRE(database.value().Run(("PRAGMA user_version=" + std::to_string(schema)).c_str()));

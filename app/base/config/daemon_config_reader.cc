@@ -252,21 +252,6 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
   }
 }
 
-/// [monitoring], or [loop], its previous name, which is read for one version.
-std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
-  if (!root.Has("loop")) return root.Table("monitoring");
-  if (root.Has("monitoring")) {
-    root.AddFault("loop",
-                  "is the previous name of [monitoring], which is given too; keep only "
-                  "[monitoring]");
-    root.Ignore({"loop"});
-    return root.Table("monitoring");
-  }
-  root.AddWarning("loop",
-                  "is now called [monitoring]; rename it, the next version will not read [loop]");
-  return root.Table("loop");
-}
-
 /// Reads the cell that the configuration names. @return  the cell file's text, or nothing if it has
 /// faults or is missing
 std::optional<std::string> ReadCell(const TomlTable& root, const NamedFiles& named,
@@ -300,7 +285,7 @@ void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
   if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
   config.gauges = GaugesFromToml(root, cell);
   if (const auto table = root.Table("push")) PushFromToml(*table, config);
-  if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
+  if (const auto table = root.Table("monitoring")) config.monitoring = MonitoringFromToml(*table);
   config.vision = VisionFromToml(root, named, of_others);
   const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
   for (std::size_t k = 0; k < cameras; ++k) {

@@ -26,7 +26,7 @@ std::optional<FileKind> FileKindOf(std::string_view text) {
   if (HasOneOf(root, {"schema", "tool"}) || (robot && HasOneOf(*robot, {"joint", "convention"}))) {
     return FileKind::kCell;
   }
-  if (HasOneOf(root, {"plc", "point", "frame", "push", "monitoring", "loop", "cycle", "correction",
+  if (HasOneOf(root, {"plc", "point", "frame", "push", "monitoring", "cycle", "correction",
                       "state_directory"}) ||
       (robot && HasOneOf(*robot, {"profile", "host", "transport", "replay_file"}))) {
     return FileKind::kConfiguration;

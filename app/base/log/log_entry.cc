@@ -29,11 +29,7 @@ std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& 
       fmt::format("SYSLOG_IDENTIFIER={}", program),
       fmt::format("PLUMBLINE_EVENT={}", kind.name),
   };
-  // Their previous names, for one version; the last value is the one that readers show.
-  const std::string_view component = kind.component;
-  if (component == "monitoring") fields.emplace_back("PLUMBLINE_COMPONENT=loop");
-  if (component == "display") fields.emplace_back("PLUMBLINE_COMPONENT=monitor");
-  fields.push_back(fmt::format("PLUMBLINE_COMPONENT={}", component));
+  fields.push_back(fmt::format("PLUMBLINE_COMPONENT={}", kind.component));
   if (!context.cell.empty()) fields.push_back("PLUMBLINE_CELL=" + context.cell);
   if (context.model_version > 0) {
     fields.push_back(fmt::format("PLUMBLINE_MODEL_VERSION={}", context.model_version));

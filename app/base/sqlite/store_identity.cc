@@ -26,20 +26,20 @@ Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity)
                     "version again, or move the file away to start a new one",
                     database.path(), *schema, identity.schema)};
   }
+  if (*tables > 0 && *schema < identity.schema) {
+    return Error{
+        fmt::format("{}: written by a development version before 0.1.0 (schema {}, this one knows "
+                    "{}); move the file away to start a new one",
+                    database.path(), *schema, identity.schema)};
+  }
   return *tables == 0 ? 0 : *schema;
 }
 
 Result<void> RequireCurrentSchema(Database& database, const StoreIdentity& identity) {
   const Result<std::int64_t> schema = SchemaOf(database, identity);
   if (!schema) return schema.failure();
-  if (*schema == identity.schema) return {};
-  if (*schema == 0) {
-    return Error{fmt::format("{}: is empty, not {} yet", database.path(), identity.name)};
-  }
-  return Error{
-      fmt::format("{}: written by an older plumbline; it becomes readable once this "
-                  "version's plumblined has opened it",
-                  database.path())};
+  if (*schema != 0) return {};
+  return Error{fmt::format("{}: is empty, not {} yet", database.path(), identity.name)};
 }
 
 Error Failure(const Database& database, std::string_view what) {

@@ -15,12 +15,11 @@ struct StoreIdentity {
   std::string Mark() const;
 };
 
-/// Schema of an open file: 1..identity.schema, or 0 if its tables have not been created yet.
-/// Errors: the file cannot be read, belongs to another program, or has a newer schema.
+/// Schema of an open file: identity.schema, or 0 if its tables have not been created yet.
+/// Errors: the file cannot be read, belongs to another program, or has another schema.
 Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity);
 
-/// The same for a reader, which can neither create nor convert tables: also an error if the file is
-/// empty or has an older schema.
+/// The same for a reader, which cannot create tables: also an error if the file is empty.
 Result<void> RequireCurrentSchema(Database& database, const StoreIdentity& identity);
 
 /// Error message "PATH: WHAT: the database's problem".

@@ -126,9 +126,8 @@ void ReadLost(sqlite::Database& database, IntegrityReport& report) {
 /// Looks up each row by its number, because a scan ends at the first page that is damaged.
 void CheckOneByOne(sqlite::Database& database, const std::string& intact, RowRange rows,
                    IntegrityReport& report) {
-  sqlite::Statement row(
-      database.get(),
-      fmt::format("SELECT {}, checksum IS NULL FROM measurement WHERE id = ?1", intact));
+  sqlite::Statement row(database.get(),
+                        fmt::format("SELECT {} FROM measurement WHERE id = ?1", intact));
   for (std::int64_t id = rows.first; id <= rows.last; ++id) {
     row.Bind(1, id);
     const int code = row.Step();
@@ -140,7 +139,6 @@ void CheckOneByOne(sqlite::Database& database, const std::string& intact, RowRan
       Add(report.damaged, id, id);
     } else {
       ++report.rows;
-      report.unchecked += row.Integer(1);
     }
     row.Reset();
   }
@@ -164,34 +162,24 @@ std::int64_t LastNumber(sqlite::Database& database, IntegrityReport& report) {
   return std::min(std::max(largest, counted), room);
 }
 
-/// Number of the last row that was written before there were checksums. If the epoch is damaged,
-/// that before the first row with a checksum.
-std::int64_t UncheckedThrough(sqlite::Database& database, IntegrityReport& report) {
-  {
-    sqlite::Statement epoch(database.get(), fmt::format("SELECT unchecked_through, {} FROM epoch",
-                                                        IntactSql(kEpochTable)));
-    const int code = epoch.Step();
-    if (code == SQLITE_ROW && epoch.Integer(1) != 0) return epoch.Integer(0);
-    if (code == SQLITE_DONE) {
-      report.other.emplace_back("its epoch is missing");
-    } else if (code != SQLITE_ROW) {
-      AddFailure(database, "its epoch cannot be read", report);
-    }
+void CheckEpoch(sqlite::Database& database, IntegrityReport& report) {
+  sqlite::Statement epoch(database.get(),
+                          fmt::format("SELECT {} FROM epoch", IntactSql(kEpochTable)));
+  const int code = epoch.Step();
+  if (code == SQLITE_DONE) {
+    report.other.emplace_back("its epoch is missing");
+  } else if (code != SQLITE_ROW) {
+    AddFailure(database, "its epoch cannot be read", report);
   }
-  const Result<std::int64_t> found = database.IntegerOf(
-      "SELECT coalesce(min(id) - 1, (SELECT max(id) FROM measurement), 0) FROM measurement "
-      "WHERE checksum IS NOT NULL");
-  return found ? *found : report.last;
 }
 
 void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
   report.last = LastNumber(database, report);
-  const std::int64_t unchecked = UncheckedThrough(database, report);
+  CheckEpoch(database, report);
   if (!report.obstacle.empty()) return;
-  const std::string intact = IntactSql(kMeasurementTable, fmt::format("{}", unchecked));
-  sqlite::Statement rows(
-      database.get(),
-      fmt::format("SELECT id, {}, checksum IS NULL FROM measurement ORDER BY id", intact));
+  const std::string intact = IntactSql(kMeasurementTable);
+  sqlite::Statement rows(database.get(),
+                         fmt::format("SELECT id, {} FROM measurement ORDER BY id", intact));
   std::int64_t done = 0;
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
@@ -200,31 +188,22 @@ void CheckMeasurements(sqlite::Database& database, IntegrityReport& report) {
       report.other.push_back(fmt::format("a row has the impossible number {}", id));
       continue;
     }
-    // Of rows without checksums it is not known whether all of them were ever there.
-    AddMissing(report, std::max(done, unchecked) + 1, id - 1);
+    AddMissing(report, done + 1, id - 1);
     done = id;
     if (rows.Integer(1) == 0) {
       Add(report.damaged, id, id);
     } else {
       ++report.rows;
-      report.unchecked += rows.Integer(2);
     }
   }
   if (code == SQLITE_DONE) {
-    AddMissing(report, std::max(done, unchecked) + 1, report.last);
+    AddMissing(report, done + 1, report.last);
   } else {
     CheckOneByOne(database, intact, {done + 1, report.last}, report);
   }
 }
 
 }  // namespace
-
-IntegrityReport CheckStructure(sqlite::Database& database, const std::function<void()>& step) {
-  const Progress progress(database, step);
-  IntegrityReport report;
-  CheckPages(database, report);
-  return report;
-}
 
 IntegrityReport CheckIntegrity(sqlite::Database& database, const std::function<void()>& step) {
   const Progress progress(database, step);

@@ -17,9 +17,8 @@ struct RowRange {
 };
 
 struct IntegrityReport {
-  std::int64_t rows = 0;           ///< intact rows of measurements, with or without a checksum
+  std::int64_t rows = 0;           ///< intact rows of measurements
   std::int64_t last = 0;           ///< largest row number that was ever used
-  std::int64_t unchecked = 0;      ///< of these: written before there were checksums
   std::vector<RowRange> damaged;   ///< changed since they were written, or unreadable
   std::vector<RowRange> missing;   ///< written, but no longer in the file
   std::vector<RowRange> lost;      ///< lost earlier, as a salvage recorded
@@ -35,8 +34,6 @@ struct IntegrityReport {
 /// Sees the file as it is at the start, whatever other connections add meanwhile.
 /// @param step  progress callback, called every few milliseconds
 IntegrityReport CheckIntegrity(sqlite::Database& database, const std::function<void()>& step);
-/// The same without checksums, for a file of a schema that has none.
-IntegrityReport CheckStructure(sqlite::Database& database, const std::function<void()>& step);
 
 /// "rows 3, 17 to 20 changed since written, or unreadable; row 40 missing"; empty if the file is
 /// intact.

@@ -37,13 +37,9 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes,
     return journal.Failed("cannot be prepared");
   }
   if (const Result<void> added = AddChecksumFunction(database); !added) return added.failure();
-  if (*schema != 0 && *schema != kJournalSchema) {
-    // The conversion must not give checksums to what is damaged already.
-    const IntegrityReport before = CheckStructure(database, step);
-    if (!before.intact()) return Damaged(path, before);
+  if (*schema == 0) {
+    if (const Result<void> created = CreateSchema(database); !created) return created.failure();
   }
-  const Result<void> ready = MigrateSchema(database);
-  if (!ready) return ready.failure();
   const IntegrityReport found = CheckIntegrity(database, step);
   if (!found.intact()) return Damaged(path, found);
   const Result<void> epoch_read = journal.ReadEpoch();

@@ -1,4 +1,4 @@
-// SQL schema of the journal, and migration of older schemas.
+// SQL schema of the journal.
 #pragma once
 
 #include "app/base/sqlite/store_identity.h"
@@ -10,7 +10,7 @@ inline constexpr int kJournalSchema = 9;
 inline constexpr sqlite::StoreIdentity kJournalIdentity{0x504C4A31, kJournalSchema,  // "PLJ1"
                                                         "a plumbline journal"};
 
-/// Creates the tables of an empty file or converts those of an older schema, in one transaction.
-Result<void> MigrateSchema(sqlite::Database& database);
+/// Creates the tables of an empty file.
+Result<void> CreateSchema(sqlite::Database& database);
 
 }  // namespace plumbline::cell

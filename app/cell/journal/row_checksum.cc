@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <cstring>
 
 #include "app/base/sqlite/store_identity.h"
 
@@ -119,12 +118,8 @@ std::string ColumnsText(const SealedTable& table) {
   return fmt::format("{}", fmt::join(table.columns, ", "));
 }
 
-std::string IntactSql(const SealedTable& table, std::string_view unchecked_through) {
-  const std::string unchecked =
-      std::strcmp(table.name, kMeasurementTable.name) == 0
-          ? fmt::format("(checksum IS NULL AND id <= {}) OR ", unchecked_through)
-          : "";
-  return fmt::format("coalesce({}checksum = {}, 0)", unchecked, ChecksumSql(table));
+std::string IntactSql(const SealedTable& table) {
+  return fmt::format("coalesce(checksum = {}, 0)", ChecksumSql(table));
 }
 
 std::string SealSql(const SealedTable& table, std::string_view where) {
@@ -143,9 +138,8 @@ std::string ChangeSql(const SealedTable& table,
     }
     sealed += fmt::format("{}{}", sealed.empty() ? "" : ", ", value);
   }
-  return fmt::format(
-      "UPDATE {} SET {}checksum = iif(checksum IS NULL, NULL, row_checksum({})) WHERE {} AND {}",
-      table.name, set, sealed, where, IntactSql(table));
+  return fmt::format("UPDATE {} SET {}checksum = row_checksum({}) WHERE {} AND {}", table.name, set,
+                     sealed, where, IntactSql(table));
 }
 
 }  // namespace plumbline::cell

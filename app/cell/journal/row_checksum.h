@@ -25,15 +25,12 @@ std::span<const SealedTable> SealedTables();
 /// and values of its arguments.
 Result<void> AddChecksumFunction(sqlite::Database& database);
 
-/// SQL expression: whether a row is as it was written. Rows of `measurement` up to
-/// epoch.unchecked_through were written before there were checksums, and may have none.
-/// @param unchecked_through  SQL in its place, if the epoch is damaged
-std::string IntactSql(const SealedTable& table,
-                      std::string_view unchecked_through = "(SELECT unchecked_through FROM epoch)");
+/// SQL expression: whether a row is as it was written.
+std::string IntactSql(const SealedTable& table);
 /// SQL statement that seals rows after they were inserted.
 std::string SealSql(const SealedTable& table, std::string_view where);
 /// SQL statement that changes columns of an intact row, and seals it again; of a damaged row it
-/// changes nothing. A row without a checksum remains without.
+/// changes nothing.
 /// @param changes  columns with their new values as SQL
 /// @param where    condition
 std::string ChangeSql(const SealedTable& table,

@@ -54,25 +54,19 @@ class Copier {
         fmt::format("SELECT count(*) FROM damaged.epoch WHERE {}", intact).c_str());
     const char* const source =
         whole && *whole == 1
-            ? "SELECT utc_s, unchecked_through FROM damaged.epoch LIMIT 1"
-            : "SELECT CAST(round(unix_ms / 1000.0 - t_s) AS INTEGER), 0 FROM measurement "
+            ? "SELECT utc_s FROM damaged.epoch LIMIT 1"
+            : "SELECT CAST(round(unix_ms / 1000.0 - t_s) AS INTEGER) FROM measurement "
               "WHERE unix_ms IS NOT NULL AND t_s IS NOT NULL GROUP BY 1 ORDER BY count(*) DESC "
               "LIMIT 1";
     // Without such probes, nothing refers to it.
     const char* const otherwise =
         "INSERT INTO epoch (utc_s) SELECT CAST(strftime('%s', 'now') AS INTEGER) "
         "WHERE NOT EXISTS (SELECT 1 FROM epoch)";
-    // The rows without a checksum that were found intact must be so in the new file.
-    const char* const unchecked =
-        "UPDATE epoch SET unchecked_through = max(unchecked_through, "
-        "(SELECT coalesce(max(id), 0) FROM measurement WHERE checksum IS NULL)), checksum = NULL";
     if (!whole || *whole != 1) {
       salvage_.notes.emplace_back("the epoch was damaged and is computed from the probes' times");
     }
-    return fresh_.Run(fmt::format("DELETE FROM epoch; INSERT INTO epoch (utc_s, unchecked_through) "
-                                  "{}; {}; {}; {}",
-                                  source, otherwise, unchecked,
-                                  SealSql(kEpochTable, "checksum IS NULL"))
+    return fresh_.Run(fmt::format("DELETE FROM epoch; INSERT INTO epoch (utc_s) {}; {}; {}", source,
+                                  otherwise, SealSql(kEpochTable, "checksum IS NULL"))
                           .c_str());
   }
 
@@ -139,19 +133,17 @@ class WorkingFile {
   std::string path_;
 };
 
-/// Merges the write-ahead log into the file.
-/// @return  its schema, or why it cannot be salvaged
-Result<std::int64_t> MergedSchema(const std::string& path) {
+/// Merges the write-ahead log into the file. @return  why it cannot be salvaged
+Result<void> MergeLog(const std::string& path) {
   // A missing file must not be created.
   if (const auto there = sqlite::Database::Open(path, sqlite::Database::Mode::kRead); !there) {
     return there.failure();
   }
   Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
-  Result<std::int64_t> schema = sqlite::SchemaOf(opened.value(), kJournalIdentity);
-  if (schema && *schema == 0) return Error{fmt::format("{}: is empty, not a journal yet", path)};
+  const Result<void> journal = sqlite::RequireCurrentSchema(opened.value(), kJournalIdentity);
   opened.value().Run("PRAGMA wal_checkpoint(TRUNCATE)");
-  return schema;
+  return journal;
 }
 
 Result<void> CheckNotInUse(const std::string& path) {
@@ -163,36 +155,13 @@ Result<void> CheckNotInUse(const std::string& path) {
                   path)};
 }
 
-/// Copies a file of an older schema, and converts the copy: the original is kept as it is.
-Result<void> CopyConverted(const std::string& path, const std::string& copy,
-                           IntegrityReport& before) {
-  if (const Result<void> unused = CheckNotInUse(path); !unused) return unused;
-  std::error_code failed;
-  if (!std::filesystem::copy_file(path, copy, failed)) {
-    return Error{fmt::format("{}: cannot be copied to {}: {}", path, copy, failed.message())};
-  }
-  Result<sqlite::Database> opened = sqlite::Database::Open(copy, sqlite::Database::Mode::kWrite);
-  if (!opened) return opened.failure();
-  // Before the conversion, which rewrites pages and gives checksums.
-  before = CheckStructure(opened.value(), {});
-  if (const Result<void> added = AddChecksumFunction(opened.value()); !added) return added;
-  return MigrateSchema(opened.value());
-}
-
-/// Examines a file of the present schema.
-/// @param before  what was found before it was converted
-/// @return        why it cannot be salvaged
-Result<IntegrityReport> Examined(const std::string& file, const IntegrityReport& before) {
+/// @return  what of the file is damaged, or why it cannot be salvaged
+Result<IntegrityReport> Examined(const std::string& file) {
   Result<sqlite::Database> opened = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
   sqlite::Database& database = opened.value();
   if (const Result<void> added = AddChecksumFunction(database); !added) return added.failure();
   IntegrityReport found = CheckIntegrity(database, {});
-  for (const std::string& one : before.other) {
-    const auto end = found.other.end();
-    if (std::find(found.other.begin(), end, one) == end) found.other.push_back(one);
-  }
-  if (found.obstacle.empty()) found.obstacle = before.obstacle;
   if (!found.obstacle.empty()) {
     return Error{fmt::format("{}: cannot be checked: {}", file, found.obstacle)};
   }
@@ -254,17 +223,9 @@ Result<void> Replace(const std::string& path, const std::string& fresh,
 }  // namespace
 
 Result<Salvage> SalvageJournal(const std::string& path, std::int64_t unix_ms) {
-  const Result<std::int64_t> schema = MergedSchema(path);
-  if (!schema) return schema.failure();
-  const WorkingFile converted(path + ".converted"), fresh(path + ".salvaged");
-  const bool current = *schema == kJournalSchema;
-  IntegrityReport before;
-  if (!current) {
-    const Result<void> copied = CopyConverted(path, converted.path(), before);
-    if (!copied) return copied.failure();
-  }
-  const std::string& source = current ? path : converted.path();
-  Result<IntegrityReport> found = Examined(source, before);
+  if (const Result<void> merged = MergeLog(path); !merged) return merged.failure();
+  const WorkingFile fresh(path + ".salvaged");
+  Result<IntegrityReport> found = Examined(path);
   if (!found) return found.failure();
   if (found->intact()) {
     return Error{fmt::format("{}: is intact; there is nothing to salvage", path)};
@@ -272,7 +233,7 @@ Result<Salvage> SalvageJournal(const std::string& path, std::int64_t unix_ms) {
   if (const Result<void> unused = CheckNotInUse(path); !unused) return unused.failure();
   Salvage salvage;
   salvage.found = std::move(found).value();
-  if (const Result<void> copied = CopyIntact(source, fresh.path(), unix_ms, salvage); !copied) {
+  if (const Result<void> copied = CopyIntact(path, fresh.path(), unix_ms, salvage); !copied) {
     return copied.failure();
   }
   if (const Result<Journal> checked = Journal::Open(fresh.path()); !checked) {

@@ -104,9 +104,6 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.effects = TextsIn(object, "effects");
   facts.implausible = TextsIn(object, "implausible");
   facts.discrepancy_share = NumberIn(object, "discrepancy_share");
-  if (!facts.discrepancy_share) {
-    facts.discrepancy_share = NumberIn(object, "remainder_share");  // its previous name
-  }
   facts.based_on = WholeIn(object, "based_on");
   facts.rms_before_mm = NumberIn(object, "rms_before_mm");
   facts.rms_after_mm = NumberIn(object, "rms_after_mm");
@@ -170,8 +167,7 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
     }
   }
   facts.implausible = TextsIn(object, "implausible");
-  auto discrepancy = object.find("discrepancy_model");
-  if (discrepancy == object.end()) discrepancy = object.find("remainder");  // its previous name
+  const auto discrepancy = object.find("discrepancy_model");
   if (discrepancy != object.end() && !discrepancy->is_null()) {
     // Counts regardless of its size: such a model is not explained by named effects alone.
     facts.discrepancy_share = discrepancy->is_object()

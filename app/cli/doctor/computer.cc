@@ -65,12 +65,7 @@ CheckResults CheckJournal(const std::string& state_directory) {
     return {{Health::kFault, kSubject, fmt::format("{}: {}", file, DamageText(report)),
              "plumbline journal salvage, which saves the intact rows; or restore the backup"}};
   }
-  const std::string unchecked =
-      report.unchecked == 0
-          ? ""
-          : fmt::format(", {} of them unchecked: written before rows had checksums",
-                        report.unchecked);
-  return {{Health::kGood, kSubject, fmt::format("{} rows intact{}", report.rows, unchecked), ""}};
+  return {{Health::kGood, kSubject, fmt::format("{} rows intact", report.rows), ""}};
 }
 
 CheckResult CheckStateDirectory(const std::string& directory, const Account& account) {

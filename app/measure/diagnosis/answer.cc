@@ -157,7 +157,6 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
         {"parameters", text::NumberJson(diagnosis.discrepancy_parameters)},
         {"share_of_correction", text::NumberJson(diagnosis.discrepancy_share)}};
   }
-  answer["remainder"] = answer["discrepancy_model"];  // its previous name
   answer["checks"] = Json::array();
   for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
   answer["set_aside"] = Json::array();

@@ -37,14 +37,15 @@ class Hash {
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
+}  // namespace
+
+std::uint64_t ChecksumOf(const LensEntry& entry) {
   Hash hash;
   hash.Add(entry.key.camera_serial);
   hash.Add(entry.key.mode);
   hash.Add(std::int64_t{entry.key.zoom_counts});
   hash.Add(std::int64_t{entry.key.focus_counts.has_value()});
   hash.Add(std::int64_t{entry.key.focus_counts.value_or(0)});
-  // Entries of schema 2 have neither further parameters nor a usable region.
   const bool usual = ModelOf(entry.lens) == lens::LensModel::kUsual;
   const Eigen::Index count = usual ? lens::kUsualParameters : lens::kLensParameters;
   const lens::LensVector parameters = lens::VectorOfLens(entry.lens);
@@ -57,29 +58,14 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   hash.Add(std::int64_t{entry.size.height});
   hash.Add(entry.rms_px);
   hash.Add(entry.board);
-  if (schema_1) {
-    hash.Add(entry.pupil_shift_m.value_or(0));
-  } else {
-    hash.Add(entry.pupil_shift_m);
-    hash.Add(entry.uncertainty_px);
-  }
+  hash.Add(entry.pupil_shift_m);
+  hash.Add(entry.uncertainty_px);
   hash.Add(entry.temp_C);
   hash.Add(entry.utc);
   hash.Add(std::string(entry.corners.begin(), entry.corners.end()));
-  // Entries of schema 3 have no declarations.
   const std::string declared = TextOf(entry.declared);
   if (!declared.empty()) hash.Add(declared);
   return hash.value();
-}
-
-}  // namespace
-
-std::uint64_t ChecksumOf(const LensEntry& entry) {
-  return Checksum(entry, false);
-}
-
-std::uint64_t ChecksumOfSchema1(const LensEntry& entry) {
-  return Checksum(entry, true);
 }
 
 std::optional<std::string> FaultOf(const LensEntry& entry) {

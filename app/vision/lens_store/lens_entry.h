@@ -36,8 +36,6 @@ struct LensEntry : lens::KnownLens {
 
 /// FNV-1a over everything but the id.
 std::uint64_t ChecksumOf(const LensEntry& entry);
-/// Checksum as computed by schema 1: pupil shift always present, no uncertainty.
-std::uint64_t ChecksumOfSchema1(const LensEntry& entry);
 
 /// Why an entry is invalid: values that are not finite, non-positive focal lengths, a covariance
 /// that is not symmetric or has a negative variance, an empty image, a missing serial number or

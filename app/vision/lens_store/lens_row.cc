@@ -19,31 +19,6 @@ std::int32_t ToInt32(std::int64_t value) {
   return static_cast<std::int32_t>(value > kMost || value < -kMost ? -kMost - 1 : value);
 }
 
-/// Schema 1 in the columns of kSelectLens.
-constexpr const char* kSelectSchema1 =
-    "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
-    " k2, p1, p2, k3, covariance, rms_px, board, nullif(pupil_shift_m, 0), temp_C, corners,"
-    " checksum, id, NULL, NULL, NULL, 0, 0 FROM lens_of_schema_1 ORDER BY id";
-
-/// The columns that schema 3 adds.
-constexpr const char* kAddToSchema2 = R"(
-ALTER TABLE lens ADD COLUMN usable_radius_px REAL;
-ALTER TABLE lens ADD COLUMN more_distortion TEXT;
-)";
-
-/// The columns that schema 4 adds.
-constexpr const char* kAddToSchema3 = R"(
-ALTER TABLE lens ADD COLUMN no_window INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE lens ADD COLUMN fixed_focus INTEGER NOT NULL DEFAULT 0;
-)";
-
-constexpr const char* kRenameSchema1 = R"(
-DROP TRIGGER lens_is_not_changed;
-DROP TRIGGER lens_is_not_removed;
-DROP INDEX lens_of_camera;
-ALTER TABLE lens RENAME TO lens_of_schema_1;
-)";
-
 }  // namespace
 
 const char* const kLensSchema = R"(
@@ -211,36 +186,6 @@ std::optional<LensEntry> ReadLensEntry(const sqlite::Statement& row) {
 
 std::int64_t RowId(const sqlite::Statement& row) {
   return row.Integer(23);
-}
-
-Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged) {
-  const auto failed = [&database] {
-    return Error{database.path() + ": cannot be migrated to this schema: " + database.Problem()};
-  };
-  const std::string mark = fmt::format("PRAGMA user_version={}", kLensSchemaVersion);
-  if (version == 2 || version == 3) {
-    if (version == 2 && !database.Run(kAddToSchema2)) return failed();
-    if (!database.Run(kAddToSchema3) || !database.Run(mark.c_str())) return failed();
-    return {};
-  }
-  if (version != 1) return {};
-  if (!database.Run(kRenameSchema1) || !database.Run(kLensSchema)) return failed();
-  {
-    sqlite::Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
-    int code = SQLITE_ROW;
-    while ((code = rows.Step()) == SQLITE_ROW) {
-      const auto entry = ReadLensValues(rows);
-      if (!entry || static_cast<std::uint64_t>(rows.Integer(22)) != ChecksumOfSchema1(*entry)) {
-        damaged = true;
-        return Error{fmt::format("{}: lens {} fails its checksum", database.path(), RowId(rows))};
-      }
-      if (!InsertLens(insert, *entry)) return failed();
-    }
-    if (code != SQLITE_DONE) return failed();
-  }
-  const std::string finish = "DROP TABLE lens_of_schema_1; " + mark;
-  if (!database.Run(finish.c_str())) return failed();
-  return {};
 }
 
 }  // namespace plumbline::vision

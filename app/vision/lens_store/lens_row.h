@@ -1,4 +1,4 @@
-// Mapping between lens entries and rows of the store's table, with schema migration.
+// Mapping between lens entries and rows of the store's table.
 #pragma once
 
 #include <optional>
@@ -14,15 +14,6 @@ extern const char* const kInsertLens;
 extern const char* const kSelectLens;  ///< all rows, unordered
 
 inline constexpr int kLensSchemaVersion = 4;
-/// Migrates the tables of an older version within the caller's transaction. Every lens retains its
-/// id. Older schemas:
-///  - 1 stored a pupil shift that had not been measured (0) and no uncertainty;
-///  - 2 stored lenses of five distortion coefficients only, which are trusted in the whole image;
-///  - 3 stored no declarations: its lenses have none.
-/// @param damaged  set to true if a row fails its checksum
-/// @return         an error if a row fails its checksum or the database fails
-Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged);
-
 /// Inserts under the entry's id, or the next free one if that is 0.
 /// @param statement  prepared from kInsertLens
 bool InsertLens(sqlite::Statement& statement, const LensEntry& entry);

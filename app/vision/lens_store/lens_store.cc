@@ -77,8 +77,8 @@ Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged
     damaged = true;
     return Error{fmt::format("{}: its header makes it read-only", path)};
   }
-  if (*schema < kSchemaVersion) {
-    if (const auto prepared = store.Prepare(damaged); !prepared) return prepared.failure();
+  if (*schema == 0) {
+    if (const auto prepared = store.Prepare(); !prepared) return prepared.failure();
   }
   const auto entries = store.Read(std::nullopt, "");
   if (!entries) {
@@ -88,19 +88,15 @@ Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged
   return store;
 }
 
-/// Creates the tables or migrates older ones, in one transaction.
-Result<void> LensStore::Prepare(bool& damaged) {
+Result<void> LensStore::Prepare() {
   sqlite::Transaction transaction(*database_);
   // Another process may have done this in the meantime.
-  const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database_->IntegerOf("SELECT count(*) FROM sqlite_master");
-  if (!transaction.begun() || !version || !tables) return Failed("cannot be prepared");
+  if (!transaction.begun() || !tables) return Failed("cannot be prepared");
   if (*tables == 0) {
     if (!database_->Run(kLensSchema) || !database_->Run(kIdentity.Mark().c_str())) {
       return Failed("cannot be created");
     }
-  } else if (auto migrated = MigrateLensSchema(*database_, *version, damaged); !migrated) {
-    return migrated;
   }
   if (!transaction.Commit()) return Failed("cannot be prepared");
   return {};

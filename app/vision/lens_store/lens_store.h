@@ -38,13 +38,12 @@ class LensStore {
   static constexpr int kSchemaVersion = kLensSchemaVersion;
 
   /// Opens or creates the file. A damaged file (not a database, or a page or entry that fails its
-  /// check) is moved to PATH.damaged-N and replaced by the backup; notice() reports it. A store of
-  /// an older version is migrated; the backup stays unchanged until the next Append().
-  /// @return an error if the file is not a lens store, of a newer version, not writable, or damaged
+  /// check) is moved to PATH.damaged-N and replaced by the backup; notice() reports it.
+  /// @return an error if the file is not a lens store, of another version, not writable, or damaged
   ///         without a usable backup
   static Result<LensStore> Open(const std::string& path);
   /// Opens read-only and unchanged, possibly while a daemon writes.
-  /// @return an error as above, or if the store is of an older version
+  /// @return an error as above
   static Result<LensStore> OpenForReading(const std::string& path);
 
   /// Message for the operator about the last Open() or Append(); empty if nothing was wrong.
@@ -79,7 +78,7 @@ class LensStore {
   /// The newest entry of each zoom; entries with another focus are omitted.
   static std::vector<LensEntry> CurveNodes(std::vector<LensEntry> entries, const LensKey& key,
                                            const LensTolerance& tolerance);
-  Result<void> Prepare(bool& damaged);
+  Result<void> Prepare();  ///< creates the tables
   Result<void> WriteBackup();
   Error Failed(const std::string& what) const;
 

@@ -152,7 +152,7 @@ TEST_CASE("a second publisher cannot open the queue") {
 TEST_CASE(
     "a queue of every released schema opens with all its messages and continues its numbers") {
   const TemporaryFolder folder;
-  test::WriteReleased("fleet", 1, folder.path() + "/queue.sqlite");
+  test::WriteReleased("plant", 1, folder.path() + "/queue.sqlite");
   FleetQueue queue = OpenedAt(folder);
   CHECK(queue.stream() == "1d532e05");
   CHECK(queue.memory() == "{\"journal\":1790000000,\"id\":120}");
@@ -170,8 +170,8 @@ TEST_CASE(
 TEST_CASE("a queue of a newer version is refused with a remedy and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/queue.sqlite";
-  test::WriteReleased("fleet", 1, path);
-  test::MakeNewer(path, 2);
+  test::WriteReleased("plant", 1, path);
+  test::SetSchema(path, 2);
   const std::string before = test::FileText(path);
   const auto queue = FleetQueue::Open(path, kRoom);
   REQUIRE_FALSE(queue);

@@ -457,29 +457,6 @@ TEST_CASE("A point without near_deg causes a warning") {
   CHECK_THAT(warnings[2], Catch::Contains("point[2].xyz_mm: warning: [1, 0, 0] looks like metres"));
 }
 
-TEST_CASE("[loop], the previous name of [monitoring], is read with a warning") {
-  FaultList faults;
-  const auto config = ReadWith(kFiles, kGood + "[loop]\nprobe_sigma_mm = 0.2\n", faults);
-  CAPTURE(FaultsText(faults));
-  REQUIRE(config);
-  CHECK(config->monitoring.probe_sigma_m == Approx(2e-4));
-  CHECK_THAT(FaultsText(faults),
-             Catch::Contains("cell/plumbline.toml:73 loop: warning: is now called [monitoring]"));
-  FaultList none;
-  const auto renamed = ReadWith(kFiles, kGood + "[monitoring]\nprobe_sigma_mm = 0.2\n", none);
-  REQUIRE(renamed);
-  CHECK(renamed->monitoring.probe_sigma_m == Approx(2e-4));
-  CHECK_THAT(FaultsText(none), !Catch::Contains("is now called"));
-}
-
-TEST_CASE("[monitoring] and [loop] together are a fault with its line") {
-  FaultList faults;
-  CHECK_FALSE(Reads(kGood + "[monitoring]\nenabled = true\n[loop]\nenabled = true\n", faults));
-  CHECK(Texts(faults, Fault::Severity::kFault) ==
-        std::vector<std::string>{"cell/plumbline.toml:75 loop: is the previous name of "
-                                 "[monitoring], which is given too; keep only [monitoring]"});
-}
-
 TEST_CASE("A cell in place of the configuration is recognised") {
   FaultList faults;
   CHECK_FALSE(Reads(kCell, faults));

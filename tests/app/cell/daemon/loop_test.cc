@@ -475,7 +475,7 @@ TEST_CASE("a model that is unexplained or does not help is never applied automat
        "\"rivals\": [], \"implausible\": [\"joint_compliance: softer than any gear\"]",
        "not applied: implausible on a healthy machine: joint_compliance: softer than any gear", 2},
       {"unnamed", "\"rivals\": []",
-       "\"rivals\": [], \"remainder\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
+       "\"rivals\": [], \"discrepancy_model\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
        "not applied: 80 % of the correction is not explained by a named effect", 2},
       {"worse", "\"after_held_out\": 0.05", "\"after_held_out\": 9.5", "nothing proposed", 0},
       {"no effect", "\"explained\"", "\"no_effect\"", "no effect exceeds the noise", 0},

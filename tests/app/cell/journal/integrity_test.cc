@@ -10,8 +10,8 @@
 
 #include "app/cell/journal/journal.h"
 #include "app/cell/journal/salvage.h"
-#include "tests/app/released.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace plumbline::integrity_test {
@@ -192,57 +192,6 @@ TEST_CASE("salvage keeps every intact row under its number, and records which ar
   CHECK(*journal.value().Append({Probe(1)}, Joints()) == kRows + 2);
 }
 
-TEST_CASE(
-    "rows written before there were checksums are said to be unchecked; new ones are sealed") {
-  const TemporaryFolder folder;
-  const std::string path = folder.path() + "/journal.sqlite";
-  WriteReleased("journal", 8, path);
-  std::int64_t before = 0;
-  {
-    auto journal = Journal::Open(path);
-    INFO((journal ? "" : journal.error()));
-    REQUIRE(journal);
-    before = *journal.value().Count();
-    CHECK(journal.value().Check().unchecked == before);
-    JournalRow row;
-    row.q = model::JointVector::Zero(2);
-    REQUIRE(journal.value().Append({row}, std::vector<model::Joint>(2)));
-    CHECK(journal.value().Check().unchecked == before);
-    CHECK(journal.value().Check().rows == before + 1);
-  }
-  ChangeBehindItsBack(path, "UPDATE measurement SET checksum = NULL, t_s = 9 WHERE id > 8");
-  const auto refused = Journal::Open(path);
-  REQUIRE_FALSE(refused);
-  CHECK_THAT(refused.error(), Catch::Contains(fmt::format("row {} changed", before + 1)));
-}
-
-TEST_CASE("salvage with a damaged epoch keeps the rows from before there were checksums") {
-  const TemporaryFolder folder;
-  const std::string path = folder.path() + "/journal.sqlite";
-  WriteReleased("journal", 8, path);
-  std::int64_t before = 0;
-  {
-    auto journal = Journal::Open(path);
-    REQUIRE(journal);
-    before = *journal.value().Count();
-    JournalRow row;
-    row.q = model::JointVector::Zero(2);
-    REQUIRE(journal.value().Append({row}, std::vector<model::Joint>(2)));
-  }
-  const char* const damage = GENERATE(
-      "UPDATE epoch SET utc_s = 17", "UPDATE epoch SET unchecked_through = 0", "DELETE FROM epoch");
-  CAPTURE(damage);
-  ChangeBehindItsBack(path, damage);
-  REQUIRE_FALSE(Journal::Open(path));
-  const auto salvaged = SalvageJournal(path, 1800000000000);
-  INFO((salvaged ? "" : salvaged.error()));
-  REQUIRE(salvaged);
-  CHECK(salvaged->saved == before + 1);
-  auto journal = Journal::Open(path);
-  REQUIRE(journal);
-  CHECK(journal.value().Check().unchecked == before);
-}
-
 TEST_CASE("salvage without an epoch and without a row from which to compute it") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
@@ -259,39 +208,6 @@ TEST_CASE("salvage without an epoch and without a row from which to compute it")
   INFO((salvaged ? "" : salvaged.error()));
   REQUIRE(salvaged);
   CHECK(salvaged->saved == 1);
-  CHECK(Journal::Open(path));
-}
-
-TEST_CASE("salvage leaves a file of an older schema as it is") {
-  const TemporaryFolder folder;
-  const std::string path = folder.path() + "/journal.sqlite";
-  WriteReleased("journal", 8, path);
-  const std::string whole = FileText(path);
-  const auto untouched = SalvageJournal(path, 1800000000000);
-  REQUIRE_FALSE(untouched);
-  CHECK_THAT(untouched.error(), Catch::Contains("is intact; there is nothing to salvage"));
-  CHECK(FileText(path) == whole);
-
-  // The page of an index, which no conversion reads.
-  std::int64_t page = 0, page_bytes = 0;
-  {
-    auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
-    REQUIRE(database);
-    page = *database.value().IntegerOf(
-        "SELECT rootpage FROM sqlite_master WHERE name = 'quarantine_waiting'");
-    page_bytes = *database.value().IntegerOf("PRAGMA page_size");
-  }
-  std::string bytes = whole;
-  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>((page - 1) * page_bytes), page_bytes,
-              '\0');
-  WriteBytes(path, bytes);
-  const auto salvaged = SalvageJournal(path, 1800000000000);
-  INFO((salvaged ? "" : salvaged.error()));
-  REQUIRE(salvaged);
-  CHECK(salvaged->saved == 9);
-  CHECK_FALSE(salvaged->found.other.empty());
-  CHECK(FileText(salvaged->damaged_file) == bytes);
-  CHECK_FALSE(std::filesystem::exists(path + ".converted"));
   CHECK(Journal::Open(path));
 }
 

@@ -364,59 +364,6 @@ TEST_CASE("the resolution of the joint registers is stored with a row if it matt
   CHECK(back->rows[1].q_step_rad == Approx(1e-3).epsilon(1e-6));
 }
 
-TEST_CASE("a journal of schema 1, which counted from the boot, is converted to wall-clock time") {
-  const TemporaryFolder folder;
-  const std::string file = folder.path() + "/journal.sqlite";
-  {
-    auto journal = Journal::Open(file);
-    REQUIRE(journal.ok());
-    JournalRow row = FullRow(1);
-    for (const double s : {0.0, 60.0}) {
-      row.unix_ms = 1800000000500 + std::llround(1e3 * s);
-      row.t_s = 77 + s;
-      row.session = "c boot 3fa9c1d2";
-      REQUIRE(journal.value().Append({row}, Joints()).ok());
-    }
-    row.source = JournalRow::Source::kImport;
-    REQUIRE(journal.value().Append({row}, Joints()).ok());
-  }
-  {
-    auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
-    REQUIRE(raw.ok());
-    REQUIRE(
-        raw.value().Run("DROP TABLE lost_rows;"
-                        "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
-                        "ALTER TABLE measurement DROP COLUMN checksum;"
-                        "ALTER TABLE import DROP COLUMN checksum;"
-                        "ALTER TABLE monitor_restart DROP COLUMN checksum;"
-                        "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"
-                        "ALTER TABLE epoch DROP COLUMN checksum;"
-                        "ALTER TABLE epoch DROP COLUMN unchecked_through;"
-                        "DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
-                        "ALTER TABLE measurement DROP COLUMN quarantine;"
-                        "ALTER TABLE measurement DROP COLUMN sigma_mm;"
-                        "ALTER TABLE measurement DROP COLUMN gauge_mm;"
-                        "ALTER TABLE measurement DROP COLUMN artefact;"
-                        "DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
-                        "ALTER TABLE measurement DROP COLUMN camera;"
-                        "ALTER TABLE measurement DROP COLUMN payload_item;"
-                        "ALTER TABLE measurement DROP COLUMN tool;"
-                        "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
-                        "PRAGMA user_version = 1"));
-  }
-  CHECK_FALSE(Journal::OpenForReading(file).ok());
-  auto journal = Journal::Open(file);
-  REQUIRE(journal.ok());
-  CHECK(journal.value().EpochUtc_s() == 1.8e9);
-  const auto rows = journal.value().Read({}, Joints());
-  REQUIRE(rows.ok());
-  CHECK(*(*rows)[0].t_s == Approx(0.5));
-  CHECK(*(*rows)[1].t_s == Approx(60.5));
-  CHECK((*rows)[1].session == "c");
-  CHECK(*(*rows)[2].t_s == 137);  // imported: unchanged
-  CHECK(**journal.value().LastProbeTime_s() == Approx(60.5));
-}
-
 TEST_CASE("a journal that cannot be read is an error, not zero") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/journal.sqlite";
@@ -508,55 +455,6 @@ TEST_CASE("one probe among many imported rows is left out, not the time of all")
   REQUIRE(exported.notes.size() == 1);
   CHECK(exported.notes[0] ==
         "row 30: left out, it has no t_s of the same clock, unlike the others");
-}
-
-TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
-  const TemporaryFolder folder;
-  const std::string file = folder.path() + "/journal.sqlite";
-  {
-    auto journal = Journal::Open(file);
-    REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
-  }
-  {
-    auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
-    REQUIRE(
-        raw.value().Run("DROP TABLE lost_rows;"
-                        "ALTER TABLE measurement DROP COLUMN predicted_radius_mm;"
-                        "ALTER TABLE measurement DROP COLUMN checksum;"
-                        "ALTER TABLE import DROP COLUMN checksum;"
-                        "ALTER TABLE monitor_restart DROP COLUMN checksum;"
-                        "ALTER TABLE monitor_restart DROP COLUMN radius_contradicted;"
-                        "ALTER TABLE epoch DROP COLUMN checksum;"
-                        "ALTER TABLE epoch DROP COLUMN unchecked_through;"
-                        "DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
-                        "ALTER TABLE measurement DROP COLUMN quarantine;"
-                        "ALTER TABLE measurement DROP COLUMN sigma_mm;"
-                        "ALTER TABLE measurement DROP COLUMN gauge_mm;"
-                        "ALTER TABLE measurement DROP COLUMN artefact;"
-                        "ALTER TABLE measurement DROP COLUMN camera;"
-                        "ALTER TABLE measurement DROP COLUMN payload_item;"
-                        "ALTER TABLE measurement DROP COLUMN tool;"
-                        "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
-                        "PRAGMA user_version = 2"));
-  }
-  CHECK_FALSE(Journal::OpenForReading(file).ok());
-  auto journal = Journal::Open(file);
-  REQUIRE(journal.ok());
-  JournalRow row = FullRow(2);
-  row.source = JournalRow::Source::kCamera;
-  row.covariance_W = Mat3::Zero();
-  row.covariance_W->diagonal() << 1e-9, 2e-9, 3e-8;
-  (*row.covariance_W)(0, 2) = (*row.covariance_W)(2, 0) = -1e-10;
-  row.camera = "side+rear";
-  REQUIRE(journal.value().Append({row}, Joints()).ok());
-  const auto rows = journal.value().Read({}, Joints());
-  REQUIRE((rows.ok() && rows->size() == 2));
-  CHECK_FALSE((*rows)[0].covariance_W);
-  CHECK((*rows)[0].camera.empty());
-  CHECK((*rows)[1].camera == "side+rear");
-  CHECK((*rows)[1].source == JournalRow::Source::kCamera);
-  REQUIRE((*rows)[1].covariance_W);
-  CHECK(((*rows)[1].covariance_W.value() - *row.covariance_W).norm() < 1e-18);
 }
 
 TEST_CASE("values that only some rows have are left out with a note, never zero") {

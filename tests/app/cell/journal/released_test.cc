@@ -1,4 +1,4 @@
-// Journals of every released schema, read by the present code: nothing is lost.
+// The journal as version 0.1.0 writes it, read by the present code: nothing is lost.
 #include "tests/app/released.h"
 
 #include <catch2/catch.hpp>
@@ -25,12 +25,11 @@ std::vector<model::Joint> TwoJoints() {
   return joints;
 }
 
-void CheckProbe(const JournalRow& row, int schema) {
+void CheckProbe(const JournalRow& row) {
   CHECK(row.id == 1);
   CHECK(row.source == Source::kPlc);
   CHECK(row.unix_ms == 1763710200123);
-  // Schema 1 counted from the machine's boot; converted by the wall clock.
-  CHECK(*row.t_s == Approx(schema == 1 ? 0.123 : 12.125).margin(1e-6));
+  CHECK(row.t_s == 12.125);
   CHECK(row.session == "left station");
   CHECK(row.command == 17);
   CHECK(row.q[0] == Approx(30.25 * kRadPerDeg));
@@ -44,12 +43,11 @@ void CheckProbe(const JournalRow& row, int schema) {
   CHECK(row.model_version == 1);
   CHECK_FALSE(row.wild);
   CHECK_FALSE(row.alarm);
-  CHECK(row.q_step_rad.has_value() == (schema > 1));
-  if (schema > 1) CHECK(*row.q_step_rad == Approx(0.001));
+  CHECK(*row.q_step_rad == Approx(0.001));
 }
 
-void CheckMarkedProbe(const JournalRow& row, int schema) {
-  CHECK(*row.t_s == Approx(schema == 1 ? 60.623 : 72.625).margin(1e-6));
+void CheckMarkedProbe(const JournalRow& row) {
+  CHECK(row.t_s == 72.625);
   CHECK(row.session.empty());
   CHECK(row.command == 18);
   CHECK(row.q[0] == Approx(-90.5 * kRadPerDeg));
@@ -76,13 +74,13 @@ void CheckImported(const JournalRow& row) {
   CHECK_FALSE(row.model_version);
 }
 
-void CheckCameraProbe(const JournalRow& row, int schema) {
+void CheckCameraProbe(const JournalRow& row) {
   CHECK(row.source == Source::kCamera);
   CHECK(row.t_s == 132);
   REQUIRE(row.covariance_W);
   CHECK((*row.covariance_W)(0, 0) == Approx(1e-8));
   CHECK((*row.covariance_W)(1, 0) == Approx(2.5e-9));
-  CHECK(row.camera == (schema >= 4 ? "side+rear" : ""));
+  CHECK(row.camera == "side+rear");
 }
 
 void CheckTouch(const JournalRow& row) {
@@ -105,79 +103,75 @@ void CheckNumbers(const JournalRow& row) {
   CHECK(row.payload_kg == 60);
 }
 
-/// Before schema 5 every probe was a measurement.
-void CheckQuarantined(Journal& journal, int schema) {
+void CheckQuarantined(Journal& journal) {
   JournalFilter filter;
   filter.rows = JournalFilter::Rows::kWaiting;
   const auto rows = journal.Read(filter, TwoJoints());
   REQUIRE(rows);
-  REQUIRE(rows->size() == (schema >= 5 ? 1U : 0U));
-  CHECK(*journal.Waiting() == static_cast<std::int64_t>(rows->size()));
-  if (schema >= 5) CHECK(rows->front().id == 6);
+  REQUIRE(rows->size() == 1);
+  CHECK(*journal.Waiting() == 1);
+  CHECK(rows->front().id == 6);
 }
 
 }  // namespace
 
-TEST_CASE("a journal of every released schema opens, loses nothing, and works") {
-  for (int schema = 1; schema <= kJournalSchema; ++schema) {
-    CAPTURE(schema);
-    const TemporaryFolder folder;
-    const std::string path = folder.path() + "/journal.sqlite";
-    WriteReleased("journal", schema, path);
-    const std::int64_t count = schema >= 5 ? schema + 1 : schema >= 3 ? 5 : 4;
-    {
-      const std::string before = FileText(path);
-      const auto early = Journal::OpenForReading(path);
-      CHECK(early.ok() == (schema == kJournalSchema));
-      if (!early) CHECK_THAT(early.error(), Catch::Contains("written by an older plumbline"));
-      CHECK(FileText(path) == before);  // opening for reading converts nothing
-    }
-    double epoch_s = 0;
-    for (int opening = 1; opening <= 2; ++opening) {
-      auto journal = Journal::Open(path);
-      INFO((journal ? "" : journal.error()));
-      REQUIRE(journal);
-      if (opening == 1) epoch_s = journal->EpochUtc_s();
-      CHECK(journal->EpochUtc_s() == epoch_s);
-      if (schema == 1) CHECK(epoch_s == 1763710200);  // the first probe's second
-      CHECK(*journal.value().Count() == count);
-      const auto rows = journal.value().Read({}, TwoJoints());
-      REQUIRE(rows);
-      CheckProbe((*rows)[0], schema);
-      CheckMarkedProbe((*rows)[1], schema);
-      CheckImported((*rows)[2]);
-      CheckImported((*rows)[3]);
-      if (schema >= 3) CheckCameraProbe((*rows)[4], schema);
-      CheckQuarantined(journal.value(), schema);
-      if (schema >= 6) CheckTouch((*rows)[5]);
-      if (schema >= 7) CheckGaugePress((*rows)[6]);
-      if (schema >= 8) CheckNumbers((*rows)[7]);
-      if (schema >= 9) CHECK(*(*rows)[8].predicted_radius_m == Approx(2e-3));
-      CHECK(journal.value().Check().unchecked == (schema >= 9 ? 0 : count));
-      const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
-      REQUIRE(imported);
-      CHECK(*imported == "measured.csv");
-      const auto restart = journal.value().LastRestart(), model = journal.value().LastModel();
-      REQUIRE((restart && model && *restart && *model));
-      CHECK((*restart)->after_row == count);
-      CHECK((*model)->model_version == 3);
-    }
+TEST_CASE("the journal of version 0.1.0 opens, loses nothing, and works") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteReleased("cell/journal", kJournalSchema, path);
+  constexpr std::int64_t kCount = kJournalSchema + 1;
+  CHECK(Journal::OpenForReading(path).ok());
+  for (int opening = 1; opening <= 2; ++opening) {
     auto journal = Journal::Open(path);
-    JournalRow next;
-    next.q = model::JointVector::Zero(2);
-    JournalRow pressed = next;  // a source that schema 6 did not have
-    pressed.source = Source::kGauge;
-    pressed.tool_number = 3;
-    CHECK(*journal.value().Append({next, pressed}, TwoJoints()) == count + 2);
-    CHECK(Journal::OpenForReading(path).ok());
+    INFO((journal ? "" : journal.error()));
+    REQUIRE(journal);
+    CHECK(*journal.value().Count() == kCount);
+    const auto rows = journal.value().Read({}, TwoJoints());
+    REQUIRE(rows);
+    CheckProbe((*rows)[0]);
+    CheckMarkedProbe((*rows)[1]);
+    CheckImported((*rows)[2]);
+    CheckImported((*rows)[3]);
+    CheckCameraProbe((*rows)[4]);
+    CheckQuarantined(journal.value());
+    CheckTouch((*rows)[5]);
+    CheckGaugePress((*rows)[6]);
+    CheckNumbers((*rows)[7]);
+    CHECK(*(*rows)[8].predicted_radius_m == Approx(2e-3));
+    const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
+    REQUIRE(imported);
+    CHECK(*imported == "measured.csv");
+    const auto restart = journal.value().LastRestart(), model = journal.value().LastModel();
+    REQUIRE((restart && model && *restart && *model));
+    CHECK((*restart)->after_row == kCount);
+    CHECK((*model)->model_version == 3);
   }
+  auto journal = Journal::Open(path);
+  JournalRow next;
+  next.q = model::JointVector::Zero(2);
+  CHECK(*journal.value().Append({next}, TwoJoints()) == kCount + 1);
+}
+
+TEST_CASE("a journal of a development version is refused with a remedy, and left unchanged") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  WriteReleased("cell/journal", kJournalSchema, path);
+  SetSchema(path, kJournalSchema - 1);
+  const std::string before = FileText(path);
+  for (const bool to_read : {false, true}) {
+    const auto journal = to_read ? Journal::OpenForReading(path) : Journal::Open(path);
+    REQUIRE_FALSE(journal);
+    CHECK_THAT(journal.error(),
+               Catch::Contains("before 0.1.0") && Catch::Contains("move the file away"));
+  }
+  CHECK(FileText(path) == before);
 }
 
 TEST_CASE("a journal of a newer version is refused with a remedy, and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
-  WriteReleased("journal", kJournalSchema, path);
-  MakeNewer(path, kJournalSchema + 1);
+  WriteReleased("cell/journal", kJournalSchema, path);
+  SetSchema(path, kJournalSchema + 1);
   const std::string before = FileText(path);
   for (const bool to_read : {false, true}) {
     const auto journal = to_read ? Journal::OpenForReading(path) : Journal::Open(path);

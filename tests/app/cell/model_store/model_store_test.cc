@@ -625,14 +625,10 @@ TEST_CASE("the diagnosis result is read, and invalid results are refused") {
   CHECK(facts->implausible.empty());
   CHECK_FALSE(facts->discrepancy_share);
   const auto doubtful = ModelFactsFromDiagnosis(R"({"verdict": "explained", "rms_mm": {},
-    "implausible": ["backlash: 3 degrees"], "remainder": {"parameters": 9, "share_of_correction": 0.5}})");
+    "implausible": ["backlash: 3 degrees"], "discrepancy_model": {"parameters": 9, "share_of_correction": 0.5}})");
   REQUIRE(doubtful.ok());
   CHECK(doubtful->implausible == std::vector<std::string>{"backlash: 3 degrees"});
   CHECK(doubtful->discrepancy_share == 0.5);
-  const auto renamed = ModelFactsFromDiagnosis(R"({"verdict": "explained", "rms_mm": {},
-    "discrepancy_model": {"parameters": 9, "share_of_correction": 0.4}, "remainder": null})");
-  REQUIRE(renamed.ok());
-  CHECK(renamed->discrepancy_share == 0.4);
   for (const char* text :
        {"", "[]", "{}", R"({"verdict": "fine", "rms_mm": {}})", R"({"verdict": "explained"})",
         R"({"verdict": "explained", "rms_mm": 3})"}) {
