@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -226,9 +227,14 @@ Result<void> ModelStore::InitializeState() {
 
 Result<int> ModelStore::Declare(const std::string& text, const std::string& file,
                                 Expected expected) {
+  std::map<int, bool> compared;  // a version never changes, so each is parsed once
   const auto describes_same_cell = [&](int version) {
-    const Result<std::string> known = version == 0 ? Error{""} : Text(version);
-    return known && CellTextDifferences(*known, text).empty();
+    const auto [found, is_new] = compared.try_emplace(version, false);
+    if (is_new && version != 0) {
+      const Result<std::string> known = Text(version);
+      found->second = known && CellTextDifferences(*known, text).empty();
+    }
+    return found->second;
   };
   {  // without the lock, which a full or read-only disk could not provide
     const Result<ModelState> present = State();
