@@ -31,13 +31,13 @@ PlaneElement ElementAlongY(model::ToolSegment element, model::BeamTheory theory)
 
 SectionState BeamSolution::Node(int node) const {
   if (node == 0) return InElement(0, 0);
-  const double length_m = elements_[static_cast<std::size_t>(node - 1)].length_m;
+  const double length_m = elements_[node - 1].length_m;
   return InElement(node - 1, length_m);
 }
 
 SectionState BeamSolution::At(double z_m) const {
   const int element = ElementAt(z_m);
-  const double length_m = elements_[static_cast<std::size_t>(element)].length_m;
+  const double length_m = elements_[element].length_m;
   return InElement(element, std::clamp(z_m - NodeZ(element), 0.0, length_m));
 }
 

@@ -57,7 +57,7 @@ class BeamSolution {
  public:
   const std::vector<model::ToolSegment>& elements() const { return elements_; }
   int node_count() const { return static_cast<int>(elements_.size()) + 1; }
-  double NodeZ(int node) const { return node_z_[static_cast<std::size_t>(node)]; }
+  double NodeZ(int node) const { return node_z_[node]; }
 
   /// Section at a node. Internal forces are those just inboard of the node (at the root: outboard).
   SectionState Node(int node) const;
@@ -73,9 +73,7 @@ class BeamSolution {
   int ElementAt(double z_m) const;
 
   /// Loads within an element. @param plane  0: x-z, 1: y-z
-  const PlaneLoad& LoadIn(int element, int plane) const {
-    return planes_[static_cast<std::size_t>(plane)].loads[static_cast<std::size_t>(element)];
-  }
+  const PlaneLoad& LoadIn(int element, int plane) const { return planes_[plane].loads[element]; }
 
  private:
   friend class Beam;

@@ -23,7 +23,7 @@ void AddShearZeros(double v0, double w0, double w1, double length_m, std::vector
 }
 
 std::vector<double> StressStations(const BeamSolution& solution, int element) {
-  const double length_m = solution.elements()[static_cast<std::size_t>(element)].length_m;
+  const double length_m = solution.elements()[element].length_m;
   std::vector<double> at;
   for (int i = 0; i <= kStations; ++i) at.push_back(length_m * i / kStations);
   const Vec3 start_force_F = solution.InElement(element, 0).force_F;
@@ -59,7 +59,7 @@ std::optional<SectionStress> StressOf(const model::Section& section, const Secti
 }
 
 ElementStress StressInElement(const BeamSolution& solution, int element) {
-  const model::Section& section = solution.elements()[static_cast<std::size_t>(element)].section;
+  const model::Section& section = solution.elements()[element].section;
   ElementStress found;
   found.largest_moment = found.largest_shear = solution.InElement(element, 0);
   for (const double s_m : StressStations(solution, element)) {

@@ -156,8 +156,8 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
       torque_ += along * load_change_.row(0);
     } else {
       for (int l = j; l < arm.size(); ++l) {
-        const DeflectionPriors::Link& link = priors_.links[static_cast<std::size_t>(l)];
-        const Pose& X_BL = posture.X_BL[static_cast<std::size_t>(l)];
+        const DeflectionPriors::Link& link = priors_.links[l];
+        const Pose& X_BL = posture.X_BL[l];
         if (link.mass_sigma_ln > 0) {
           torque_ += torque(X_BL * link.com_L - posture.point_B[k]) * mass_change_.row(l);
         }

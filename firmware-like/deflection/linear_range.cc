@@ -42,7 +42,7 @@ std::optional<double> YieldShare(const model::Tool& tool, const LoadedState& sta
   const auto has_yield = [](const model::ToolSegment& segment) {
     return segment.material.yield_strength_Pa.has_value();
   };
-  if (std::none_of(tool.segments.begin(), tool.segments.end(), has_yield)) return std::nullopt;
+  if (std::ranges::none_of(tool.segments, has_yield)) return std::nullopt;
   const beam::Beam beam(tool, 1);
   const loads::Payload& payload = state.tool.payload;
   const beam::BeamSolution solution = beam.Solve(
@@ -54,8 +54,7 @@ std::optional<double> YieldShare(const model::Tool& tool, const LoadedState& sta
 std::optional<double> YieldShare(const beam::BeamSolution& solution) {
   std::optional<double> largest;
   for (int element = 0; element + 1 < solution.node_count(); ++element) {
-    const model::Material& material =
-        solution.elements()[static_cast<std::size_t>(element)].material;
+    const model::Material& material = solution.elements()[element].material;
     const auto peak = beam::StressInElement(solution, element).peak;
     if (!material.yield_strength_Pa || !peak) continue;
     largest =

@@ -54,8 +54,7 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
       ranges_(cell.measurement.kind == model::MeasurementKind::kRange) {
   for (int k = 0; k < cell.tools(); ++k) tools_.emplace_back(cell.ToolAt(k));
   for (int i = 0; i < chain_.size(); ++i) {
-    compliance_[i] =
-        cell.robot.joints[static_cast<std::size_t>(i)].compliance_rad_per_Nm.value_or(0.0);
+    compliance_[i] = cell.robot.joints[i].compliance_rad_per_Nm.value_or(0.0);
     if (compliance_[i] == 0) continue;
     torques_missing_ = torques_missing_ || !loads_.known(i);
     centres_guessed_ = centres_guessed_ || loads_.guessed(i);
@@ -77,9 +76,9 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
 }
 
 bool LoadedArm::LacksColumn(const effects::Conditions& conditions) const {
-  return std::any_of(
-      needed_columns_.begin(), needed_columns_.end(),
-      [&](const effects::NeededColumn& needed) { return needed.MissingFrom(conditions); });
+  return std::ranges::any_of(needed_columns_, [&](const effects::NeededColumn& needed) {
+    return needed.MissingFrom(conditions);
+  });
 }
 
 effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& moment) const {
@@ -166,9 +165,8 @@ Pose LoadedArm::UnloadedTip(const model::JointVector& q, int tool) const {
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id) {
   model::CellModel of_session = cell;
   if (cell.sessions.empty()) return of_session;
-  const auto known =
-      std::find_if(cell.sessions.begin(), cell.sessions.end(),
-                   [&](const model::SessionFrames& session) { return session.id == id; });
+  const auto known = std::ranges::find_if(
+      cell.sessions, [&](const model::SessionFrames& session) { return session.id == id; });
   const model::SessionFrames& frames = known == cell.sessions.end() ? cell.sessions.back() : *known;
   of_session.robot.X_WB = frames.X_WB;
   if (frames.tip_F) of_session.tool.tcp_F = *frames.tip_F;

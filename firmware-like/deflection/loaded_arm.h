@@ -153,7 +153,7 @@ class LoadedArm {
     double shear_m_per_N = 0;  ///< sum L / (G A) of the segments
     bool bends;
   };
-  const ToolModel& Tool(int tool) const { return tools_[static_cast<std::size_t>(tool)]; }
+  const ToolModel& Tool(int tool) const { return tools_[tool]; }
 
   kinematics::Chain chain_;
   loads::GravityLoads loads_;

@@ -63,8 +63,7 @@ Roles RolesOf(const kinematics::Chain& chain) {
   kinematics::Posture zero;
   chain.Evaluate(model::JointVector::Zero(chain.size()), zero);
   const auto parallel = [&](int a, int b) {
-    return std::abs(zero.axis_B[static_cast<std::size_t>(a)].dot(
-               zero.axis_B[static_cast<std::size_t>(b)])) > kParallel;
+    return std::abs(zero.axis_B[a].dot(zero.axis_B[b])) > kParallel;
   };
   const auto turns = [&](int i) { return chain.type(i) == model::JointType::kRevolute; };
   Roles roles;
@@ -97,7 +96,7 @@ bool FillLinks(const model::Robot& robot, const Roles& roles, DeflectionPriors& 
   };
   double known_kg = 0, known_share = 0, lifted_share = 0, all_lifted_share = 0;
   for (int i = 0; i < n; ++i) {
-    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[i];
     if (i >= roles.shoulder) all_lifted_share += share(i);
     if (joint.link_mass_kg.value_or(0) <= 0) continue;
     known_kg += *joint.link_mass_kg;
@@ -106,8 +105,8 @@ bool FillLinks(const model::Robot& robot, const Roles& roles, DeflectionPriors& 
   }
   const double arm_kg = known_kg > 0 ? known_kg / known_share : 1.0;
   for (int i = 0; i < n; ++i) {
-    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    DeflectionPriors::Link& link = priors.links[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[i];
+    DeflectionPriors::Link& link = priors.links[i];
     link.com_L = joint.link_com_m.value_or(MiddleOfLink(robot, i));
     if (!joint.link_com_m) link.com_sd_L = 0.2 * LinkVector(robot, i);
     // The model puts an undeclared centre at the frame of a proximal (mdh) joint; see
@@ -158,9 +157,8 @@ TorqueSample SampleTorques(const model::Robot& robot, const kinematics::Chain& c
         return posture.axis_B[k].dot((p_B - posture.point_B[k]).cross(g_B));
       };
       for (int l = j; l < n; ++l) {
-        const auto& link = priors.links[static_cast<std::size_t>(l)];
-        sample.links(row, j) +=
-            link.mass_kg * torque(posture.X_BL[static_cast<std::size_t>(l)] * link.com_L);
+        const auto& link = priors.links[l];
+        sample.links(row, j) += link.mass_kg * torque(posture.X_BL[l] * link.com_L);
       }
       sample.unit(row, j) = torque(posture.X_BF().p);
     }

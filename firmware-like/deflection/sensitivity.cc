@@ -55,7 +55,7 @@ bool HasClosedForm(int entry) {
 
 bool WantsStructure(const InfluenceSet& wanted) {
   for (int entry = I::kBearing * model::kMaxJoints; entry < I::kFirst; ++entry) {
-    if (wanted[static_cast<std::size_t>(entry)]) return true;
+    if (wanted[entry]) return true;
   }
   return false;
 }
@@ -79,7 +79,7 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
     if (entry < kSagEntries * model::kMaxJoints) continue;
     if (of_joint && entry % model::kMaxJoints >= arm.size()) continue;
     if (HasClosedForm(entry) || (!arm.read_by_camera() && ActsOnReadingOnly(entry))) continue;
-    if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
+    if (wanted[entry]) entries[count++] = entry;
   }
   return count;
 }
@@ -131,7 +131,7 @@ void AddTiltEntries(const LoadedArm& arm, const effects::Influence<double>& infl
   const Mat3 reading = ReadingPerPlace(arm, influence, sensitivity);
   const Vec3 arm_W = sensitivity.state.X_WT.p - arm.X_WB().p - influence.Vector(I::kBase);
   for (int axis = 0; axis < 2; ++axis) {
-    if (!wanted[static_cast<std::size_t>(I::kBaseTilt + axis)]) continue;
+    if (!wanted[I::kBaseTilt + axis]) continue;
     sensitivity.dp.col(I::kBaseTilt + axis) =
         reading * Vec3::Unit(axis).cross(arm_W) - sensitivity.dp.col(I::kGravityTurnX + axis);
     sensitivity.dr.col(I::kBaseTilt + axis) =
@@ -168,7 +168,7 @@ void AddStructureEntries(const LoadedArm& arm, const model::JointVector& theta,
         columns.leftCols(count) = (R * columns.leftCols(count)).eval();
         turns.leftCols(count) = (R * turns.leftCols(count)).eval();
       }
-      entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * model::kMaxJoints + i;
+      entries[count] = kStructureEntries[k] * model::kMaxJoints + i;
       columns.col(count) = motions[k].turn.cross(lever) + motions[k].shift;
       turns.col(count++) = motions[k].turn;
       p_B = motions[k].centre + lever + size * motions[k].shift;
@@ -179,8 +179,8 @@ void AddStructureEntries(const LoadedArm& arm, const model::JointVector& theta,
   const Mat3 R_WB = state.X_WT.R * R_BT.transpose();
   const Mat3 outwards = ReadingPerPlace(arm, influence, sensitivity) * R_WB;
   for (int k = 0; k < count; ++k) {
-    const int entry = entries[static_cast<std::size_t>(k)];
-    if (!wanted[static_cast<std::size_t>(entry)]) continue;
+    const int entry = entries[k];
+    if (!wanted[entry]) continue;
     sensitivity.dp.col(entry) = outwards * columns.col(k);
     sensitivity.dr.col(entry) = R_WB * turns.col(k);
   }
@@ -231,7 +231,7 @@ void Differentiate(const LoadedArm& arm, const model::JointVector& theta,
       if (variable < n) {
         theta_dual[variable].v[k] = 1;
       } else {
-        influence_dual[entries[static_cast<std::size_t>(variable - n)]].v[k] = 1;
+        influence_dual[entries[variable - n]].v[k] = 1;
       }
     }
     arm.Equations<T>(theta_dual, load, &influence_dual, measured_tau, state);
@@ -245,7 +245,7 @@ void Differentiate(const LoadedArm& arm, const model::JointVector& theta,
         partial.r_theta.col(variable) = dr;
         for (int i = 0; i < n; ++i) partial.s_theta(i, variable) = state.sag[i].v[k];
       } else {
-        const int entry = entries[static_cast<std::size_t>(variable - n)];
+        const int entry = entries[variable - n];
         sensitivity.dp.col(entry) = dp;
         sensitivity.dr.col(entry) = dr;
         for (int i = 0; i < n; ++i) partial.s_x(i, entry) = state.sag[i].v[k];
@@ -282,7 +282,7 @@ bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q, const load
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * model::kMaxJoints + i;
-      if (!wanted[static_cast<std::size_t>(entry)]) continue;
+      if (!wanted[entry]) continue;
       partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }

@@ -28,7 +28,7 @@ void SlopesOf(const effects::ActiveEffect& active, const effects::Conditions& mo
   for (int first = 0; first < count; first += effects::kDualWidth) {
     for (std::size_t k = 0; k < values.size(); ++k) values[k] = effects::Dual(active.values[k]);
     const int last = std::min(count, first + effects::kDualWidth);
-    for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
+    for (int k = first; k < last; ++k) values[k].v[k - first] = 1;
     effects::Influence<effects::Dual> slope;
     active.term.effect->Add(active.term, values, moment, slope);
     for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
@@ -107,8 +107,8 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
   const std::vector<double>& levels = domain.payload_levels_kg;
   if (levels.size() < 2) return false;
   const double tolerance_kg = kSameLoad * (levels.back() - levels.front());
-  return std::none_of(levels.begin(), levels.end(),
-                      [&](double level) { return std::abs(payload_kg - level) <= tolerance_kg; });
+  return std::ranges::none_of(
+      levels, [&](double level) { return std::abs(payload_kg - level) <= tolerance_kg; });
 }
 
 }  // namespace
@@ -116,14 +116,14 @@ bool BetweenLevels(const model::Domain& domain, double payload_kg) {
 bool ToolCovered(const model::CellModel& cell, int tool) {
   if (!cell.domain || cell.domain->tools.empty()) return true;
   const std::vector<int>& tools = cell.domain->tools;
-  return std::find(tools.begin(), tools.end(), cell.ToolAt(tool).number) != tools.end();
+  return std::ranges::find(tools, cell.ToolAt(tool).number) != tools.end();
 }
 
 bool ItemCovered(const model::CellModel& cell, int item) {
   if (!cell.domain) return true;
   if (!cell.domain->payload_items) return item == 0;
   const std::vector<int>& items = *cell.domain->payload_items;
-  return std::find(items.begin(), items.end(), item) != items.end();
+  return std::ranges::find(items, item) != items.end();
 }
 
 namespace {
@@ -170,12 +170,11 @@ bool VisitExits(const model::CellModel& cell, const OperatingPoint& at, Visit vi
     return true;
   }
   constexpr double kMost = 1 + kLoadTolerance;
-  return std::any_of(
-      domain.joint_loads.begin(), domain.joint_loads.end(), [&](const model::JointLoad& load) {
-        return load.joint < at.tau.size() &&
-               leaves(Input::kJointLoad, static_cast<std::size_t>(load.joint), at.tau[load.joint],
-                      {kMost * load.range.low, kMost * load.range.high});
-      });
+  return std::ranges::any_of(domain.joint_loads, [&](const model::JointLoad& load) {
+    return load.joint < at.tau.size() &&
+           leaves(Input::kJointLoad, static_cast<std::size_t>(load.joint), at.tau[load.joint],
+                  {kMost * load.range.low, kMost * load.range.high});
+  });
 }
 
 }  // namespace

@@ -76,8 +76,8 @@ std::span<const Effect* const> Catalogue() {
 const Effect* FindEffect(std::string_view id) {
   if (id == Empirical().traits().id) return &Empirical();
   const auto catalogue = Catalogue();
-  const auto found = std::find_if(catalogue.begin(), catalogue.end(),
-                                  [id](const Effect* effect) { return effect->traits().id == id; });
+  const auto found = std::ranges::find_if(
+      catalogue, [id](const Effect* effect) { return effect->traits().id == id; });
   return found == catalogue.end() ? nullptr : *found;
 }
 

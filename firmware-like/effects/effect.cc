@@ -50,8 +50,8 @@ bool IsCycles(const ParameterSpec& spec) {
 }
 
 bool EffectTraits::Needs(Signal signal, std::string_view word) const {
-  return std::find(needs.begin(), needs.end(), signal) != needs.end() ||
-         std::any_of(word_needs.begin(), word_needs.end(), [&](const VariantSignal& need) {
+  return std::ranges::find(needs, signal) != needs.end() ||
+         std::ranges::any_of(word_needs, [&](const VariantSignal& need) {
            return need.word == word && need.signal == signal;
          });
 }

@@ -8,7 +8,7 @@ std::optional<EventTimeUncertainty> UncertaintyOfEventTime(const ActiveEffect& e
                                                            const Conditions& conditions) {
   const auto& specs = effect.term.effect->traits().parameters;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
-    const ParameterSpec& spec = specs[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+    const ParameterSpec& spec = specs[effect.term.parameters[k].spec];
     const auto at = static_cast<Eigen::Index>(k);
     if (!IsEventTime(spec) || effect.covariance.rows() <= at) continue;
     const bool is_row = spec.name == "row";

@@ -9,9 +9,8 @@ constexpr double kAfterAnyEvent_s = 1e9;
 constexpr double kHallVariation_K = 10;  // where no temperature range is known
 
 void AddNeeded(std::vector<NeededColumn>& needed, const NeededColumn& one) {
-  const auto known = std::find_if(needed.begin(), needed.end(), [&](const NeededColumn& other) {
-    return other.column == one.column;
-  });
+  const auto known = std::ranges::find_if(
+      needed, [&](const NeededColumn& other) { return other.column == one.column; });
   if (known == needed.end()) {
     needed.push_back(one);
     return;

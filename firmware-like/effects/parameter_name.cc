@@ -63,7 +63,7 @@ std::optional<TermParameter> ParameterFromName(const EffectTraits& traits, std::
 std::string NameFromParameter(const EffectTraits& traits, const TermParameter& parameter) {
   std::string name;
   bool joint_written = false;
-  for (const char c : traits.parameters[static_cast<std::size_t>(parameter.spec)].name) {
+  for (const char c : traits.parameters[parameter.spec].name) {
     if (c != '#') {
       name += c;
       continue;

@@ -11,13 +11,13 @@ namespace plumbline::effects {
 namespace {
 
 const ParameterSpec& SpecOf(const EffectTerm& term, const TermParameter& parameter) {
-  return term.effect->traits().parameters[static_cast<std::size_t>(parameter.spec)];
+  return term.effect->traits().parameters[parameter.spec];
 }
 
 const ParameterSpec* WordSpecOf(const EffectTraits& traits) {
-  const auto word =
-      std::find_if(traits.parameters.begin(), traits.parameters.end(),
-                   [](const ParameterSpec& spec) { return spec.role == ParameterRole::kWord; });
+  const auto word = std::ranges::find_if(traits.parameters, [](const ParameterSpec& spec) {
+    return spec.role == ParameterRole::kWord;
+  });
   return word == traits.parameters.end() ? nullptr : &*word;
 }
 
@@ -25,7 +25,7 @@ const ParameterSpec* WordSpecOf(const EffectTraits& traits) {
 /// or unknown.
 std::string_view CataloguedWord(const ParameterSpec& spec, std::string_view word) {
   const auto choices = Choices(spec.words);
-  const auto known = std::find(choices.begin(), choices.end(), word);
+  const auto known = std::ranges::find(choices, word);
   return known == choices.end() ? choices.front() : *known;
 }
 
@@ -133,7 +133,7 @@ model::WrittenEffect WrittenFromActive(const ActiveEffect& active,
     file.name = spec->name;
     file.word = CataloguedWord(*spec, term.word);
   }
-  std::sort(joints.begin(), joints.end());
+  std::ranges::sort(joints);
   joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
   for (const int joint : joints) written.scope.push_back("q" + std::to_string(joint + 1));
   return written;
@@ -141,14 +141,13 @@ model::WrittenEffect WrittenFromActive(const ActiveEffect& active,
 
 bool FollowsTime(const EffectTerm& term) {
   return term.effect->traits().Needs(Signal::kTime, term.word) ||
-         std::find(term.drivers.begin(), term.drivers.end(), "t_s") != term.drivers.end();
+         std::ranges::find(term.drivers, "t_s") != term.drivers.end();
 }
 
 bool ReadsTime(const EffectTerm& term) {
-  const bool from_a_moment_on =
-      std::any_of(term.parameters.begin(), term.parameters.end(), [&](const TermParameter& own) {
-        return IsEventTime(SpecOf(term, own)) && SpecOf(term, own).name == "time";
-      });
+  const bool from_a_moment_on = std::ranges::any_of(term.parameters, [&](const TermParameter& own) {
+    return IsEventTime(SpecOf(term, own)) && SpecOf(term, own).name == "time";
+  });
   return from_a_moment_on || FollowsTime(term);
 }
 

@@ -9,20 +9,20 @@ Chain::Chain(const model::Robot& robot)
     : convention_(robot.convention), size_(robot.size()), lower_(size_), upper_(size_) {
   assert(size_ >= 1 && size_ <= model::kMaxJoints);
   for (int i = 0; i < size_; ++i) {
-    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    links_[static_cast<std::size_t>(i)] = {joint.type,
-                                           joint.a_m,
-                                           joint.d_m,
-                                           joint.alpha_rad,
-                                           joint.theta_offset_rad,
-                                           static_cast<double>(joint.sign),
-                                           std::cos(joint.alpha_rad),
-                                           std::sin(joint.alpha_rad),
-                                           joint.beta_rad,
-                                           std::cos(joint.beta_rad),
-                                           std::sin(joint.beta_rad),
-                                           std::cos(joint.gamma_rad),
-                                           std::sin(joint.gamma_rad)};
+    const model::Joint& joint = robot.joints[i];
+    links_[i] = {joint.type,
+                 joint.a_m,
+                 joint.d_m,
+                 joint.alpha_rad,
+                 joint.theta_offset_rad,
+                 static_cast<double>(joint.sign),
+                 std::cos(joint.alpha_rad),
+                 std::sin(joint.alpha_rad),
+                 joint.beta_rad,
+                 std::cos(joint.beta_rad),
+                 std::sin(joint.beta_rad),
+                 std::cos(joint.gamma_rad),
+                 std::sin(joint.gamma_rad)};
     lower_[i] = joint.min;
     upper_[i] = joint.max;
     reach_m_ += std::hypot(joint.a_m, joint.d_m);

@@ -35,7 +35,7 @@ struct PostureOf {
   std::array<Vec3Of<T>, model::kMaxJoints> point_B;  ///< a point on that axis [m]
 
   /// The flange F is the frame of the last link.
-  const PoseOf<T>& X_BF() const { return X_BL[static_cast<std::size_t>(size - 1)]; }
+  const PoseOf<T>& X_BF() const { return X_BL[size - 1]; }
 };
 
 using Posture = PostureOf<double>;
@@ -52,7 +52,7 @@ class Chain {
   explicit Chain(const model::Robot& robot);
 
   int size() const { return size_; }
-  model::JointType type(int joint) const { return links_[static_cast<std::size_t>(joint)].type; }
+  model::JointType type(int joint) const { return links_[joint].type; }
   const model::JointVector& lower() const { return lower_; }  ///< joint limits [rad] or [m]
   const model::JointVector& upper() const { return upper_; }
   bool WithinLimits(const model::JointVector& q, double margin = 0) const;

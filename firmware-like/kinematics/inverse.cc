@@ -72,7 +72,7 @@ model::JointVector RestartPosture(const Chain& chain, const model::JointVector& 
     const bool open = !std::isfinite(chain.lower()[i]) || !std::isfinite(chain.upper()[i]);
     const double low = open ? -std::numbers::pi : std::max(chain.lower()[i], -kTurn / 2);
     const double high = open ? std::numbers::pi : std::min(chain.upper()[i], kTurn / 2);
-    start[i] = low + (high - low) * RadicalInverse(index, kPrimes[static_cast<std::size_t>(i)]);
+    start[i] = low + (high - low) * RadicalInverse(index, kPrimes[i]);
   }
   return start;
 }

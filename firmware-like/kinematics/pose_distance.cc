@@ -44,7 +44,7 @@ PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
 PoseDistance::Feature PoseDistance::FeatureOf(const model::JointVector& q) const {
   Feature feature(2 * q.size());
   for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const bool turns = types_[static_cast<std::size_t>(j)] == model::JointType::kRevolute;
+    const bool turns = types_[j] == model::JointType::kRevolute;
     feature[2 * j] = weights_[j] * (turns ? std::cos(q[j]) : q[j]);
     feature[2 * j + 1] = turns ? weights_[j] * std::sin(q[j]) : 0;
   }

@@ -80,7 +80,7 @@ class GravityLoads {
     Vec3 body_kg_m = Vec3::Zero();  ///< first moment of the body
   };
   static ToolMass MassOf(const model::Tool& tool);
-  const ToolMass& Tool(int tool) const { return tools_[static_cast<std::size_t>(tool)]; }
+  const ToolMass& Tool(int tool) const { return tools_[tool]; }
   std::vector<ToolMass> tools_;
   int known_from_ = 0;
   int guessed_before_ = 0;
@@ -99,7 +99,7 @@ Vec3Of<T> GravityLoads::Torques(const kinematics::PostureOf<T>& posture, const V
   Vec3Of<T> moment_kg_m =
       tool.mass_kg * (X_BF * tool_com_F) + payload.mass_kg * (X_BF * payload.cog_F);
   if (outboard != nullptr) {
-    (*outboard)[static_cast<std::size_t>(posture.size)] = {mass_kg, moment_kg_m};
+    (*outboard)[posture.size] = {mass_kg, moment_kg_m};
   }
   for (int i = posture.size - 1; i >= 0; --i) {
     const auto k = static_cast<std::size_t>(i);

@@ -104,8 +104,8 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
   BodyMotion body;
   const auto add = [&](int i, double kg, const Vec3& p_B) {
     const Vec3 inertial_N = -kg * body.AccelerationOf(p_B);
-    force_B[static_cast<std::size_t>(i)] += inertial_N;
-    moment_B[static_cast<std::size_t>(i)] += p_B.cross(inertial_N);
+    force_B[i] += inertial_N;
+    moment_B[i] += p_B.cross(inertial_N);
   };
   force_B.fill(Vec3::Zero());
   moment_B.fill(Vec3::Zero());

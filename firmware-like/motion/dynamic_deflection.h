@@ -65,9 +65,7 @@ class DynamicModel {
     Mat3 turned_bend = Mat3::Zero();  ///< tip [m] per angular acceleration
   };
   static ToolModel ModelOf(const model::Tool& tool);
-  const ToolModel& Tool(const loads::Payload& payload) const {
-    return tools_[static_cast<std::size_t>(payload.tool)];
-  }
+  const ToolModel& Tool(const loads::Payload& payload) const { return tools_[payload.tool]; }
   std::vector<ToolModel> tools_;
 };
 

@@ -55,8 +55,7 @@ void JointMotionEstimator::Append(const model::RobotState& reading) {
     first_ = (first_ + 1) % kCapacity;
     --count_;
   }
-  samples_[static_cast<std::size_t>((first_ + count_) % kCapacity)] = {reading.timestamp_s,
-                                                                       reading.q};
+  samples_[(first_ + count_) % kCapacity] = {reading.timestamp_s, reading.q};
   ++count_;
   q_resolution_ = reading.q_resolution;
 }

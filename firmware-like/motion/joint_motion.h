@@ -61,9 +61,7 @@ class JointMotionEstimator {
   };
   static constexpr int kCapacity = 128;  ///< the window at a cycle of 1 ms
 
-  const Sample& At(int k) const {
-    return samples_[static_cast<std::size_t>((first_ + k) % kCapacity)];
-  }
+  const Sample& At(int k) const { return samples_[(first_ + k) % kCapacity]; }
   void Append(const model::RobotState& reading);
 
   std::array<Sample, kCapacity> samples_;

@@ -11,7 +11,7 @@ Vec3 BentPoint(const BendField& field, const Vec3& p_F) {
   int i = std::min(static_cast<int>(z / length * (kBendStations - 1)), kBendStations - 2);
   while (i > 0 && z < field.StationZ(i)) --i;
   while (i < kBendStations - 2 && z > field.StationZ(i + 1)) ++i;
-  const BendStation& a = field.stations[static_cast<std::size_t>(i)];
+  const BendStation& a = field.stations[i];
   const BendStation& b = field.stations[static_cast<std::size_t>(i) + 1];
   const double step = field.StationZ(i + 1) - field.StationZ(i);
   const double t = (z - field.StationZ(i)) / step;

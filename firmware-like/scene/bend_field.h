@@ -34,7 +34,7 @@ struct BendField {
 
   double StationZ(int i) const {
     return i * (static_cast<double>(length_m) / (kBendStations - 1)) +
-           static_cast<double>(stations[static_cast<std::size_t>(i)].off_m);
+           static_cast<double>(stations[i].off_m);
   }
 };
 

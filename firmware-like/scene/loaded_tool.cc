@@ -16,7 +16,7 @@ using StationPlaces = std::array<double, kBendStations>;
 StationPlaces PlacesOfStations(const model::Tool& tool, double length_m) {
   StationPlaces z{};
   const double step_m = length_m / (kBendStations - 1);
-  for (int i = 0; i < kBendStations; ++i) z[static_cast<std::size_t>(i)] = i * step_m;
+  for (int i = 0; i < kBendStations; ++i) z[i] = i * step_m;
   z.back() = length_m;
   double end_m = 0;
   int taken = 0;
@@ -25,7 +25,7 @@ StationPlaces PlacesOfStations(const model::Tool& tool, double length_m) {
     const int nearest = std::min(static_cast<int>(std::lround(end_m / step_m)), kBendStations - 2);
     const int i = std::max(taken + 1, nearest);
     if (i > kBendStations - 2) break;
-    z[static_cast<std::size_t>(i)] = end_m;
+    z[i] = end_m;
     taken = i;
   }
   return z;
@@ -48,7 +48,7 @@ double StressAt(const beam::BeamSolution& solution, double z_m) {
   const int inboard = solution.ElementAt(z_m);
   for (const int element : {inboard, inboard + 1}) {
     if (element + 1 >= solution.node_count()) continue;
-    const model::ToolSegment& segment = solution.elements()[static_cast<std::size_t>(element)];
+    const model::ToolSegment& segment = solution.elements()[element];
     const double s_m = z_m - solution.NodeZ(element);
     if (s_m < -1e-9 * segment.length_m) continue;  // the outboard element starts further out
     const beam::SectionState state =

@@ -35,8 +35,8 @@ double CoverageFactor(double freedom) {
 Uncertainty UncertaintyOf(const std::vector<BudgetLine>& lines) {
   std::vector<BudgetLine> by_source;
   for (const BudgetLine& line : lines) {
-    const auto same = std::find_if(by_source.begin(), by_source.end(),
-                                   [&](const BudgetLine& of) { return of.source == line.source; });
+    const auto same = std::ranges::find_if(
+        by_source, [&](const BudgetLine& known) { return known.source == line.source; });
     if (same == by_source.end()) {
       by_source.push_back(line);
     } else {

@@ -29,40 +29,41 @@ std::vector<PoseReadings> ByPose(const std::vector<Reading>& readings) {
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const auto [found, added] = place.emplace(readings[k].pose, poses.size());
     if (added) poses.emplace_back();
-    PoseReadings& of = poses[found->second];
-    if (k == 0 || readings[k - 1].pose != readings[k].pose) of.visits.emplace_back();
-    of.visits.back().push_back(k);
+    PoseReadings& pose = poses[found->second];
+    if (k == 0 || readings[k - 1].pose != readings[k].pose) pose.visits.emplace_back();
+    pose.visits.back().push_back(k);
   }
   return poses;
 }
 
-Vec3 MeanError(const std::vector<Reading>& readings, const std::vector<std::size_t>& of) {
+Vec3 MeanError(const std::vector<Reading>& readings, const std::vector<std::size_t>& visits) {
   Vec3 sum = Vec3::Zero();
-  for (const std::size_t k : of) sum += readings[k].error_W;
-  return sum / static_cast<double>(of.size());
+  for (const std::size_t k : visits) sum += readings[k].error_W;
+  return sum / static_cast<double>(visits.size());
 }
 
 PoseCharacteristics PoseOf(const std::vector<Reading>& readings, const PoseReadings& pose) {
   const std::vector<std::size_t> all = pose.All();
   const auto n = static_cast<double>(all.size());
-  PoseCharacteristics of;
-  of.pose = readings[all.front()].pose;
-  of.session = readings[all.front()].session;
-  of.cycles = static_cast<int>(all.size());
-  of.mean_error_W = MeanError(readings, all);
-  of.accuracy_m = of.mean_error_W.norm();
-  for (const std::size_t k : all) of.barycentre_W += readings[k].attained_W / n;
-  if (of.cycles < kCyclesForRepeatability) return of;
+  PoseCharacteristics characteristics;
+  characteristics.pose = readings[all.front()].pose;
+  characteristics.session = readings[all.front()].session;
+  characteristics.cycles = static_cast<int>(all.size());
+  characteristics.mean_error_W = MeanError(readings, all);
+  characteristics.accuracy_m = characteristics.mean_error_W.norm();
+  for (const std::size_t k : all) characteristics.barycentre_W += readings[k].attained_W / n;
+  if (characteristics.cycles < kCyclesForRepeatability) return characteristics;
   double mean = 0, square = 0;
-  for (const std::size_t k : all) mean += (readings[k].error_W - of.mean_error_W).norm() / n;
+  for (const std::size_t k : all)
+    mean += (readings[k].error_W - characteristics.mean_error_W).norm() / n;
   for (const std::size_t k : all) {
-    const double distance = (readings[k].error_W - of.mean_error_W).norm();
+    const double distance = (readings[k].error_W - characteristics.mean_error_W).norm();
     square += (distance - mean) * (distance - mean);
   }
   const double sigma = std::sqrt(square / (n - 1));
-  of.repeatability_m = mean + 3 * sigma;
-  of.repeatability_u_m = sigma * std::sqrt(1 / n + 9 / (2 * (n - 1)));
-  return of;
+  characteristics.repeatability_m = mean + 3 * sigma;
+  characteristics.repeatability_u_m = sigma * std::sqrt(1 / n + 9 / (2 * (n - 1)));
+  return characteristics;
 }
 
 /// Adds the scatter of the cycles, pooled over the poses.

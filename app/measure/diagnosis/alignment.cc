@@ -37,7 +37,7 @@ Eigen::MatrixX3d Centred(const std::vector<Vec3>& points) {
   const Vec3 mean = MeanOf(points);
   Eigen::MatrixX3d rows(static_cast<Eigen::Index>(points.size()), 3);
   for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-    rows.row(k) = (points[static_cast<std::size_t>(k)] - mean).transpose();
+    rows.row(k) = (points[k] - mean).transpose();
   }
   return rows;
 }
@@ -60,7 +60,7 @@ void StartPoint(const ArtefactRows& rows, PlacedArtefact& placed) {
   }
   Eigen::VectorXd squares(static_cast<Eigen::Index>(rows.ranges.size()));
   for (Eigen::Index k = 0; k < squares.size(); ++k) {
-    squares[k] = std::pow(rows.ranges[static_cast<std::size_t>(k)], 2);
+    squares[k] = std::pow(rows.ranges[k], 2);
   }
   placed.place = CentreOf(rows.ranged, squares).first;
 }
@@ -141,22 +141,22 @@ void StartOrientations(const Dataset& data, const Linearisation& linear, Model& 
 Result<void> StartPlaces(const Dataset& data, int threads, Model& model) {
   const auto& used = data.used_artefacts;
   const auto& turned = data.turned_sessions;
-  const bool any_turned = std::find(turned.begin(), turned.end(), true) != turned.end();
-  const bool any_used = std::find(used.begin(), used.end(), true) != used.end();
+  const bool any_turned = std::ranges::find(turned, true) != turned.end();
+  const bool any_used = std::ranges::find(used, true) != used.end();
   if (!any_used && !(any_turned && data.tip_free())) return {};
   const Result<Linearisation> linear = Linearise(data, model, false, threads);
   if (!linear) return Error{linear.error()};
   if (data.tip_free()) StartOrientations(data, *linear, model);
   Indexed<ArtefactIndex, ArtefactRows> rows(used.size());
   for (const RowIndex row : data.row_indices()) {
-    const Observation& of = data.observations[row];
-    if (!OnArtefact(of.kind)) continue;
-    ArtefactRows& own = rows[of.artefact];
-    const bool in_base = data.cell.artefacts[of.artefact.offset()].in_base;
+    const Observation& observation = data.observations[row];
+    if (!OnArtefact(observation.kind)) continue;
+    ArtefactRows& own = rows[observation.artefact];
+    const bool in_base = data.cell.artefacts[observation.artefact.offset()].in_base;
     const Pose& X_WB = model.frames[data.session_of[row]].X_WB;
     const Vec3& p_W = linear->rows[row].p_W;
     const Vec3 p = in_base ? X_WB.Inverse() * p_W : p_W;
-    if (of.kind == ObservationKind::kArtefactRange) {
+    if (observation.kind == ObservationKind::kArtefactRange) {
       own.ranged.push_back(p);
       own.ranges.push_back(*data.measured(row).range_m);
     } else {
@@ -204,15 +204,15 @@ NuisancePrior PriorAt(const Nuisances& nuisances, const Indexed<SessionIndex, Fr
   prior.information.setConstant(nuisances.size(), 1 / (kPlace_m * kPlace_m));
   prior.offset.setZero(nuisances.size());
   for (const SessionIndex session : priors.indices()) {
-    const FramePrior& of = priors[session];
+    const FramePrior& frames = priors[session];
     int at = nuisances.FirstOf(session);
     if (nuisances.frames()) {
-      prior.information.segment<6>(at) = of.information.head<6>();
+      prior.information.segment<6>(at) = frames.information.head<6>();
       at += 6;
     }
     if (!nuisances.tip()) continue;
-    prior.information.segment<3>(at) = of.information.tail<3>();
-    prior.offset.segment<3>(at) = of.tip_F - model.frames[session].tip_F;
+    prior.information.segment<3>(at) = frames.information.tail<3>();
+    prior.offset.segment<3>(at) = frames.tip_F - model.frames[session].tip_F;
   }
   return prior;
 }

@@ -140,9 +140,11 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
     answer["rms_by_kind_mm"][error.kind] = JsonOf(error);
   }
   answer["not_observable"] = Json::array();
-  for (const NotObservable& of : diagnosis.not_observable) {
-    answer["not_observable"].push_back(
-        {{"id", of.id}, {"scope", of.scope}, {"parameters", of.parameters}, {"reason", of.reason}});
+  for (const NotObservable& hidden : diagnosis.not_observable) {
+    answer["not_observable"].push_back({{"id", hidden.id},
+                                        {"scope", hidden.scope},
+                                        {"parameters", hidden.parameters},
+                                        {"reason", hidden.reason}});
   }
   answer["outlier_rows"] = diagnosis.outlier_rows;
   answer["implausible"] = Json::array();

@@ -8,9 +8,8 @@ std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
                                                         const Linearisation& linear,
                                                         const Block& block, int threads) {
   const std::lock_guard lock(mutex_);
-  const auto known = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-    return SameColumns(entry.block, block);
-  });
+  const auto known = std::ranges::find_if(
+      entries_, [&](const Entry& entry) { return SameColumns(entry.block, block); });
   if (known != entries_.end()) return known->columns;
   const auto width = static_cast<int>(block.columns.size());
   auto columns = std::make_shared<Eigen::MatrixXd>(linear.layout.total(), width);

@@ -57,19 +57,20 @@ Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
 
 effects::ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
                                       const ColumnSizes& values) {
-  const auto factor = [&](const BlockColumn& of,
+  const auto factor = [&](const BlockColumn& column,
                           const Eigen::Ref<const Eigen::RowVectorXd>& drivers) {
     const auto along = [&](SignalIndex index, int degree, double value) {
       return Legendre(degree, Scaled(data.signals[index], value));
     };
-    const double first = along(*of.signal, of.degree, drivers[0]);
-    return of.second_signal ? first * along(*of.second_signal, of.second_degree, drivers[1])
-                            : first;
+    const double first = along(*column.signal, column.degree, drivers[0]);
+    return column.second_signal
+               ? first * along(*column.second_signal, column.second_degree, drivers[1])
+               : first;
   };
   std::vector<int> entries;
   for (const auto& [column, value] : values) {
     const int entry = block.columns[column].entry;
-    if (std::find(entries.begin(), entries.end(), entry) == entries.end()) entries.push_back(entry);
+    if (std::ranges::find(entries, entry) == entries.end()) entries.push_back(entry);
   }
   model::WrittenEffect written;
   written.id = block.id;
@@ -83,8 +84,8 @@ effects::ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
       CarrierName(entries[k], from_SI);
       double sum = 0;
       for (const auto& [column, value] : values) {
-        const BlockColumn& of = block.columns[column];
-        if (of.entry == entries[k]) sum += value * factor(of, drivers.row(node));
+        const BlockColumn& fitted = block.columns[column];
+        if (fitted.entry == entries[k]) sum += value * factor(fitted, drivers.row(node));
       }
       written.nodes(node, drivers.cols() + static_cast<int>(k)) = from_SI * sum;
     }
@@ -109,14 +110,13 @@ effects::ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& val
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
     const effects::TermParameter& parameter = block.term.parameters[k];
-    const auto column =
-        std::find_if(block.columns.begin(), block.columns.end(),
-                     [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
+    const auto column = std::ranges::find_if(
+        block.columns, [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
     double size = at[k];
     if (column != block.columns.end()) {
       const auto value = values.find(BlockColumnIndex(column - block.columns.begin()));
       if (value == values.end()) continue;
-      const effects::ParameterSpec& spec = specs[static_cast<std::size_t>(parameter.spec)];
+      const effects::ParameterSpec& spec = specs[parameter.spec];
       size = spec.value_of_linear ? spec.value_of_linear(value->second) : value->second;
     }
     effect.term.parameters.push_back(parameter);
@@ -134,11 +134,10 @@ std::vector<BlockUnit> UnitsOf(const Block& block, BlockIndex index,
   if (block.units == 1) return units;
   for (std::size_t k = 0; k < units.size(); ++k) {
     const auto& parameters = block.term.parameters;
-    const auto own = std::find(parameters.begin(), parameters.end(), effect.term.parameters[k]);
-    const auto column =
-        std::find_if(block.columns.begin(), block.columns.end(), [&](const BlockColumn& of) {
-          return of.parameter == static_cast<int>(own - parameters.begin());
-        });
+    const auto own = std::ranges::find(parameters, effect.term.parameters[k]);
+    const auto column = std::ranges::find_if(block.columns, [&](const BlockColumn& of_effect) {
+      return of_effect.parameter == static_cast<int>(own - parameters.begin());
+    });
     if (column != block.columns.end()) units[k].number = column->unit;
   }
   return units;
@@ -162,14 +161,13 @@ EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Bl
     effects::ActiveEffect effect =
         search != nullptr ? search->EffectFrom(block, values) : EffectFromSizes(block, values);
     std::vector<BlockUnit> units = UnitsOf(block, index, effect);
-    const auto same = std::find_if(
-        found.effects.begin(), found.effects.end(), [&](const effects::ActiveEffect& other) {
-          return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
-                 search != nullptr && search->JoinsBlocks();
-        });
+    const auto same = std::ranges::find_if(found.effects, [&](const effects::ActiveEffect& other) {
+      return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
+             search != nullptr && search->JoinsBlocks();
+    });
     if (same != found.effects.end()) {
       search->Join(effect, *same);
-      auto& joined = found.units[static_cast<std::size_t>(same - found.effects.begin())];
+      auto& joined = found.units[same - found.effects.begin()];
       joined.insert(joined.end(), units.begin(), units.end());
     } else {
       found.effects.push_back(std::move(effect));

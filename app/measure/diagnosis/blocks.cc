@@ -25,7 +25,7 @@ bool ParallelAxesAt(const model::Robot& robot, int i) {
   const bool proximal = robot.convention == model::DhConvention::kProximal;
   const int other = proximal ? i - 1 : i + 1;
   if (other < 0 || other >= robot.size()) return false;
-  const model::Joint& link = robot.joints[static_cast<std::size_t>(i)];
+  const model::Joint& link = robot.joints[i];
   // z of one axis in the frame of the other: (sin beta, -sin alpha cos beta, cos alpha cos beta)
   return std::hypot(std::sin(link.beta_rad), std::sin(link.alpha_rad) * std::cos(link.beta_rad)) <
          kLeastSine;
@@ -38,13 +38,13 @@ double BlockColumn::Largest() const {
 }
 
 bool IsDeclared(const model::CellModel& cell, std::string_view id) {
-  return std::any_of(cell.effects.begin(), cell.effects.end(),
-                     [&](const model::WrittenEffect& effect) { return effect.id == id; });
+  return std::ranges::any_of(cell.effects,
+                             [&](const model::WrittenEffect& effect) { return effect.id == id; });
 }
 
 model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec, std::string_view word,
                                std::uint32_t prismatic, int joint) {
-  const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
+  const effects::ParameterSpec& parameter = traits.parameters[spec];
   const model::Interval range = effects::PlausibleOf(parameter, word, prismatic, joint);
   if (parameter.inverse) return {0, 1 / std::max(1e-9, range.low)};
   return {range.low * parameter.to_SI, range.high * parameter.to_SI};
@@ -65,11 +65,12 @@ namespace {
 /// The parameters of one spec and one joint that exist on this arm.
 void AddParameters(const model::Robot& robot, const effects::ParameterSpec& parameter, int spec,
                    int joint, std::vector<effects::TermParameter>& parameters) {
-  const model::JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
+  const model::JointType type = robot.joints[joint].type;
   if (parameter.only.value_or(type) != type || (parameter.not_of_first && joint == 0)) return;
   if (parameter.parallel_axes_only && !ParallelAxesAt(robot, joint)) return;
   if (effects::IsOfTwoJoints(parameter)) {
-    for (int of = 0; of < joint; ++of) parameters.push_back({spec, joint, 1, of});
+    for (int inboard = 0; inboard < joint; ++inboard)
+      parameters.push_back({spec, joint, 1, inboard});
   } else if (effects::IsOfJointAndLink(parameter)) {
     for (int link = joint; link < robot.size(); ++link) {
       parameters.push_back({spec, joint, 1, link});
@@ -113,7 +114,7 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
   block.term.word = word;
   block.term.prismatic = effects::PrismaticJoints(data.cell.robot);
   for (int spec = 0; spec < static_cast<int>(traits.parameters.size()); ++spec) {
-    const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
+    const effects::ParameterSpec& parameter = traits.parameters[spec];
     if (parameter.role != effects::ParameterRole::kSize) continue;
     if (parameter.name.find('#') == std::string_view::npos) {
       block.term.parameters.push_back({spec});
@@ -141,8 +142,7 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
 bool HasContinuousShape(const Block& block) {
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
-    const effects::ParameterSpec& spec =
-        specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
+    const effects::ParameterSpec& spec = specs[block.term.parameters[k].spec];
     // The sine and cosine columns represent the phase.
     if (spec.role != effects::ParameterRole::kShape || effects::IsEventTime(spec) ||
         spec.unit == "rad")
@@ -161,24 +161,23 @@ bool ActsFromEventTime(const effects::EffectTerm& term) {
 
 bool IsLinear(const effects::EffectTerm& term) {
   const auto& specs = term.effect->traits().parameters;
-  return std::all_of(
-      term.parameters.begin(), term.parameters.end(), [&](const effects::TermParameter& own) {
-        const effects::ParameterSpec& spec = specs[static_cast<std::size_t>(own.spec)];
-        return spec.role == effects::ParameterRole::kSize && !spec.inverse &&
-               spec.value_of_linear == nullptr;
-      });
+  return std::ranges::all_of(term.parameters, [&](const effects::TermParameter& own) {
+    const effects::ParameterSpec& spec = specs[own.spec];
+    return spec.role == effects::ParameterRole::kSize && !spec.inverse &&
+           spec.value_of_linear == nullptr;
+  });
 }
 
 bool RepeatsWithAngle(const effects::Effect& effect) {
   const auto& specs = effect.traits().parameters;
-  return std::any_of(specs.begin(), specs.end(), effects::IsCycles);
+  return std::ranges::any_of(specs, effects::IsCycles);
 }
 
 std::optional<PeriodicLine> LineOf(const Block& block) {
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
     const effects::TermParameter& parameter = block.term.parameters[k];
-    if (!effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
+    if (!effects::IsCycles(specs[parameter.spec])) continue;
     return PeriodicLine{parameter.joint, block.columns.front().values[k], 0, 0};
   }
   return std::nullopt;
@@ -218,26 +217,27 @@ double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row) {
 
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out) {
-  const Gradient& of = linear.gradients[row];
+  const Gradient& gradient = linear.gradients[row];
   if (block.empirical()) {
     for (const BlockColumnIndex k : block.columns.indices()) {
       const BlockColumn& column = block.columns[k];
-      out.col(k.value()) = FactorOf(data, column, row) * of.col(column.entry);
+      out.col(k.value()) = FactorOf(data, column, row) * gradient.col(column.entry);
     }
     return;
   }
-  const bool alike = std::all_of(
-      block.columns.begin(), block.columns.end(),
-      [&](const BlockColumn& column) { return column.values == block.columns.front().values; });
+  const bool alike = std::ranges::all_of(block.columns, [&](const BlockColumn& column) {
+    return column.values == block.columns.front().values;
+  });
   if (alike) {
     std::vector<int> which;
     for (const BlockColumn& column : block.columns) which.push_back(column.parameter);
-    TermColumns(block.term, block.columns.front().values, which, data.conditions[row], of, out);
+    TermColumns(block.term, block.columns.front().values, which, data.conditions[row], gradient,
+                out);
     return;
   }
   for (const BlockColumnIndex k : block.columns.indices()) {
     const std::array<int, 1> which = {block.columns[k].parameter};
-    TermColumns(block.term, block.columns[k].values, which, data.conditions[row], of,
+    TermColumns(block.term, block.columns[k].values, which, data.conditions[row], gradient,
                 out.middleCols<1>(k.value()));
   }
 }

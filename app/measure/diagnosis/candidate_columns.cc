@@ -18,8 +18,8 @@ std::vector<BlockIndex> CandidateColumns::Add(const std::vector<Block>& blocks) 
   const BlockIndex first(blocks_.size());
   std::vector<BlockIndex> indices;
   for (const Block& block : blocks) {
-    const auto known = std::find_if(blocks_.begin(), blocks_.end(),
-                                    [&](const Block& other) { return SameColumns(other, block); });
+    const auto known = std::ranges::find_if(
+        blocks_, [&](const Block& other) { return SameColumns(other, block); });
     indices.push_back(known == blocks_.end() ? List(block) : BlockIndex(known - blocks_.begin()));
   }
   if (first.offset() < blocks_.size()) AddColumns(first);
@@ -67,7 +67,7 @@ void CandidateColumns::Normalise(Eigen::Ref<Eigen::MatrixXd> added,
   for (int k = 0; k < static_cast<int>(added.cols()); ++k) {
     auto column = added.col(k);
     const double length = column.norm();
-    const bool seen = length > kMinObservable * raw_lengths[static_cast<std::size_t>(k)] &&
+    const bool seen = length > kMinObservable * raw_lengths[k] &&
                       length * At(ColumnIndex(used_ + k)).Largest() > kMinSignal;
     length_.push_back(seen ? length : 0);
     if (seen) {
@@ -105,7 +105,7 @@ IndexRange<ColumnIndex> CandidateColumns::ColumnsIn(BlockIndex block) const {
 }
 
 std::vector<ColumnIndex> CandidateColumns::ObservableIn(std::vector<BlockIndex> blocks) const {
-  std::sort(blocks.begin(), blocks.end());
+  std::ranges::sort(blocks);
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<ColumnIndex> columns;
   for (const BlockIndex block : blocks) {

@@ -59,8 +59,7 @@ std::map<std::string, double> BestScores(const FindingsContext& context) {
 
 std::string OutcomeText(const CandidateOutcome& considered, const std::vector<Rival>& rivals) {
   if (considered.taken) return "selected";
-  if (std::any_of(rivals.begin(), rivals.end(),
-                  [&](const Rival& rival) { return rival.id == considered.id; })) {
+  if (std::ranges::any_of(rivals, [&](const Rival& rival) { return rival.id == considered.id; })) {
     return "a rival: these rows cannot distinguish it from the answer";
   }
   if (!considered.reason.empty()) return considered.reason;
@@ -76,10 +75,9 @@ void NoteUntested(const Candidates& candidates, Diagnosis& diagnosis) {
   for (const ExcludedCandidate& excluded : candidates.excluded) {
     const auto confused = [&](const Finding& finding) {
       const auto& ids = finding.effect.term.effect->traits().confused_with;
-      return std::find(ids.begin(), ids.end(), excluded.id) != ids.end();
+      return std::ranges::find(ids, excluded.id) != ids.end();
     };
-    if (!excluded.real ||
-        std::none_of(diagnosis.findings.begin(), diagnosis.findings.end(), confused)) {
+    if (!excluded.real || std::ranges::none_of(diagnosis.findings, confused)) {
       continue;
     }
     untested.push_back(fmt::format("{} ({})", EffectName(excluded.id), excluded.reason));
@@ -101,7 +99,7 @@ void AddCandidateOutcomes(const FindingsContext& context, const Candidates& cand
                           ? context.best.score
                           : std::min(context.best.score, context.ranked.front().score);
   for (auto& [id, considered] : BestAlone(context)) {
-    considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
+    considered.taken = std::ranges::find(taken, id) != taken.end();
     const auto score = best_with.find(id);
     if (score != best_with.end()) {
       considered.evidence_gap = score->second - best;
@@ -118,10 +116,10 @@ void AddCandidateOutcomes(const FindingsContext& context, const Candidates& cand
     considered.id = missing.id;
     considered.reason = missing.reason;
   }
-  std::stable_sort(diagnosis.considered.begin(), diagnosis.considered.end(),
-                   [](const CandidateOutcome& a, const CandidateOutcome& b) {
-                     return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
-                   });
+  std::ranges::stable_sort(diagnosis.considered,
+                           [](const CandidateOutcome& a, const CandidateOutcome& b) {
+                             return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
+                           });
 }
 
 }  // namespace plumbline::measure

@@ -59,7 +59,7 @@ CandidateSet::Basis CandidateSet::IndependentColumns(
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   ByRows L = ByRows::Zero(n, n);
   Eigen::VectorXd left(n), along(n);
-  const auto column = [&columns](int place) { return columns[static_cast<std::size_t>(place)]; };
+  const auto column = [&columns](int place) { return columns[place]; };
   for (int i = 0; i < n; ++i) left[i] = columns_.Gram(column(i), column(i));
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
@@ -79,8 +79,8 @@ CandidateSet::Basis CandidateSet::IndependentColumns(
     left[best] = -1;
     chosen.push_back(best);
   }
-  std::sort(chosen.begin(), chosen.end());
-  for (const int place : chosen) basis.columns.push_back(columns[static_cast<std::size_t>(place)]);
+  std::ranges::sort(chosen);
+  for (const int place : chosen) basis.columns.push_back(columns[place]);
   return basis;
 }
 
@@ -90,10 +90,10 @@ SupportFit CandidateSet::FitOf(const std::vector<ColumnIndex>& columns) const {
   Eigen::VectorXd moment(n);
   std::vector<SupportFit::Unit> units;
   for (int i = 0; i < n; ++i) {
-    const ColumnIndex column = columns[static_cast<std::size_t>(i)];
+    const ColumnIndex column = columns[i];
     moment[i] = columns_.Moment(column);
     for (int j = 0; j < n; ++j) {
-      gram(i, j) = columns_.Gram(column, columns[static_cast<std::size_t>(j)]);
+      gram(i, j) = columns_.Gram(column, columns[j]);
     }
     gram(i, i) += columns_.PriorPrecision(column);
     const BlockIndex block = columns_.BlockOf(column);
@@ -117,7 +117,7 @@ Explanation CandidateSet::ExplanationOf(const std::vector<ColumnIndex>& columns,
   explanation.values.resize(static_cast<int>(places.size()));
   double prior = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const ColumnIndex column = columns[static_cast<std::size_t>(places[i])];
+    const ColumnIndex column = columns[places[i]];
     const double value = fit.Value(places[i]);
     explanation.columns.push_back(column);
     explanation.values[static_cast<int>(i)] = value / columns_.Length(column);
@@ -176,11 +176,11 @@ Indexed<BlockColumnIndex, double> CandidateSet::MinimumDetectable(BlockIndex blo
   Indexed<BlockColumnIndex, double> sizes(blocks()[block].columns.size(), 0.0);
   for (const ColumnIndex column : columns_.ColumnsIn(block)) {
     if (columns_.Length(column) == 0) continue;
-    const BlockColumn& of = columns_.At(column);
+    const BlockColumn& unknown = columns_.At(column);
     const double threshold =
-        UnitCost(block, of.unit) + block_cost + EffectCost() * Inflation(block);
+        UnitCost(block, unknown.unit) + block_cost + EffectCost() * Inflation(block);
     const double value = (std::sqrt(threshold) + kPower90) / columns_.Length(column);
-    if (value < of.Largest())
+    if (value < unknown.Largest())
       sizes[columns_.WithinBlock(column)] = value * columns_.RawRms_m(column);
   }
   return sizes;

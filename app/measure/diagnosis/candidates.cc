@@ -18,8 +18,8 @@ constexpr std::array kInstrumentSignals = {effects::Signal::kCamera, effects::Si
                                            effects::Signal::kCameras};
 
 bool Varies(const Dataset& data, std::string_view column) {
-  return std::any_of(data.signals.begin(), data.signals.end(),
-                     [&](const RecordedSignal& signal) { return signal.column == column; });
+  return std::ranges::any_of(data.signals,
+                             [&](const RecordedSignal& signal) { return signal.column == column; });
 }
 
 /// True if positions are of different cameras, or of a camera and another instrument.
@@ -43,9 +43,9 @@ std::vector<std::string_view> WordsOf(const Dataset& data, const effects::Effect
   }
   if (!traits.of_one_camera) return words;
   const auto measured_nothing = [&](std::string_view word) {
-    return std::none_of(
-        data.conditions.begin(), data.conditions.end(),
-        [&](const effects::Conditions& of_row) { return of_row.camera_name == word; });
+    return std::ranges::none_of(data.conditions, [&](const effects::Conditions& of_row) {
+      return of_row.camera_name == word;
+    });
   };
   words.erase(std::remove_if(words.begin(), words.end(), measured_nothing), words.end());
   return words;
@@ -155,8 +155,8 @@ Candidates CandidatesFor(const Dataset& data) {
           {id, "already estimated, since the tool is declared as unknown"});
       continue;
     }
-    const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
-                                      [&](effects::Signal signal) { return !Has(data, signal); });
+    const auto lacking = std::ranges::find_if(
+        traits.needs, [&](effects::Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
       candidates.excluded.push_back(
           {id, MissingSignalReason(data, *lacking), MayActWithout(*lacking)});
@@ -168,10 +168,10 @@ Candidates CandidatesFor(const Dataset& data) {
       continue;
     }
     for (const std::string_view word : WordsOf(data, traits)) {
-      const auto lacking_word = std::find_if(traits.word_needs.begin(), traits.word_needs.end(),
-                                             [&](const effects::VariantSignal& need) {
-                                               return need.word == word && !Has(data, need.signal);
-                                             });
+      const auto lacking_word =
+          std::ranges::find_if(traits.word_needs, [&](const effects::VariantSignal& need) {
+            return need.word == word && !Has(data, need.signal);
+          });
       if (lacking_word != traits.word_needs.end()) {
         candidates.excluded.push_back(
             {fmt::format("{} ({})", id, word), MissingSignalReason(data, lacking_word->signal)});
@@ -202,11 +202,10 @@ std::vector<Block> BlocksOf(const Dataset& data,
 double EffectsConsidered(const Dataset& data) {
   const auto catalogue = effects::Catalogue();
   return static_cast<double>(
-      std::count_if(catalogue.begin(), catalogue.end(), [&data](const effects::Effect* effect) {
-        return std::all_of(kInstrumentSignals.begin(), kInstrumentSignals.end(),
-                           [&](effects::Signal signal) {
-                             return !effect->traits().Needs(signal) || Has(data, signal);
-                           });
+      std::ranges::count_if(catalogue, [&data](const effects::Effect* effect) {
+        return std::ranges::all_of(kInstrumentSignals, [&](effects::Signal signal) {
+          return !effect->traits().Needs(signal) || Has(data, signal);
+        });
       }));
 }
 

@@ -9,7 +9,7 @@ CarriedColumns::CarriedColumns(const LinearProblem& problem, const std::vector<i
     : layout_(problem.layout()),
       carriers_(layout_.total(), static_cast<Eigen::Index>(entries.size())) {
   for (Eigen::Index a = 0; a < carriers_.cols(); ++a) {
-    carriers_.col(a) = problem.Carrier(entries[static_cast<std::size_t>(a)]);
+    carriers_.col(a) = problem.Carrier(entries[a]);
   }
   const NuisanceProjection& nuisances = problem.nuisances();
   const auto rows = problem.rows().indices();
@@ -23,7 +23,7 @@ CarriedColumns::CarriedColumns(const LinearProblem& problem, const std::vector<i
   const auto count = static_cast<Eigen::Index>(rows_.size());
   products_.resize(count, NumberOf(0, width()));
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto carrier = layout_.PartOf(carriers_, rows_[static_cast<std::size_t>(k)]);
+    const auto carrier = layout_.PartOf(carriers_, rows_[k]);
     for (int b = 0; b < width(); ++b) {
       for (int a = 0; a <= b; ++a) {
         products_(k, NumberOf(a, b)) = carrier.col(a).dot(carrier.col(b));
@@ -58,8 +58,7 @@ void CarriedColumns::AddSegment(int first, int count, const Eigen::MatrixXd& bas
   segment.along_basis.resize(count, width() * segment.rank);
   for (int k = 0; k < count; ++k) {
     const FitRowIndex row = rows_[static_cast<std::size_t>(first) + static_cast<std::size_t>(k)];
-    const auto of_row =
-        basis.middleRows(first_residual[static_cast<std::size_t>(k)], layout_.count(row));
+    const auto of_row = basis.middleRows(first_residual[k], layout_.count(row));
     for (int a = 0; a < width(); ++a) {
       segment.along_basis.row(k).segment(a * segment.rank, segment.rank) =
           layout_.PartOf(carriers_, row).col(a).transpose().lazyProduct(of_row);
@@ -101,10 +100,12 @@ Eigen::MatrixXd CarriedColumns::Gram(const Eigen::Ref<const Eigen::MatrixXd>& fa
 /// Sums over the rows after a step, updated one row at a time.
 class CarriedColumns::StepSums {
  public:
-  explicit StepSums(const CarriedColumns& of)
-      : of_(of), gram_(Eigen::MatrixXd::Zero(of.width(), of.width())), in_places_(gram_) {
-    for (const Segment& segment : of.segments_) {
-      along_.emplace_back(Eigen::MatrixXd::Zero(segment.rank, of.width()));
+  explicit StepSums(const CarriedColumns& carried)
+      : of_(carried),
+        gram_(Eigen::MatrixXd::Zero(carried.width(), carried.width())),
+        in_places_(gram_) {
+    for (const Segment& segment : carried.segments_) {
+      along_.emplace_back(Eigen::MatrixXd::Zero(segment.rank, carried.width()));
     }
   }
 
@@ -115,11 +116,11 @@ class CarriedColumns::StepSums {
         gram_(b, a) = gram_(a, b);
       }
     }
-    const int place = of_.segment_of_[static_cast<std::size_t>(position)];
+    const int place = of_.segment_of_[position];
     if (place >= 0) {
-      Eigen::MatrixXd& along = along_[static_cast<std::size_t>(place)];
+      Eigen::MatrixXd& along = along_[place];
       in_places_ -= along.transpose().lazyProduct(along);
-      AddTo(along, of_.segments_[static_cast<std::size_t>(place)], position);
+      AddTo(along, of_.segments_[place], position);
       in_places_ += along.transpose().lazyProduct(along);
     }
     AddTo(along_.back(), of_.segments_.back(), position);
@@ -149,7 +150,7 @@ std::vector<Eigen::MatrixXd> CarriedColumns::GramsOfSteps(const std::vector<int>
   std::vector<Eigen::MatrixXd> grams(from.size());
   auto next = static_cast<int>(sorted.size());
   for (std::size_t step = from.size(); step-- > 0;) {
-    while (next > from[step]) sums.Add(sorted[static_cast<std::size_t>(--next)]);
+    while (next > from[step]) sums.Add(sorted[--next]);
     grams[step] = sums.Projected();
   }
   return grams;

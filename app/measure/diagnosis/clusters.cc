@@ -33,7 +33,7 @@ void CutAtGaps(const RowPlaces& places, std::vector<RowIndex> rows,
                std::vector<std::vector<RowIndex>>& parts) {
   for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
     const auto at = [&](RowIndex row) { return places[row][axis]; };
-    std::sort(rows.begin(), rows.end(), [&](RowIndex a, RowIndex b) { return at(a) < at(b); });
+    std::ranges::sort(rows, [&](RowIndex a, RowIndex b) { return at(a) < at(b); });
     const auto gap = [&](RowIndex a, RowIndex b) { return at(b) - at(a) > 1; };
     auto cut = std::adjacent_find(rows.begin(), rows.end(), gap);
     if (cut == rows.end()) continue;
@@ -56,15 +56,13 @@ std::vector<int> Linked(const RowPlaces& places, const std::vector<RowIndex>& ro
   std::vector<int> leader(rows.size());
   std::iota(leader.begin(), leader.end(), 0);
   const auto leader_of = [&](int k) {
-    while (leader[static_cast<std::size_t>(k)] != k) {
-      const int up = leader[static_cast<std::size_t>(k)];
-      k = leader[static_cast<std::size_t>(k)] = leader[static_cast<std::size_t>(up)];
+    while (leader[k] != k) {
+      const int up = leader[k];
+      k = leader[k] = leader[up];
     }
     return k;
   };
-  const auto place = [&](int k) -> const std::vector<double>& {
-    return places[rows[static_cast<std::size_t>(k)]];
-  };
+  const auto place = [&](int k) -> const std::vector<double>& { return places[rows[k]]; };
   // Sweep along the coordinate with the widest spread.
   std::size_t widest = 0;
   double width = -1;
@@ -80,19 +78,18 @@ std::vector<int> Linked(const RowPlaces& places, const std::vector<RowIndex>& ro
     }
   }
   std::vector<int> order(leader);
-  std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return place(a)[widest] < place(b)[widest]; });
+  std::ranges::sort(order, [&](int a, int b) { return place(a)[widest] < place(b)[widest]; });
   for (int i = 0; i < count; ++i) {
-    const int a = order[static_cast<std::size_t>(i)];
+    const int a = order[i];
     for (int j = i + 1; j < count; ++j) {
-      const int b = order[static_cast<std::size_t>(j)];
+      const int b = order[j];
       if (place(b)[widest] - place(a)[widest] > 1) break;
       const bool near = std::equal(place(a).begin(), place(a).end(), place(b).begin(),
                                    [](double x, double y) { return std::abs(x - y) <= 1; });
-      if (near) leader[static_cast<std::size_t>(leader_of(b))] = leader_of(a);
+      if (near) leader[leader_of(b)] = leader_of(a);
     }
   }
-  for (int k = 0; k < count; ++k) leader[static_cast<std::size_t>(k)] = leader_of(k);
+  for (int k = 0; k < count; ++k) leader[k] = leader_of(k);
   return leader;
 }
 

@@ -75,8 +75,7 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
 }  // namespace
 
 bool IsRevolute(const Dataset& data, int joint) {
-  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type !=
-         model::JointType::kPrismatic;
+  return data.cell.robot.joints[joint].type != model::JointType::kPrismatic;
 }
 
 bool UsesPayload(const Dataset& data) {

@@ -57,7 +57,8 @@ std::vector<Tested> TestsOf(const TestedFit& fit, const std::vector<Equation>& e
   const Eigen::Index first = residual.size() - static_cast<Eigen::Index>(equations.size());
   std::vector<Tested> tested;
   for (std::size_t k = 0; k < equations.size(); ++k) {
-    if (!equations[k].of.distance && !equations[k].of.artefact) continue;  // no reference to name
+    if (!equations[k].reference.distance && !equations[k].reference.artefact)
+      continue;  // no reference to name
     const Eigen::Index at = first + static_cast<Eigen::Index>(k);
     const double independence =
         1 - nuisances.Leverage(static_cast<int>(at)) - basis.row(at).squaredNorm();
@@ -70,9 +71,9 @@ std::vector<Tested> TestsOf(const TestedFit& fit, const std::vector<Equation>& e
 
 std::string SentenceOf(const Tested& test, const model::CellModel& cell) {
   const Equation& equation = *test.equation;
-  const std::string name = NameOf(equation.of, cell);
+  const std::string name = NameOf(equation.reference, cell);
   const std::string size = fmt::format("{:.0f} standard deviations", test.z);
-  return equation.of.distance
+  return equation.reference.distance
              ? fmt::format("{} is declared as {:.6g} mm, but is {:.6g} mm by all other data ({})",
                            name, 1e3 * equation.declared_m,
                            1e3 * (equation.declared_m - test.difference_m), size)
@@ -117,7 +118,7 @@ Explanation FitSameColumns(const CandidateSet& from, const Explanation& explanat
       }
     }
   }
-  std::sort(columns.begin(), columns.end());
+  std::ranges::sort(columns);
   return candidate_set.FitColumns(columns);
 }
 
@@ -173,7 +174,7 @@ Result<TestedReferences> TestReferences(const Identified& found) {
       kChance / static_cast<double>(std::max<std::size_t>(1, tested.size())), 1));
   std::map<Reference, Tested> largest;
   for (const Tested& test : tested) {
-    Tested& of_reference = largest[test.equation->of];
+    Tested& of_reference = largest[test.equation->reference];
     if (of_reference.equation == nullptr || of_reference.z < test.z) of_reference = test;
   }
   references.tested = static_cast<int>(largest.size());
@@ -182,8 +183,9 @@ Result<TestedReferences> TestReferences(const Identified& found) {
     references.contradicting.push_back({reference, test.z, SentenceOf(test, found.fit.data.cell)});
     result.largest_m = std::max(result.largest_m, std::abs(test.difference_m));
   }
-  std::stable_sort(references.contradicting.begin(), references.contradicting.end(),
-                   [](const Contradiction& a, const Contradiction& b) { return a.z > b.z; });
+  std::ranges::stable_sort(
+      references.contradicting,
+      [](const Contradiction& a, const Contradiction& b) { return a.z > b.z; });
   return result;
 }
 

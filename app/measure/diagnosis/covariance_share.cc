@@ -28,7 +28,7 @@ Adjusted AdjustedOf(const Refit& refit, int effect) {
 /// variance of a row.
 double VarianceByItself(const Identified& found, int effect) {
   const FitProblem& fit = found.fit;
-  const effects::ActiveEffect& active = found.refit.model.effects[static_cast<std::size_t>(effect)];
+  const effects::ActiveEffect& active = found.refit.model.effects[effect];
   const Adjusted adjusted = AdjustedOf(found.refit, effect);
   if (adjusted.values.empty()) return 0;
   const Eigen::MatrixXd covariance =
@@ -55,8 +55,7 @@ double CovarianceShare(const Identified& found, double discrepancy_parameters) {
   for (std::size_t effect = 0; effect < found.refit.model.effects.size(); ++effect) {
     apart += VarianceByItself(found, static_cast<int>(effect));
   }
-  const auto held = static_cast<double>(
-      std::count(found.refit.identifiable.begin(), found.refit.identifiable.end(), true));
+  const auto held = static_cast<double>(std::ranges::count(found.refit.identifiable, true));
   const double together = std::max(held, discrepancy_parameters);
   return apart > together ? together / apart : 1;
 }

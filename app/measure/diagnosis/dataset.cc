@@ -7,13 +7,13 @@
 namespace plumbline::measure {
 
 bool Dataset::reads_ranges() const {
-  return std::any_of(observations.begin(), observations.end(),
-                     [](const Observation& of) { return IsRange(of.kind); });
+  return std::ranges::any_of(
+      observations, [](const Observation& observation) { return IsRange(observation.kind); });
 }
 
 bool Dataset::instrument_used() const {
-  return std::any_of(observations.begin(), observations.end(),
-                     [](const Observation& of) { return !OnArtefact(of.kind); });
+  return std::ranges::any_of(
+      observations, [](const Observation& observation) { return !OnArtefact(observation.kind); });
 }
 
 RowLayout Dataset::layout() const {
@@ -47,7 +47,7 @@ FitRows EveryRow(const Dataset& data) {
 FitRows EvenlySpacedRows(const Dataset& data, int most) {
   FitRows rows;
   const int count = data.rows(), taken = std::min(count, most);
-  rows.reserve(static_cast<std::size_t>(taken));
+  rows.reserve(taken);
   for (int k = 0; k < taken; ++k) rows.emplace_back(std::int64_t{k} * count / taken);
   return rows;
 }

@@ -76,7 +76,7 @@ void NoiseFromRepeats(Dataset& data, const PerRow<double>& stated_m) {
   std::vector<double>& squares = lengths ? of_lengths : of_points;
   data.repeat_freedom = static_cast<int>(squares.size()) * (lengths ? 1 : 3);
   if (data.repeat_freedom < kMinRepeatFreedom) return;
-  std::sort(squares.begin(), squares.end());
+  std::ranges::sort(squares);
   // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
   const double median = squares[squares.size() / 2];
   data.repeat_sigma_m = std::sqrt(median / (lengths ? 0.4549 : 2.366));
@@ -118,7 +118,7 @@ constexpr double kNotableShare = 0.1;
 void AddReadingError(Dataset& data) {
   PerRow<double> steps_rad;
   for (const MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad.value_or(0));
-  data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
+  data.q_step_rad = *std::ranges::max_element(steps_rad);
   const ReadingError error = ReadingErrorOf(data, steps_rad);
   data.reading_radius_m = error.radius_m;
   data.reading_sigma_m = error.sigma_m;
@@ -221,11 +221,11 @@ void SetNoise(Dataset& data) {
   NoiseFromRepeats(data, stated_m);
   const std::vector<MeasuredRow>& rows = data.table.rows;
   const auto states = [](const MeasuredRow& row) { return row.sigma_m.has_value(); };
-  if (std::any_of(rows.begin(), rows.end(), states)) {
+  if (std::ranges::any_of(rows, states)) {
     data.row_sigma_m = LowerMedian(stated_m);
     data.sigma_m = *data.row_sigma_m;
     data.sigma_origin = "median of the column sigma_mm";
-    if (data.cell.measurement.sigma_m && !std::all_of(rows.begin(), rows.end(), states)) {
+    if (data.cell.measurement.sigma_m && !std::ranges::all_of(rows, states)) {
       data.sigma_origin += ", declared where it is empty";
     }
     NoteReplacedSigma(data);

@@ -170,8 +170,8 @@ void NoteMissingSignals(Dataset& data) {
   }
   const bool tags = !data.cell.measurement.reference_tags_W.empty();
   const auto& rows = data.table.rows;
-  if (tags && std::none_of(rows.begin(), rows.end(),
-                           [](const MeasuredRow& row) { return !row.camera.empty(); })) {
+  if (tags &&
+      std::ranges::none_of(rows, [](const MeasuredRow& row) { return !row.camera.empty(); })) {
     data.notes.push_back(fmt::format(
         "[measurement] reference_tags_mm has no effect, because no {}, or the errors of the tags "
         "are not included in the stated uncertainties",
@@ -266,8 +266,8 @@ constexpr double kStandstill = 1e-4;  // [rad] or [m]; a smaller movement counts
 
 void AddSignal(Dataset& data, std::string column, PerRow<double> values, bool of_joint) {
   RecordedSignal signal{std::move(column), std::move(values), of_joint};
-  signal.low = *std::min_element(signal.values.begin(), signal.values.end());
-  signal.high = *std::max_element(signal.values.begin(), signal.values.end());
+  signal.low = *std::ranges::min_element(signal.values);
+  signal.high = *std::ranges::max_element(signal.values);
   const double span = signal.high - signal.low;
   if (!(span > 1e-9 * (1 + std::abs(signal.high)))) return;
   std::set<long> distinct;
@@ -296,7 +296,7 @@ void FindSignals(Dataset& data) {
   if (data.loads_recorded()) add("payload_kg");
   for (const std::string& column : data.table.further) add(column);
   for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const model::JointType type = data.cell.robot.joints[static_cast<std::size_t>(i)].type;
+    const model::JointType type = data.cell.robot.joints[i].type;
     using Quantity = model::JointQuantity;
     for (const Quantity quantity :
          {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kTorque}) {
@@ -311,7 +311,7 @@ void FindStillJoints(Dataset& data) {
     const auto moved = [&](const MeasuredRow& row) {
       return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
     };
-    if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
+    if (std::ranges::any_of(data.table.rows, moved)) continue;
     data.still_joints.push_back(i);
     data.notes.push_back(fmt::format(
         "joint q{} never moved: effects that depend on it cannot be identified", i + 1));
@@ -349,8 +349,8 @@ Result<void> FindObservations(Dataset& data) {
     if (used) data.observations.push_back((*all)[row]);
   }
   table.rows = std::move(measured);
-  std::stable_sort(table.unmeasured.begin(), table.unmeasured.end(),
-                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  std::ranges::stable_sort(
+      table.unmeasured, [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
   if (table.unmeasured.empty()) return {};
   data.notes.push_back(
       fmt::format("{} rows have joint readings but no usable measurement (first: line {}): they "
@@ -388,7 +388,8 @@ Result<void> CheckRowCount(const Dataset& data) {
   const Nuisances nuisances(data);
   const int free_numbers = nuisances.size() - nuisances.equations();
   int residuals = 0;
-  for (const Observation& of : data.observations) residuals += ResidualsOf(of.kind);
+  for (const Observation& observation : data.observations)
+    residuals += ResidualsOf(observation.kind);
   const int of_row = data.rows() > 0 ? std::max(1, residuals / data.rows()) : 1;
   const int needed = std::max(kMinRows, (free_numbers + 3 + of_row - 1) / of_row);
   if (data.rows() >= needed) return {};
@@ -406,17 +407,18 @@ void FindUsed(Dataset& data) {
   data.used_artefacts.assign(data.cell.artefacts.size(), false);
   data.turned_sessions.assign(data.sessions.size(), false);
   for (const RowIndex row : data.row_indices()) {
-    const Observation& of = data.observations[row];
-    if (OnArtefact(of.kind)) data.used_artefacts[of.artefact] = true;
-    if (of.kind == ObservationKind::kPose) data.turned_sessions[data.session_of[row]] = true;
+    const Observation& observation = data.observations[row];
+    if (OnArtefact(observation.kind)) data.used_artefacts[observation.artefact] = true;
+    if (observation.kind == ObservationKind::kPose)
+      data.turned_sessions[data.session_of[row]] = true;
   }
 }
 
 /// Sets the conditions, loads and clusters of the rows.
 void SetConditions(Dataset& data) {
   const model::CellModel& cell = data.cell;
-  for (const Observation& of : data.observations) {
-    data.numbers.push_back({ResidualsOf(of.kind), {}});
+  for (const Observation& observation : data.observations) {
+    data.numbers.push_back({ResidualsOf(observation.kind), {}});
   }
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const MeasuredRow& row : data.table.rows) {

@@ -129,10 +129,9 @@ std::optional<DeclaredErrorColumns> ItemColumns(const LinearProblem& problem, co
                                                 const Linearisation& declared, int index,
                                                 int threads) {
   const Dataset& data = problem.data();
-  const model::PayloadItem& item = data.cell.payload_items[static_cast<std::size_t>(index)];
-  const auto carried =
-      std::count_if(problem.rows().begin(), problem.rows().end(),
-                    [&](RowIndex row) { return data.payloads[row].item == item.number; });
+  const model::PayloadItem& item = data.cell.payload_items[index];
+  const auto carried = std::ranges::count_if(
+      problem.rows(), [&](RowIndex row) { return data.payloads[row].item == item.number; });
   if (carried == 0 || static_cast<std::size_t>(carried) == problem.rows().size())
     return std::nullopt;
   const double deviation = std::max(kLeastMassDeviation_kg, item.mass_kg / 2);
@@ -179,14 +178,14 @@ std::vector<DeclaredErrorColumns> ItemErrors(const LinearProblem& problem, const
 bool TestsTips(const Dataset& data) {
   std::set<int> tools;
   for (const MeasuredRow& row : data.table.rows) tools.insert(row.tool_number.value_or(0));
-  const auto turned = std::find(data.turned_sessions.begin(), data.turned_sessions.end(), true);
+  const auto turned = std::ranges::find(data.turned_sessions, true);
   return !data.tip_free() && (tools.size() > 1 || turned != data.turned_sessions.end());
 }
 
 bool IsAtUnknownPlace(const Dataset& data, RowIndex row) {
-  const Observation& of = data.observations[row];
-  return OnArtefact(of.kind) &&
-         FreedomOf(data.cell.artefacts[of.artefact.offset()]).place == kErrorAxes;
+  const Observation& observation = data.observations[row];
+  return OnArtefact(observation.kind) &&
+         FreedomOf(data.cell.artefacts[observation.artefact.offset()]).place == kErrorAxes;
 }
 
 bool TestsMoves(const Dataset& data) {
@@ -194,7 +193,7 @@ bool TestsMoves(const Dataset& data) {
   for (const RowIndex row : data.row_indices()) {
     if (IsAtUnknownPlace(data, row)) ++rows[data.observations[row].artefact];
   }
-  return std::any_of(rows.begin(), rows.end(), [](std::size_t n) { return n >= 2 * kMinRows; });
+  return std::ranges::any_of(rows, [](std::size_t n) { return n >= 2 * kMinRows; });
 }
 
 std::vector<DeclaredErrorColumns> TipErrors(const LinearProblem& problem) {

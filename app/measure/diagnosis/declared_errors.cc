@@ -32,7 +32,7 @@ std::vector<SupportFit::Unit> UnitsOf(const CandidateSet& candidate_set,
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const BlockIndex block = candidate_set.BlockOfColumn(columns[k]);
     const int number = candidate_set.UnitOfColumn(columns[k]);
-    const auto same = std::find_if(units.begin(), units.end(), [&](const SupportFit::Unit& unit) {
+    const auto same = std::ranges::find_if(units, [&](const SupportFit::Unit& unit) {
       return unit.block == block && unit.number == number;
     });
     const int place = static_cast<int>(k);
@@ -43,8 +43,8 @@ std::vector<SupportFit::Unit> UnitsOf(const CandidateSet& candidate_set,
     }
   }
   for (SupportFit::Unit& unit : units) {
-    const auto of_block = std::count_if(
-        units.begin(), units.end(), [&](const auto& other) { return other.block == unit.block; });
+    const auto of_block =
+        std::ranges::count_if(units, [&](const auto& other) { return other.block == unit.block; });
     unit.cost += (candidate_set.BlockCost(unit.block) +
                   candidate_set.EffectCost() * candidate_set.Inflation(unit.block)) /
                  static_cast<double>(of_block);
@@ -68,7 +68,7 @@ ErrorFit FitError(const CandidateSet& candidate_set, const std::vector<ColumnInd
   Eigen::MatrixXd all(response.size(), count + axes);
   Eigen::VectorXd precision(count + axes);
   for (int k = 0; k < count; ++k) {
-    const ColumnIndex column = columns[static_cast<std::size_t>(k)];
+    const ColumnIndex column = columns[k];
     all.col(k) = candidate_set.columns().col(column.value());
     precision[k] = PrecisionOf(candidate_set, column);
   }
@@ -86,7 +86,7 @@ ErrorFit FitError(const CandidateSet& candidate_set, const std::vector<ColumnInd
   ErrorFit found;
   found.minimum = fit.minimum();
   for (const int place : fit.Places()) {
-    if (place < count) found.kept.push_back(columns[static_cast<std::size_t>(place)]);
+    if (place < count) found.kept.push_back(columns[place]);
   }
   found.offset.resize(axes);
   for (int axis = 0; axis < axes; ++axis) {
@@ -121,7 +121,7 @@ std::vector<EffectKey> EffectsOf(const CandidateSet& candidate_set,
   std::vector<EffectKey> keys;
   for (const ColumnIndex column : columns) {
     const EffectKey key = KeyOf(candidate_set.blocks()[candidate_set.BlockOfColumn(column)]);
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+    if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
   }
   return keys;
 }
@@ -140,7 +140,7 @@ std::optional<DeclaredError> DeclaredErrorFrom(const Answer& answer, const Decla
   const std::vector<ColumnIndex>& columns = answer.explanation.columns;
   const Dataset& data = candidate_set.problem().data();
   if (kind.what == What::kItemMass) {
-    const double declared_kg = data.cell.payload_items[static_cast<std::size_t>(kind.item)].mass_kg;
+    const double declared_kg = data.cell.payload_items[kind.item].mass_kg;
     if (declared_kg + fit.offset[0] <= 0) return std::nullopt;
   }
   const ColumnScore kept = ScoreOf(candidate_set, fit.kept);
@@ -175,13 +175,13 @@ std::vector<std::string> NamesOf(const std::vector<EffectKey>& effects) {
   std::vector<std::string> names;
   for (const EffectKey& effect : effects) {
     const std::string name = EffectName(effect.id);
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
 }
 
 const model::PayloadItem& ItemOf(const DeclaredError& error, const Dataset& data) {
-  return data.cell.payload_items[static_cast<std::size_t>(error.kind.item)];
+  return data.cell.payload_items[error.kind.item];
 }
 
 /// The error as a clause.
@@ -244,8 +244,7 @@ bool IsRejectedTouch(const FitProblem& fit, RowIndex row) {
 
 bool RejectsTouches(const FitProblem& fit) {
   const auto rows = fit.data.row_indices();
-  return std::any_of(rows.begin(), rows.end(),
-                     [&](RowIndex row) { return IsRejectedTouch(fit, row); });
+  return std::ranges::any_of(rows, [&](RowIndex row) { return IsRejectedTouch(fit, row); });
 }
 
 /// The fit with full weight for those rows: after a move, they are not misread.
@@ -261,8 +260,7 @@ void AddDoubts(const DeclaredError& error, const std::string& sentence, const Id
                Diagnosis& diagnosis) {
   for (const Finding& finding : diagnosis.findings) {
     const auto& replaced = error.instead_of;
-    if (std::find(replaced.begin(), replaced.end(), KeyOfFinding(finding)) == replaced.end())
-      continue;
+    if (std::ranges::find(replaced, KeyOfFinding(finding)) == replaced.end()) continue;
     diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term), sentence});
   }
   if (diagnosis.withheld.empty()) {
@@ -326,11 +324,11 @@ DeclaredErrorSearch SearchDeclaredErrors(const Identified& found, bool with_move
   if (!search.tested_moves) return search;
   // A move may hide behind effects that imitate it, so that it is also sought in the whole
   // residual.
-  const auto consider_moves = [&](const Answer& of) {
-    const LinearProblem& problem = of.candidate_set.problem();
+  const auto consider_moves = [&](const Answer& tried) {
+    const LinearProblem& problem = tried.candidate_set.problem();
     for (const Eigen::VectorXd& residual :
-         {of.candidate_set.Residual(of.explanation), Eigen::VectorXd(problem.response())}) {
-      if (const auto move = LikeliestMove(problem, residual)) consider(of, *move);
+         {tried.candidate_set.Residual(tried.explanation), Eigen::VectorXd(problem.response())}) {
+      if (const auto move = LikeliestMove(problem, residual)) consider(tried, *move);
     }
   };
   if (!RejectsTouches(found.fit)) {

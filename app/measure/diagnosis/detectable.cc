@@ -27,9 +27,9 @@ Eigen::VectorXd ScaleColumn(const LinearProblem& problem) {
   const model::CellModel& cell = problem.data().cell;
   Eigen::VectorXd column = Eigen::VectorXd::Zero(problem.response().size());
   for (int joint = 0; joint < cell.robot.size(); ++joint) {
-    const model::Joint& of = cell.robot.joints[static_cast<std::size_t>(joint)];
-    column += of.a_m * problem.Carrier(I::kLengthA * model::kMaxJoints + joint);
-    column += of.d_m * problem.Carrier(I::kOffsetD * model::kMaxJoints + joint);
+    const model::Joint& link = cell.robot.joints[joint];
+    column += link.a_m * problem.Carrier(I::kLengthA * model::kMaxJoints + joint);
+    column += link.d_m * problem.Carrier(I::kOffsetD * model::kMaxJoints + joint);
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (cell.tools() == 1) {
@@ -89,11 +89,10 @@ struct Detectability {
 };
 
 void Add(const CandidateSet& candidate_set, BlockIndex block, double cost, Detectability& found) {
-  const Block& of = candidate_set.blocks()[block];
+  const Block& shown = candidate_set.blocks()[block];
   const Indexed<BlockColumnIndex, double> limits_m = candidate_set.MinimumDetectable(block, cost);
   for (const BlockColumnIndex k : limits_m.indices()) {
-    const effects::TermParameter& parameter =
-        of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
+    const effects::TermParameter& parameter = shown.term.parameters[shown.columns[k].parameter];
     const SizeName name(parameter.joint, parameter.spec, parameter.of);
     (limits_m[k] > 0 ? found.detectable : found.undetectable).insert(name);
     found.limit_m = std::max(found.limit_m, limits_m[k]);
@@ -105,9 +104,9 @@ std::optional<NotObservable> UndetectableSizes(const std::string& id, const Dete
   const effects::EffectTraits& traits = effects::FindEffect(id)->traits();
   NotObservable sizes{id, {}, {}, {}};
   std::set<int> joints;
-  for (const auto& [joint, spec, of] : found.undetectable) {
-    if (found.detectable.contains({joint, spec, of})) continue;
-    sizes.parameters.push_back(effects::NameFromParameter(traits, {spec, joint, 1, of}));
+  for (const auto& [joint, spec, other] : found.undetectable) {
+    if (found.detectable.contains({joint, spec, other})) continue;
+    sizes.parameters.push_back(effects::NameFromParameter(traits, {spec, joint, 1, other}));
     if (joint >= 0) joints.insert(joint);
   }
   if (sizes.parameters.empty()) return std::nullopt;

@@ -80,9 +80,9 @@ std::vector<KindError> KindErrorsOf(const Dataset& data, const Diagnosis& diagno
   const double sigma_m = data.sigma_m > 0 ? data.sigma_m : diagnosis.sigma_m;
   std::vector<KindError> errors;
   errors.reserve(sums.size());
-  for (const auto& [kind, of] : sums) errors.push_back(ErrorOf(kind, of, sigma_m));
-  std::stable_sort(errors.begin(), errors.end(),
-                   [](const KindError& a, const KindError& b) { return a.rows > b.rows; });
+  for (const auto& [kind, sum] : sums) errors.push_back(ErrorOf(kind, sum, sigma_m));
+  std::ranges::stable_sort(errors,
+                           [](const KindError& a, const KindError& b) { return a.rows > b.rows; });
   return errors;
 }
 
@@ -95,9 +95,9 @@ void AddKindErrors(const Dataset& data, Diagnosis& diagnosis) {
   diagnosis.rms_after_m = most.after_m;
   diagnosis.noise_floor_m = most.noise_floor_m;
   // The most frequent kind of which rows were held out.
-  const auto held_out =
-      std::find_if(diagnosis.rms_by_kind.begin(), diagnosis.rms_by_kind.end(),
-                   [](const KindError& of) { return of.before_held_out_m.has_value(); });
+  const auto held_out = std::ranges::find_if(diagnosis.rms_by_kind, [](const KindError& error) {
+    return error.before_held_out_m.has_value();
+  });
   if (held_out == diagnosis.rms_by_kind.end()) return;
   diagnosis.held_out.before_m = *held_out->before_held_out_m;
   diagnosis.held_out.after_m = *held_out->after_held_out_m;

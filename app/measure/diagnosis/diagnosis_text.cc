@@ -178,9 +178,9 @@ std::string OriginText(const std::string& origin) {
 }
 
 bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
-  return std::any_of(
-      diagnosis.findings.begin(), diagnosis.findings.end(),
-      [](const Finding& finding) { return finding.effect.term.effect->traits().empirical; });
+  return std::ranges::any_of(diagnosis.findings, [](const Finding& finding) {
+    return finding.effect.term.effect->traits().empirical;
+  });
 }
 
 std::string MeasuringText(const NextPose& pose) {

@@ -19,7 +19,7 @@ namespace {
 
 /// Columns to fit: those of blocks, then curve terms, each assigned to a group.
 struct DiscrepancyDesign {
-  DiscrepancyModel of;
+  DiscrepancyModel model;
   std::vector<int> group;
   int groups = 0;
 };
@@ -54,9 +54,9 @@ void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
       const auto [group, inserted] = of_unit.emplace(specs[spec].unit, design.groups);
       if (inserted) ++design.groups;
       design.group.push_back(group->second);
-      design.of.size_columns.emplace_back(BlockIndex(design.of.blocks.size()), c);
+      design.model.size_columns.emplace_back(BlockIndex(design.model.blocks.size()), c);
     }
-    design.of.blocks.push_back(block);
+    design.model.blocks.push_back(block);
   }
 }
 
@@ -66,13 +66,13 @@ void AddJointCurves(const CandidateSet& candidate_set, const Explanation& named,
   const Dataset& data = problem.data();
   const int cycles = std::min(kMaxCycles, problem.clusters() / kClustersPerCycle);
   std::map<int, int> of_band;
-  const auto add = [&](int joint, double of) {
+  const auto add = [&](int joint, double cycles_per_turn) {
     const std::optional<SignalIndex> signal = SignalOfJoint(data, joint);
     if (!signal) return;
-    const auto [group, inserted] = of_band.emplace(BandOf(of), design.groups);
+    const auto [group, inserted] = of_band.emplace(BandOf(cycles_per_turn), design.groups);
     if (inserted) ++design.groups;
     for (const bool cosine : {false, true}) {
-      design.of.curves.push_back({joint, *signal, 0, of, cosine, 0});
+      design.model.curves.push_back({joint, *signal, 0, cycles_per_turn, cosine, 0});
       design.group.push_back(group->second);
     }
   };
@@ -82,8 +82,8 @@ void AddJointCurves(const CandidateSet& candidate_set, const Explanation& named,
   for (const BlockIndex index : named.blocks) {  // named lines at other cycles
     const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[index]);
     if (!line) continue;
-    const double of = line->cycles_per_turn;
-    if (of != std::round(of) || of > cycles) add(line->joint, of);
+    const double own = line->cycles_per_turn;
+    if (own != std::round(own) || own > cycles) add(line->joint, own);
   }
 }
 
@@ -96,7 +96,7 @@ void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
     if (degree < 1) continue;
     const auto add = [&](int entry) {
       for (int k = 1; k <= degree; ++k) {
-        design.of.curves.push_back({entry, s, k, 0, false, 0});
+        design.model.curves.push_back({entry, s, k, 0, false, 0});
         design.group.push_back(design.groups);
       }
     };
@@ -109,8 +109,7 @@ void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
 
 /// True for an empirical curve of a joint along its own angle.
 bool IsJointCurve(const Block& block) {
-  return block.empirical() &&
-         std::all_of(block.columns.begin(), block.columns.end(), [&](const BlockColumn& column) {
+  return block.empirical() && std::ranges::all_of(block.columns, [&](const BlockColumn& column) {
            return column.entry < model::kMaxJoints &&
                   block.term.drivers.front() == AngleColumn(column.entry);
          });
@@ -136,13 +135,13 @@ double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row) {
 Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design) {
   Eigen::MatrixXd columns(problem.response().size(), static_cast<int>(design.group.size()));
   int at = 0;
-  for (const Block& block : design.of.blocks) {
+  for (const Block& block : design.model.blocks) {
     const int width = block.columns.count();
     columns.middleCols(at, width) = problem.Columns(block, false);
     at += width;
   }
   Eigen::MatrixXd factor(problem.rows().count(), 1);
-  for (const CurveTerm& term : design.of.curves) {
+  for (const CurveTerm& term : design.model.curves) {
     for (const FitRowIndex j : problem.rows().indices()) {
       const double value = SignalAt(problem.data(), term, problem.rows()[j]);
       factor(j.value(), 0) = FactorAt(problem.data(), term, value);
@@ -158,21 +157,21 @@ std::vector<int> NamedColumns(const CandidateSet& candidate_set, const Explanati
   std::vector<int> chosen;
   const Coefficients of_named = candidate_set.CoefficientsOf(named);
   const auto holds = [&](const auto& alike) {
-    return std::any_of(of_named.begin(), of_named.end(), [&](const auto& size) {
+    return std::ranges::any_of(of_named, [&](const auto& size) {
       const Block& block = candidate_set.blocks()[size.first.first];
       return alike(block, size.first.second);
     });
   };
   int at = 0;
-  for (const auto& [index, column] : design.of.size_columns) {
-    const Block& own = design.of.blocks[index];
+  for (const auto& [index, column] : design.model.size_columns) {
+    const Block& own = design.model.blocks[index];
     const bool is_named = holds([&, c = column](const Block& block, BlockColumnIndex other) {
       return block.id == own.id && block.term.word == own.term.word && c == other;
     });
     if (is_named) chosen.push_back(at);
     ++at;
   }
-  for (const CurveTerm& term : design.of.curves) {
+  for (const CurveTerm& term : design.model.curves) {
     const bool is_named = holds([&](const Block& block, BlockColumnIndex) {
       const std::optional<PeriodicLine> line = LineOf(block);
       return line && term.degree == 0 && line->joint == term.entry &&
@@ -197,8 +196,8 @@ double SumOfVariances(const DiscrepancyDesign& design, const Eigen::MatrixXd& ra
   std::map<BlockIndex, std::vector<int>> of_blocks;
   std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and carrier
   int at = 0;
-  for (const auto& [block, column] : design.of.size_columns) of_blocks[block].push_back(at++);
-  for (const CurveTerm& term : design.of.curves) {
+  for (const auto& [block, column] : design.model.size_columns) of_blocks[block].push_back(at++);
+  for (const CurveTerm& term : design.model.curves) {
     of_curves[{term.signal, term.entry}].push_back(at++);
   }
   double sum = 0;
@@ -236,7 +235,7 @@ std::vector<int> Renumbered(const std::vector<int>& group, const std::vector<int
   std::map<int, int> numbers;
   std::vector<int> renumbered;
   for (const int column : columns) {
-    const int own = group[static_cast<std::size_t>(column)];
+    const int own = group[column];
     renumbered.push_back(numbers.emplace(own, static_cast<int>(numbers.size())).first->second);
   }
   return renumbered;
@@ -247,7 +246,7 @@ double VarianceCost(const ShrunkenFit& fit, const std::vector<int>& group) {
   double cost = 0;
   for (int g = 0; g < fit.effective_parameters.size(); ++g) {
     if (fit.effective_parameters[g] < kMinEffective) continue;
-    cost += std::log(static_cast<double>(1 + std::count(group.begin(), group.end(), g)));
+    cost += std::log(static_cast<double>(1 + std::ranges::count(group, g)));
   }
   return cost;
 }
@@ -352,7 +351,7 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& candidate
   // variance at the rows equals the joint one.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
   const double separately = SumOfVariances(design, raw, whole.covariance);
-  DiscrepancyModel discrepancy = std::move(design.of);
+  DiscrepancyModel discrepancy = std::move(design.model);
   int at = 0;
   for (const auto& column : discrepancy.size_columns)
     discrepancy.sizes[column] = whole.values[at++];

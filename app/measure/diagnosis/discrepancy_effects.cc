@@ -27,10 +27,9 @@ double NamedValue(const Model& named, const effects::EffectTerm& term,
 }
 
 bool IsNamed(const Model& named, const effects::EffectTerm& term) {
-  return std::any_of(named.effects.begin(), named.effects.end(),
-                     [&](const effects::ActiveEffect& effect) {
-                       return effect.term.effect == term.effect && effect.term.word == term.word;
-                     });
+  return std::ranges::any_of(named.effects, [&](const effects::ActiveEffect& effect) {
+    return effect.term.effect == term.effect && effect.term.word == term.word;
+  });
 }
 
 /// Rotation [rad] of a joint at angle q by named periodic lines and curves along that angle.
@@ -135,8 +134,7 @@ std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dat
     finding.effect.term.parameters.clear();
     const auto width = static_cast<Eigen::Index>(block.columns.size());
     for (const BlockColumnIndex c : block.columns.indices()) {
-      const effects::TermParameter& parameter =
-          block.term.parameters[static_cast<std::size_t>(block.columns[c].parameter)];
+      const effects::TermParameter& parameter = block.term.parameters[block.columns[c].parameter];
       finding.effect.term.parameters.push_back(parameter);
       finding.effect.values.push_back(discrepancy.sizes.at({b, c}) -
                                       NamedValue(named, block.term, parameter));
@@ -146,8 +144,8 @@ std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dat
       finding.covariance = discrepancy.covariance.block(at, at, width, width);
     }
     at += width;
-    const bool nothing = std::all_of(finding.effect.values.begin(), finding.effect.values.end(),
-                                     [](double value) { return value == 0; });
+    const bool nothing =
+        std::ranges::all_of(finding.effect.values, [](double value) { return value == 0; });
     if (!HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
     if (!nothing) added.push_back(std::move(finding));
   }

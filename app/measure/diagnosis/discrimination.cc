@@ -44,11 +44,11 @@ Discrimination::Discrimination(const CandidateSet& candidate_set,
   double best = explanations.front().score;
   for (const Explanation& explanation : explanations) best = std::min(best, explanation.score);
   for (int i = 0; i < n; ++i) {
-    const Explanation& explanation = explanations[static_cast<std::size_t>(i)];
+    const Explanation& explanation = explanations[i];
     sides_.push_back(SideOf(explanation));
     sides_.back().weight = std::exp((best - explanation.score) / 2);
     for (int j = 0; j < n; ++j) {
-      const double ahead = explanations[static_cast<std::size_t>(j)].score - explanation.score;
+      const double ahead = explanations[j].score - explanation.score;
       if (i != j && ahead < kRivalGap) {
         needed_(i, j) = std::pow(std::sqrt(kRivalGap - ahead) + kForNoise, 2);
       }
@@ -72,9 +72,9 @@ Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisatio
     Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + nuisances.size());
     Eigen::Index at = 0;
     for (const BlockIndex block : side.blocks) {
-      const Block& of = candidate_set_.blocks()[block];
-      Eigen::MatrixXd columns(count, of.columns.count());
-      ColumnsAt(data, linear, of, row, columns);
+      const Block& added = candidate_set_.blocks()[block];
+      Eigen::MatrixXd columns(count, added.columns.count());
+      ColumnsAt(data, linear, added, row, columns);
       X.middleCols(at, columns.cols()) = columns;
       at += columns.cols();
     }
@@ -129,8 +129,7 @@ double Discrimination::Gain(const Dataset& candidates, const Linearisation& line
       const double missing = needed_(i, j) - reached_(i, j);
       if (missing <= 0) continue;
       const double beyond = std::clamp(distances(i, j) - missing, 0.0, needed_(i, j));
-      gain += sides_[static_cast<std::size_t>(i)].weight *
-              (std::min(distances(i, j), missing) + kForMargin * beyond);
+      gain += sides_[i].weight * (std::min(distances(i, j), missing) + kForMargin * beyond);
     }
   }
   return gain;

@@ -14,7 +14,7 @@ namespace {
 std::vector<int> CarriersOf(const Block& block) {
   std::vector<int> carriers;
   for (const BlockColumn& column : block.columns) {
-    if (std::find(carriers.begin(), carriers.end(), column.entry) == carriers.end())
+    if (std::ranges::find(carriers, column.entry) == carriers.end())
       carriers.push_back(column.entry);
   }
   return carriers;
@@ -28,7 +28,7 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
   std::vector<std::vector<SignalIndex>> others;
   for (std::size_t place = 0; place < own.size(); ++place) {
     for (const SignalIndex signal : data.signals.indices()) {
-      if (std::find(own.begin(), own.end(), signal) != own.end()) continue;
+      if (std::ranges::find(own, signal) != own.end()) continue;
       if (own.size() > 1 && data.signals[signal].of_joint) continue;
       others.push_back(own);
       others.back()[place] = signal;
@@ -42,9 +42,10 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
 std::optional<Explanation> WithOtherDrivers(CandidateSet& candidate_set, const Explanation& best,
                                             BlockIndex block,
                                             const std::vector<SignalIndex>& drivers) {
-  const Block of = candidate_set.blocks()[block];
-  const std::optional<Block> other = BestEmpirical(
-      candidate_set.problem(), candidate_set.PartialResidual(best, block), drivers, CarriersOf(of));
+  const Block replaced = candidate_set.blocks()[block];
+  const std::optional<Block> other =
+      BestEmpirical(candidate_set.problem(), candidate_set.PartialResidual(best, block), drivers,
+                    CarriersOf(replaced));
   if (!other) return std::nullopt;
   const BlockIndex index = candidate_set.Add(*other);
   if (!candidate_set.Observable(index)) return std::nullopt;
@@ -58,9 +59,9 @@ std::optional<Explanation> WithOtherDrivers(CandidateSet& candidate_set, const E
 void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis) {
   const Dataset& data = candidate_set.problem().data();
   for (const BlockIndex block : best.blocks) {
-    const Block of = candidate_set.blocks()[block];
-    if (!of.empirical()) continue;
-    for (const std::vector<SignalIndex>& drivers : OtherDrivers(data, of)) {
+    const Block replaced = candidate_set.blocks()[block];
+    if (!replaced.empirical()) continue;
+    for (const std::vector<SignalIndex>& drivers : OtherDrivers(data, replaced)) {
       const std::optional<Explanation> other =
           WithOtherDrivers(candidate_set, best, block, drivers);
       const bool as_many = other && other->blocks.size() == best.blocks.size();
@@ -68,10 +69,10 @@ void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagn
       std::vector<std::string> columns;
       for (const SignalIndex driver : drivers) columns.push_back(data.signals[driver].column);
       Rival& rival = diagnosis.rivals.emplace_back();
-      rival.instead_of = rival.id = of.id;
-      rival.instead_of_word = fmt::format("{}", fmt::join(of.term.drivers, " and "));
+      rival.instead_of = rival.id = replaced.id;
+      rival.instead_of_word = fmt::format("{}", fmt::join(replaced.term.drivers, " and "));
       rival.word = fmt::format("{}", fmt::join(columns, " and "));
-      rival.signal_left = SignalLeft(candidate_set, best, KeyOf(of), other->blocks);
+      rival.signal_left = SignalLeft(candidate_set, best, KeyOf(replaced), other->blocks);
       rival.evidence_gap = other->score - best.score;
       diagnosis.rival_drivers.push_back(columns);
     }

@@ -19,15 +19,16 @@ constexpr double kMaxWaldRatio = 2;
 using UnitParameters = std::map<BlockUnit, std::vector<int>>;
 
 /// Indices into the covariance of the refitted sizes of each unit.
-UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExplanation& of) {
+UnitParameters SizesOfUnits(const CandidateSet& candidate_set,
+                            const RefittedExplanation& refitted) {
   const EffectsOfUnits from =
       EffectsAndUnits(candidate_set.problem().data(), candidate_set.blocks(),
-                      candidate_set.CoefficientsOf(of.explanation));
+                      candidate_set.CoefficientsOf(refitted.explanation));
   UnitParameters sizes;
-  for (std::size_t j = 0; j < of.refit.parameters.size(); ++j) {
-    const auto effect = static_cast<std::size_t>(of.refit.parameters[j].first);
-    const auto value = static_cast<std::size_t>(of.refit.parameters[j].second);
-    const effects::EffectTerm& term = of.refit.model.effects[effect].term;
+  for (std::size_t j = 0; j < refitted.refit.parameters.size(); ++j) {
+    const auto effect = static_cast<std::size_t>(refitted.refit.parameters[j].first);
+    const auto value = static_cast<std::size_t>(refitted.refit.parameters[j].second);
+    const effects::EffectTerm& term = refitted.refit.model.effects[effect].term;
     const auto spec = static_cast<std::size_t>(term.parameters[value].spec);
     if (term.effect->traits().parameters[spec].role != effects::ParameterRole::kSize) continue;
     sizes[from.units[effect][value]].push_back(static_cast<int>(j));
@@ -42,20 +43,15 @@ double Wald(const Refit& refit, const std::vector<int>& places) {
   Eigen::VectorXd values(n), scale(n);
   Eigen::MatrixXd correlation(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const int at = places[static_cast<std::size_t>(i)];
-    if (!refit.identifiable[static_cast<std::size_t>(at)] || !(refit.covariance(at, at) > 0))
-      return 0;
+    const int at = places[i];
+    if (!refit.identifiable[at] || !(refit.covariance(at, at) > 0)) return 0;
     scale[i] = std::sqrt(refit.covariance(at, at));
-    const auto [effect, value] = refit.parameters[static_cast<std::size_t>(at)];
-    values[i] = refit.model.effects[static_cast<std::size_t>(effect)]
-                    .values[static_cast<std::size_t>(value)] /
-                scale[i];
+    const auto [effect, value] = refit.parameters[at];
+    values[i] = refit.model.effects[effect].values[value] / scale[i];
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      correlation(i, j) = refit.covariance(places[static_cast<std::size_t>(i)],
-                                           places[static_cast<std::size_t>(j)]) /
-                          (scale[i] * scale[j]);
+      correlation(i, j) = refit.covariance(places[i], places[j]) / (scale[i] * scale[j]);
     }
   }
   return values.dot(correlation.ldlt().solve(values));
@@ -82,38 +78,38 @@ std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
 /// False if a refitted size is impossible: beyond ten times the largest plausible one, or with a
 /// sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
 bool WithinBounds(const Dataset& data, const Model& model) {
-  return std::all_of(model.effects.begin(), model.effects.end(),
-                     [&](const effects::ActiveEffect& effect) {
-                       return ImplausibilityOf(data, effect).times <= kDiscardRatio;
-                     });
+  return std::ranges::all_of(model.effects, [&](const effects::ActiveEffect& effect) {
+    return ImplausibilityOf(data, effect).times <= kDiscardRatio;
+  });
 }
 
 /// Explanations with one unit less that are worth a refit, the smallest loss first.
 std::vector<Smaller> SmallerExplanations(const CandidateSet& candidate_set,
-                                         const RefittedExplanation& of) {
+                                         const RefittedExplanation& refitted) {
   std::vector<Smaller> smaller;
-  for (const auto& [unit, places] : SizesOfUnits(candidate_set, of)) {
+  for (const auto& [unit, places] : SizesOfUnits(candidate_set, refitted)) {
     Smaller& one = smaller.emplace_back();
-    one.explanation = candidate_set.FitColumns(ColumnsWithout(candidate_set, of.explanation, unit));
-    one.saved = of.explanation.prior_and_cost() - one.explanation.prior_and_cost();
-    const double wald = Wald(of.refit, places);
+    one.explanation =
+        candidate_set.FitColumns(ColumnsWithout(candidate_set, refitted.explanation, unit));
+    one.saved = refitted.explanation.prior_and_cost() - one.explanation.prior_and_cost();
+    const double wald = Wald(refitted.refit, places);
     one.excess = wald - one.saved;
     if (wald > kMaxWaldRatio * one.saved) smaller.pop_back();
   }
-  std::stable_sort(smaller.begin(), smaller.end(),
-                   [](const Smaller& a, const Smaller& b) { return a.excess < b.excess; });
+  std::ranges::stable_sort(smaller,
+                           [](const Smaller& a, const Smaller& b) { return a.excess < b.excess; });
   if (smaller.size() > kMaxTries) smaller.resize(kMaxTries);
   return smaller;
 }
 
 std::optional<RefittedExplanation> BestSmaller(const CandidateSet& candidate_set,
-                                               const RefittedExplanation& of,
+                                               const RefittedExplanation& whole,
                                                const RefitExplanation& refit) {
   const Dataset& data = candidate_set.problem().data();
-  const bool within = WithinBounds(data, of.refit.model);
-  for (Smaller& one : SmallerExplanations(candidate_set, of)) {
+  const bool within = WithinBounds(data, whole.refit.model);
+  for (Smaller& one : SmallerExplanations(candidate_set, whole)) {
     Result<Refit> refitted = refit(one.explanation);
-    if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
+    if (!refitted || refitted->chi2 - whole.refit.chi2 > one.saved) continue;
     // Another unit may absorb what this one explained, but only with an impossible size.
     if (within && !WithinBounds(data, refitted->model)) continue;
     return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
@@ -124,11 +120,11 @@ std::optional<RefittedExplanation> BestSmaller(const CandidateSet& candidate_set
 }  // namespace
 
 RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
-                                              RefittedExplanation of,
+                                              RefittedExplanation refitted,
                                               const RefitExplanation& refit) {
-  if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
-  while (auto smaller = BestSmaller(candidate_set, of, refit)) of = std::move(*smaller);
-  return of;
+  if (refitted.explanation.blocks.size() > kMaxRefittedBlocks) return refitted;
+  while (auto smaller = BestSmaller(candidate_set, refitted, refit)) refitted = std::move(*smaller);
+  return refitted;
 }
 
 }  // namespace plumbline::measure

@@ -26,9 +26,9 @@ inline constexpr std::size_t kMaxRefittedBlocks = 6;
 /// absorb what such a unit explained. A unit is kept if the refit without it needs a value that is
 /// beyond kDiscardRatio or has an excluded sign. Explanations with more than kMaxRefittedBlocks
 /// blocks are returned unchanged.
-/// @param of  as columns of the candidate set
+/// @param refitted  as columns of the candidate set
 RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
-                                              RefittedExplanation of,
+                                              RefittedExplanation refitted,
                                               const RefitExplanation& refit);
 
 }  // namespace plumbline::measure

@@ -60,7 +60,7 @@ double LeverOfNode(const CurveAtRows& seen, const effects::ActiveEffect& effect,
   constexpr std::string_view kPayloadColumn = "payload_kg";
   const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
   const auto& drivers = effect.term.drivers;
-  const auto payload = std::find(drivers.begin(), drivers.end(), kPayloadColumn);
+  const auto payload = std::ranges::find(drivers, kPayloadColumn);
   if (payload == drivers.end()) return of_all;
   const auto loads_kg = effect.term.nodes.col(payload - drivers.begin());
   double low = -HUGE_VAL, high = HUGE_VAL;  // of the neighbours

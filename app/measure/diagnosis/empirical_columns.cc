@@ -23,7 +23,7 @@ std::vector<std::vector<int>> Carriers(const Dataset& data) {
   if (data.cell.any_tool_bends()) carriers.push_back({I::kBendRatio});
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-    const model::Joint& link = data.cell.robot.joints[static_cast<std::size_t>(joint)];
+    const model::Joint& link = data.cell.robot.joints[joint];
     const bool slides = link.type == model::JointType::kPrismatic;  // then d is the joint itself
     if (std::abs(link.a_m) >= kLeastLink_m) carriers.push_back({EntryOf(I::kLengthA, joint)});
     if (!slides && std::abs(link.d_m) >= kLeastLink_m)
@@ -56,10 +56,10 @@ bool IsFreeFrame(const Dataset& data, const std::vector<int>& carrier) {
 
 Eigen::MatrixXd Polynomials(const LinearProblem& problem, const std::vector<FitRowIndex>& rows,
                             SignalIndex signal, int last) {
-  const RecordedSignal& of = problem.data().signals[signal];
+  const RecordedSignal& driver = problem.data().signals[signal];
   Eigen::MatrixXd factors(static_cast<Eigen::Index>(rows.size()), last + 1);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const double x = Scaled(of, of.values[problem.rows()[rows[k]]]);
+    const double x = Scaled(driver, driver.values[problem.rows()[rows[k]]]);
     for (int degree = 0; degree <= last; ++degree) {
       factors(static_cast<Eigen::Index>(k), degree) = Legendre(degree, x);
     }
@@ -88,8 +88,7 @@ NestedFits::NestedFits(const Eigen::MatrixXd& gram)
     Eigen::VectorXd row(r);
     double pivot = gram(k, k);
     for (int i = 0; i < r; ++i) {
-      row[i] = (gram(k, kept_[static_cast<std::size_t>(i)]) - row.head(i).dot(L_.row(i).head(i))) /
-               L_(i, i);
+      row[i] = (gram(k, kept_[i]) - row.head(i).dot(L_.row(i).head(i))) / L_(i, i);
       pivot -= row[i] * row[i];
     }
     if (pivot > kDependent * gram(k, k) && pivot > 0) {
@@ -107,7 +106,7 @@ std::vector<double> NestedFits::Gains(const Eigen::VectorXd& moments) const {
   double gain = 0;
   for (std::size_t k = 0; k < rank_.size(); ++k) {
     const auto r = static_cast<Eigen::Index>(rank_[k]) - 1;
-    if (r >= 0 && kept_[static_cast<std::size_t>(r)] == static_cast<int>(k)) {
+    if (r >= 0 && kept_[r] == static_cast<int>(k)) {
       along[r] =
           (moments[static_cast<Eigen::Index>(k)] - L_.row(r).head(r).dot(along.head(r))) / L_(r, r);
       gain += along[r] * along[r];

@@ -10,9 +10,9 @@
 namespace plumbline::measure {
 
 bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation) {
-  return std::any_of(
-      explanation.blocks.begin(), explanation.blocks.end(),
-      [&candidate_set](BlockIndex block) { return candidate_set.blocks()[block].empirical(); });
+  return std::ranges::any_of(explanation.blocks, [&candidate_set](BlockIndex block) {
+    return candidate_set.blocks()[block].empirical();
+  });
 }
 
 std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
@@ -32,11 +32,11 @@ std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
 
 std::vector<BlockIndex> BlocksOfEffect(const CandidateSet& candidate_set,
                                        const Explanation& explanation, const EffectKey& key) {
-  std::vector<BlockIndex> of;
+  std::vector<BlockIndex> blocks;
   for (const BlockIndex block : explanation.blocks) {
-    if (KeyOf(candidate_set.blocks()[block]) == key) of.push_back(block);
+    if (KeyOf(candidate_set.blocks()[block]) == key) blocks.push_back(block);
   }
-  return of;
+  return blocks;
 }
 
 namespace {
@@ -68,7 +68,7 @@ bool BeatsItsLimit(const CandidateSet& candidate_set, const Explanation& explana
 }  // namespace
 
 bool ShapesAreVisible(const CandidateSet& candidate_set, const Explanation& explanation) {
-  return std::all_of(explanation.blocks.begin(), explanation.blocks.end(), [&](BlockIndex index) {
+  return std::ranges::all_of(explanation.blocks, [&](BlockIndex index) {
     const Block& block = candidate_set.blocks()[index];
     const ShapeSearch* const search = ShapeSearchOf(*block.term.effect);
     if (search == nullptr) return true;
@@ -96,8 +96,7 @@ double SignalLeft(const CandidateSet& candidate_set, const Explanation& explanat
   const auto n = static_cast<int>(of_rival.columns.size());
   Eigen::MatrixXd columns(field.size(), n);
   for (int i = 0; i < n; ++i) {
-    columns.col(i) =
-        candidate_set.columns().col(of_rival.columns[static_cast<std::size_t>(i)].value());
+    columns.col(i) = candidate_set.columns().col(of_rival.columns[i].value());
   }
   const double length = field.norm();
   if (length == 0) return 0;

@@ -19,15 +19,13 @@ EffectKey KeyOfFinding(const Finding& finding) {
 }
 
 bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& finding) {
-  const auto selected = std::find_if(
-      fold.begin(), fold.end(),
-      [key = KeyOfFinding(finding)](const SelectedEffect& one) { return one.key == key; });
+  const auto selected = std::ranges::find_if(
+      fold, [key = KeyOfFinding(finding)](const SelectedEffect& one) { return one.key == key; });
   if (selected == fold.end()) return false;
   const auto& parameters = finding.effect.term.parameters;
-  return std::all_of(parameters.begin(), parameters.end(),
-                     [&](const effects::TermParameter& parameter) {
-                       return parameter.joint < 0 || selected->joints.contains(parameter.joint);
-                     });
+  return std::ranges::all_of(parameters, [&](const effects::TermParameter& parameter) {
+    return parameter.joint < 0 || selected->joints.contains(parameter.joint);
+  });
 }
 
 namespace {
@@ -86,7 +84,7 @@ std::vector<std::string> UndeterminedValues(const Finding& finding) {
   std::vector<std::string> names;
   bool magnitude = false, determined_size = false;
   for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
-    const auto& spec = traits.parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+    const auto& spec = traits.parameters[term.parameters[k].spec];
     const bool size = spec.role == effects::ParameterRole::kSize;
     if (!size && !IsMagnitude(spec)) continue;
     const auto place = static_cast<Eigen::Index>(k);
@@ -129,11 +127,10 @@ std::optional<std::pair<int, int>> MostLines(const effects::EffectTerm& term) {
   std::map<int, int> lines;
   for (const effects::TermParameter& parameter : term.parameters) {
     const auto& specs = term.effect->traits().parameters;
-    if (effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)]))
-      ++lines[parameter.joint];
+    if (effects::IsCycles(specs[parameter.spec])) ++lines[parameter.joint];
   }
-  const auto most = std::max_element(
-      lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::ranges::max_element(
+      lines, [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == lines.end()) return std::nullopt;
   return std::pair(most->second, most->first);
 }
@@ -233,18 +230,18 @@ std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const
 /// out); `selection_frequency` counts those. All folds if none agrees, or if some were not
 /// searched.
 std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
-  const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
+  const auto last = std::ranges::max_element(held_out.fold_of);
   const std::size_t folds =
       last == held_out.fold_of.end() ? 0 : static_cast<std::size_t>(*last) + 1;
   std::vector<bool> agree(folds, true);
   if (held_out.selected.size() != folds) return agree;
   for (std::size_t fold = 0; fold < folds; ++fold) {
-    agree[fold] = std::all_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+    agree[fold] = std::ranges::all_of(findings, [&](const Finding& finding) {
       if (!finding.effect.term.drivers.empty()) return true;  // an empirical curve names no cause
       return SelectedWhole(held_out.selected[fold], finding);
     });
   }
-  if (std::none_of(agree.begin(), agree.end(), [](bool one) { return one; })) {
+  if (std::ranges::none_of(agree, [](bool one) { return one; })) {
     agree.assign(folds, true);
   }
   return agree;
@@ -267,7 +264,7 @@ std::optional<ExplanationCheck> HeldOutGainCheck(const Diagnosis& diagnosis) {
 
 bool HasOrientations(const Dataset& data) {
   const auto& turned = data.turned_sessions;
-  return std::find(turned.begin(), turned.end(), true) != turned.end();
+  return std::ranges::find(turned, true) != turned.end();
 }
 
 /// True if held-out points do not support a finding. Orientations may support one that moves no
@@ -294,11 +291,11 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
     predicted += weight;
     if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
       continue;
-    Sum& of = clusters[problem.data.cluster_of[row]];
+    Sum& cluster = clusters[problem.data.cluster_of[row]];
     const RowNumbers& numbers = problem.data.numbers[row];
     const double variance = problem.sigma_m * problem.sigma_m * numbers.LengthVariance();
     const double lengths = weight * numbers.lengths();
-    for (Sum* sum : {&of, &total}) {
+    for (Sum* sum : {&cluster, &total}) {
       sum->square += lengths * evidence.held_out.after[row].squaredNorm() / variance;
       sum->weight += lengths;
     }
@@ -318,8 +315,8 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
 std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding) {
   const auto& folds = held_out.selected;
   if (folds.empty()) return std::nullopt;
-  const auto count = std::count_if(folds.begin(), folds.end(),
-                                   [&](const auto& fold) { return SelectedWhole(fold, finding); });
+  const auto count =
+      std::ranges::count_if(folds, [&](const auto& fold) { return SelectedWhole(fold, finding); });
   return static_cast<double>(count) / static_cast<double>(folds.size());
 }
 

@@ -34,15 +34,15 @@ std::vector<double> LikelyFahrenheit(const MeasuredTable& table) {
     }
   }
   if (coldest - hottest_of_others < kMinGap) return {};
-  std::sort(temperatures.begin(), temperatures.end());
+  std::ranges::sort(temperatures);
   if (temperatures.size() < kMinRows || temperatures.back() > kLikely.high) return {};
   return temperatures;
 }
 
 std::string RowsText(const MeasuredTable& table, std::size_t likely) {
   if (likely == table.rows.size()) return "";
-  const auto first = std::find_if(table.rows.begin(), table.rows.end(),
-                                  [](const MeasuredRow& row) { return row.temp_C >= kLikely.low; });
+  const auto first = std::ranges::find_if(
+      table.rows, [](const MeasuredRow& row) { return row.temp_C >= kLikely.low; });
   return fmt::format(" in {} of {} rows (first: line {})", likely, table.rows.size(), first->line);
 }
 

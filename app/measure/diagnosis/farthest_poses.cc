@@ -26,7 +26,7 @@ std::vector<model::JointVector> StoredPoses(const model::CellModel& cell, const 
   for (const RowIndex row : rows) measured.push_back(data.measured(row).q);
   for (const Eigen::Index pose :
        FarthestColumns(DistanceFrom(cell, measured).features(), kMaxStoredPoses)) {
-    stored.push_back(measured[static_cast<std::size_t>(pose)]);
+    stored.push_back(measured[pose]);
   }
   return stored;
 }

@@ -24,8 +24,8 @@ double Trials(const CandidateSet& candidate_set, const Explanation& explanation,
               const std::vector<BlockIndex>& blocks) {
   double trials = 1;
   for (const BlockIndex block : blocks) {
-    const Block& of = candidate_set.blocks()[block];
-    trials *= std::max(1.0, of.trials) * std::exp(LogChoices(candidate_set, explanation, block));
+    const Block& own = candidate_set.blocks()[block];
+    trials *= std::max(1.0, own.trials) * std::exp(LogChoices(candidate_set, explanation, block));
   }
   return trials;
 }
@@ -34,9 +34,9 @@ double Trials(const CandidateSet& candidate_set, const Explanation& explanation,
 std::vector<int> PlacesOf(const Refit& refit, std::size_t effect) {
   std::vector<int> places(refit.model.effects[effect].values.size(), -1);
   for (std::size_t j = 0; j < refit.parameters.size(); ++j) {
-    const auto [of, value] = refit.parameters[j];
-    if (of == static_cast<int>(effect)) {
-      places[static_cast<std::size_t>(value)] = static_cast<int>(j);
+    const auto [own_effect, value] = refit.parameters[j];
+    if (own_effect == static_cast<int>(effect)) {
+      places[value] = static_cast<int>(j);
     }
   }
   return places;
@@ -48,7 +48,7 @@ Eigen::MatrixXd CovarianceAt(const Eigen::MatrixXd& covariance, const std::vecto
   Eigen::MatrixXd at = Eigen::MatrixXd::Zero(size, size);
   for (int i = 0; i < size; ++i) {
     for (int j = 0; j < size; ++j) {
-      const int a = places[static_cast<std::size_t>(i)], b = places[static_cast<std::size_t>(j)];
+      const int a = places[i], b = places[j];
       if (a >= 0 && b >= 0) at(i, j) = inflation * covariance(a, b);
     }
   }
@@ -158,7 +158,7 @@ void SetEventTimeVariance(const Dataset& data, Finding& finding) {
   for (const effects::Conditions& moment : data.conditions) {
     times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
   }
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
   if (next == times.begin() || next == times.end()) return;
   const double gap = *next - *(next - 1);
@@ -194,9 +194,8 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   TipDisplacement displacement = TipDisplacementOf(context.problem, finding.effect);
   finding.tip_rms_m = displacement.all_m;
   finding.tip_rms_of_each_m = std::move(displacement.each_m);
-  const bool identifiable = std::all_of(places.begin(), places.end(), [&](int place) {
-    return place < 0 || context.refit.identifiable[static_cast<std::size_t>(place)];
-  });
+  const bool identifiable = std::ranges::all_of(
+      places, [&](int place) { return place < 0 || context.refit.identifiable[place]; });
   if (!identifiable || !HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
   return finding;
 }
@@ -205,11 +204,10 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
 std::vector<std::string> ParameterNames(const Refit& refit) {
   std::vector<std::string> names;
   for (const auto& [effect, value] : refit.parameters) {
-    const effects::EffectTerm& term = refit.model.effects[static_cast<std::size_t>(effect)].term;
+    const effects::EffectTerm& term = refit.model.effects[effect].term;
     const effects::EffectTraits& traits = term.effect->traits();
-    names.push_back(fmt::format(
-        "{} {}", traits.id,
-        effects::NameFromParameter(traits, term.parameters[static_cast<std::size_t>(value)])));
+    names.push_back(fmt::format("{} {}", traits.id,
+                                effects::NameFromParameter(traits, term.parameters[value])));
   }
   return names;
 }

@@ -109,7 +109,7 @@ FoldPlan OppositeHalves(const Dataset& data) {
   std::vector<double> sorted(along.begin(), along.end());
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
-  if (*std::min_element(sorted.begin(), sorted.end()) == *middle) return plan;
+  if (*std::ranges::min_element(sorted) == *middle) return plan;
   for (const ClusterIndex cluster : data.cluster_of) {
     plan.fold_of.push_back(along[cluster.value()] < *middle ? 0 : 1);
   }

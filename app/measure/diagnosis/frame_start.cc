@@ -99,7 +99,7 @@ std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
   Eigen::MatrixXd A(count, 13);
   Eigen::MatrixXd b(count, 3);
   for (int k = 0; k < count; ++k) {
-    const FlangePoint& point = points[static_cast<std::size_t>(k)];
+    const FlangePoint& point = points[k];
     A.block<1, 3>(k, 0) = point.X_BF.p.transpose();
     for (int column = 0; column < 3; ++column) {
       A.block<1, 3>(k, 3 + 3 * column) = point.X_BF.R.col(column).transpose();
@@ -161,8 +161,8 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
     for (const Mat3& R : CubeRotations()) starts.push_back(StartAt(points, R, declared.tip_F));
   }
   for (Start& start : starts) Polish(points, frame_free, tip_free, prior, start);
-  return *std::min_element(starts.begin(), starts.end(),
-                           [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
+  return *std::ranges::min_element(
+      starts, [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
 }
 
 /// At most `most` rows of the session, evenly spread.
@@ -174,9 +174,9 @@ std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int mo
   std::vector<RowIndex> some;
   const auto count = static_cast<int>(all.size());
   const int taken = std::min(most, count);
-  some.reserve(static_cast<std::size_t>(taken));
+  some.reserve(taken);
   for (int j = 0; j < taken; ++j) {
-    some.push_back(all[static_cast<std::size_t>(std::int64_t{j} * count / taken)]);
+    some.push_back(all[std::int64_t{j} * count / taken]);
   }
   return some;
 }

@@ -35,8 +35,8 @@ double MedianResidual(const Linearisation& linear) {
 bool SomeRowsAreGross(const Linearisation& linear) {
   constexpr int kMinGross = 4;
   const PerRow<Vec3> errors = ErrorsOf(linear);
-  return std::count_if(errors.begin(), errors.end(),
-                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kMinGross;
+  return std::ranges::count_if(
+             errors, [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kMinGross;
 }
 
 /// Fit of the data with one mistake corrected.
@@ -143,8 +143,8 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
     all.push_back(RunTrial(CorrectedSubset(data, subset, mistake), threads));
     all.back().mistake = &mistake;
   }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Trial& a, const Trial& b) { return ScoreOf(a) < ScoreOf(b); });
+  std::ranges::stable_sort(all,
+                           [](const Trial& a, const Trial& b) { return ScoreOf(a) < ScoreOf(b); });
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
     if (const auto nearest_m = NearestOfAnyRow(data, aligned, before_m)) {
       return fmt::format(
@@ -188,9 +188,8 @@ std::optional<std::string> SubtleErrorText(const Dataset& data,
   const Dataset subset = Subset(data);
   const double noise_m = kNoiseRatio * subset.sigma_m;
   const auto is_large = [&](double sigma_m) { return sigma_m >= kSubtleRatio * subset.sigma_m; };
-  const bool some_affect_part =
-      std::any_of(mistakes.begin(), mistakes.end(),
-                  [](const Mistake& mistake) { return mistake.subtle && mistake.affects; });
+  const bool some_affect_part = std::ranges::any_of(
+      mistakes, [](const Mistake& mistake) { return mistake.subtle && mistake.affects; });
   if (subset.sigma_m <= 0 || !(is_large(sigma_before_m) || some_affect_part)) return std::nullopt;
   const Trial as_read = some_affect_part ? RunTrial(subset, threads) : Trial{};
   for (const Mistake& mistake : mistakes) {
@@ -202,10 +201,9 @@ std::optional<std::string> SubtleErrorText(const Dataset& data,
     const double after_m = SigmaOfAffected(subset, trial, mistake);
     if (std::max(after_m, trial.sigma_m) > std::min(noise_m, before_m / kSubtleRatio)) continue;
     const bool alternative_fits =
-        std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
-                    [&](const std::function<void(Dataset&)>& undo) {
-                      return RunTrial(Corrected(subset, undo), threads).sigma_m < noise_m;
-                    });
+        std::ranges::any_of(mistake.alternatives, [&](const std::function<void(Dataset&)>& undo) {
+          return RunTrial(Corrected(subset, undo), threads).sigma_m < noise_m;
+        });
     if (alternative_fits) continue;
     return fmt::format(
         "the residual of the declared cell{} is {:.3g} mm on one axis; it falls to {:.3g} mm, the "

@@ -18,7 +18,7 @@ std::set<double> UndecidedCycles(const Diagnosis& diagnosis, const Finding& find
   std::set<double> cycles;
   for (const Rival& rival : diagnosis.rivals) {
     if (!rival.cycles || rival.id != finding.effect.term.effect->traits().id) continue;
-    if (std::find(scope.begin(), scope.end(), rival.scope.front()) == scope.end()) continue;
+    if (std::ranges::find(scope, rival.scope.front()) == scope.end()) continue;
     cycles.insert({*rival.cycles, *rival.instead_of_cycles});
   }
   return cycles;
@@ -29,11 +29,10 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
     // A rival of the same id is distinguished by its variant.
-    const bool differs_by_word =
-        std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
-          return !rival.cycles && rival.id == rival.instead_of &&
-                 rival.id == term.effect->traits().id && rival.instead_of_word == term.word;
-        });
+    const bool differs_by_word = std::ranges::any_of(diagnosis.rivals, [&](const Rival& rival) {
+      return !rival.cycles && rival.id == rival.instead_of &&
+             rival.id == term.effect->traits().id && rival.instead_of_word == term.word;
+    });
     std::string name = differs_by_word
                            ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
                            : EffectName(finding);
@@ -69,8 +68,8 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
   const auto& detectable = diagnosis.minimum_detectable_m;
   if (detectable.empty()) return text;
   const auto smaller = [](const auto& a, const auto& b) { return a.second < b.second; };
-  const auto least = std::min_element(detectable.begin(), detectable.end(), smaller);
-  const auto most = std::max_element(detectable.begin(), detectable.end(), smaller);
+  const auto least = std::ranges::min_element(detectable, smaller);
+  const auto most = std::ranges::max_element(detectable, smaller);
   text += fmt::format("; {} mm of {} would have been detected", MillimetreText(least->second),
                       EffectName(least->first));
   if (detectable.size() > 1) {
@@ -104,7 +103,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   for (const Rival& rival : diagnosis.rivals) {
     if (rival.cycles) continue;  // in the name of the finding
     std::string name = RivalName(rival);
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   if (diagnosis.rivals.empty()) {
     std::vector<std::string> doubtful;

@@ -62,12 +62,12 @@ void SubtractEffects(const HeldOutInput& input, const Dataset& clamped,
   Eigen::MatrixXd columns;
   const Coefficients coefficients = candidate_set.CoefficientsOf(explanation);
   for (const BlockIndex block : explanation.blocks) {
-    const Block& of = candidate_set.blocks()[block];
-    if (!all && !IsExemptFromShrinkage(of)) continue;
+    const Block& own = candidate_set.blocks()[block];
+    if (!all && !IsExemptFromShrinkage(own)) continue;
     for (const RowIndex row : data.row_indices()) {
-      columns.resize(residuals[row].size(), of.columns.count());
-      ColumnsAt(of.empirical() ? clamped : data, *input.linear, of, row, columns);
-      for (const BlockColumnIndex c : of.columns.indices()) {
+      columns.resize(residuals[row].size(), own.columns.count());
+      ColumnsAt(own.empirical() ? clamped : data, *input.linear, own, row, columns);
+      for (const BlockColumnIndex c : own.columns.indices()) {
         const auto value = coefficients.find({block, c});
         if (value == coefficients.end()) continue;
         residuals[row] -= value->second * columns.col(c.value());
@@ -310,7 +310,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));
   const auto search_folds = [&](int first) {
     for (int number = first; number < plan.folds; number += threads) {
-      Fold& fold = folds[static_cast<std::size_t>(number)];
+      Fold& fold = folds[number];
       if (input.options.interrupted && input.options.interrupted()) return;
       if (first == 0 && input.progress) input.progress(static_cast<double>(number) / plan.folds);
       if (fold.test.empty() || fold.training.size() < kMinTrainingRows) continue;
@@ -339,8 +339,8 @@ std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& he
   Sum total;
   for (const RowIndex row : data.row_indices()) {
     if (!held_out.predicted[row] || problem.weights[row] < kOutlierWeight) continue;
-    Sum& of = clusters[data.cluster_of[row]];
-    for (Sum* sum : {&of, &total}) {
+    Sum& cluster = clusters[data.cluster_of[row]];
+    for (Sum* sum : {&cluster, &total}) {
       sum->before += held_out.before[row].squaredNorm();
       sum->after += held_out.after[row].squaredNorm();
       sum->count += 1;
@@ -356,13 +356,13 @@ std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& he
   for (int resample = 0; resample < resamples; ++resample) {
     double square = 0, count = 0;
     for (int draw = 0; draw < data.clusters; ++draw) {
-      const Sum& of = clusters[ClusterIndex(random.Below(data.clusters))];
-      square += of.after;
-      count += of.count;
+      const Sum& cluster = clusters[ClusterIndex(random.Below(data.clusters))];
+      square += cluster.after;
+      count += cluster.count;
     }
     if (count > 0) values.push_back(std::sqrt(square / count));
   }
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   if (!values.empty()) {
     error.after_low_m =
         values[static_cast<std::size_t>(0.025 * static_cast<double>(values.size()))];

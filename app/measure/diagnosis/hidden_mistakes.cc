@@ -33,7 +33,7 @@ bool IsSound(const Identified& found) {
   const Dataset& data = found.fit.data;
   const auto& effects = found.refit.model.effects;
   return !found.unknown && ResidualSigma(found) < kExcessNoiseRatio * data.sigma_m &&
-         std::all_of(effects.begin(), effects.end(), [&data](const effects::ActiveEffect& effect) {
+         std::ranges::all_of(effects, [&data](const effects::ActiveEffect& effect) {
            return ImplausibilityOf(data, effect).sentence.empty();
          });
 }
@@ -48,15 +48,14 @@ double CostAt(const Identified& found, double row_correlation) {
   for (const BlockIndex block : found.best.blocks) {
     const BlockIndex own = candidate_set.Add(found.candidate_set->blocks()[block]);
     for (const ColumnIndex column : candidate_set.ColumnsOf({own})) {
-      const bool kept = std::any_of(
-          found.best.columns.begin(), found.best.columns.end(), [&](ColumnIndex of_best) {
-            return found.candidate_set->BlockOfColumn(of_best) == block &&
-                   found.candidate_set->UnitOfColumn(of_best) == candidate_set.UnitOfColumn(column);
-          });
+      const bool kept = std::ranges::any_of(found.best.columns, [&](ColumnIndex of_best) {
+        return found.candidate_set->BlockOfColumn(of_best) == block &&
+               found.candidate_set->UnitOfColumn(of_best) == candidate_set.UnitOfColumn(column);
+      });
       if (kept) columns.push_back(column);
     }
   }
-  std::sort(columns.begin(), columns.end());
+  std::ranges::sort(columns);
   const Explanation explanation = candidate_set.FitColumns(columns);
   return explanation.score - explanation.chi2;
 }
@@ -116,12 +115,11 @@ std::vector<Corrected> PromisingMistakes(const Identified& found,
     const double score = ScoreOfOwnEffects(found, corrected.rows, options);
     if (score > to_beat) continue;
     const bool alternative_fits_as_well =
-        std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
-                    [&](const std::function<void(Dataset&)>& to) {
-                      Dataset changed = subset;
-                      to(changed);
-                      return ScoreOfOwnEffects(found, changed, options) < score + kMistakeMargin;
-                    });
+        std::ranges::any_of(mistake.alternatives, [&](const std::function<void(Dataset&)>& to) {
+          Dataset changed = subset;
+          to(changed);
+          return ScoreOfOwnEffects(found, changed, options) < score + kMistakeMargin;
+        });
     if (!alternative_fits_as_well) promising.push_back(std::move(corrected));
   }
   return promising;
@@ -160,12 +158,11 @@ std::vector<Mistake> SubtleUnits(const Dataset& data) {
 bool AlternativeFitsAsWell(const Mistake& mistake, const Identified& without, const Dataset& subset,
                            const DiagnosisOptions& options) {
   const double own = ScoreOfOwnEffects(without, without.fit.data, options);
-  return std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
-                     [&](const std::function<void(Dataset&)>& to) {
-                       Dataset changed = subset;
-                       to(changed);
-                       return ScoreOfOwnEffects(without, changed, options) < own + kMistakeMargin;
-                     });
+  return std::ranges::any_of(mistake.alternatives, [&](const std::function<void(Dataset&)>& to) {
+    Dataset changed = subset;
+    to(changed);
+    return ScoreOfOwnEffects(without, changed, options) < own + kMistakeMargin;
+  });
 }
 
 }  // namespace

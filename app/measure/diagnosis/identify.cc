@@ -95,7 +95,7 @@ WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet
                                        RefittedExplanation found, const RefitWith& refit) {
   WithoutOutlierEvents result{std::move(found), false};
   const auto& blocks = result.kept.explanation.blocks;
-  const bool any_event = std::any_of(blocks.begin(), blocks.end(), [&](BlockIndex block) {
+  const bool any_event = std::ranges::any_of(blocks, [&](BlockIndex block) {
     return ActsFromEventTime(candidate_set.blocks()[block].term);
   });
   if (!any_event || blocks.size() > kMaxRefittedBlocks) return result;
@@ -103,8 +103,8 @@ WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet
   if (!residuals) return result;
   const double sigma_m = std::max(fit.data.sigma_m, RobustSigma(fit.data, *residuals));
   const PerRow<double> weights = HampelWeights(fit.data, *residuals, sigma_m);
-  const bool rejects = std::any_of(weights.begin(), weights.end(),
-                                   [](double weight) { return weight < kOutlierWeight; });
+  const bool rejects =
+      std::ranges::any_of(weights, [](double weight) { return weight < kOutlierWeight; });
   if (!rejects) return result;
   while (auto better =
              BetterWithoutOne(fit, candidate_set, result.kept.explanation, sigma_m, refit)) {
@@ -126,9 +126,9 @@ std::optional<Explanation> WithReplacement(CandidateSet& candidate_set,
                                            const Block& replacement) {
   std::vector<BlockIndex> support = explanation.blocks;
   const BlockIndex added = candidate_set.Add(replacement);
-  if (std::find(support.begin(), support.end(), added) != support.end()) return std::nullopt;
+  if (std::ranges::find(support, added) != support.end()) return std::nullopt;
   std::replace(support.begin(), support.end(), removed, added);
-  std::sort(support.begin(), support.end());
+  std::ranges::sort(support);
   std::vector<const Block*> blocks;
   for (const BlockIndex block : support) blocks.push_back(&candidate_set.blocks()[block]);
   if (ShapesConflict(candidate_set.problem(), blocks)) return std::nullopt;
@@ -168,8 +168,8 @@ void AddLineAliases(CandidateSet& candidate_set, const Explanation& best,
     for (Explanation& alias : AliasesOf(candidate_set, other)) aliases.push_back(std::move(alias));
   }
   ranked.insert(ranked.end(), aliases.begin(), aliases.end());
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Explanation& a, const Explanation& b) { return a.score < b.score; });
+  std::ranges::stable_sort(
+      ranked, [](const Explanation& a, const Explanation& b) { return a.score < b.score; });
 }
 
 constexpr int kPasses = 7;
@@ -205,10 +205,10 @@ bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
 bool PlacesMoved(const Dataset& data, const Indexed<ArtefactIndex, PlacedArtefact>& before,
                  const Indexed<ArtefactIndex, PlacedArtefact>& now) {
   constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
-  const auto directed = [](const Observation& of) {
-    return OnArtefact(of.kind) && of.kind != ObservationKind::kPoint;
+  const auto directed = [](const Observation& observation) {
+    return OnArtefact(observation.kind) && observation.kind != ObservationKind::kPoint;
   };
-  if (std::none_of(data.observations.begin(), data.observations.end(), directed)) return false;
+  if (std::ranges::none_of(data.observations, directed)) return false;
   return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
                      [](const PlacedArtefact& a, const PlacedArtefact& b) {
                        return (a.place - b.place).norm() < kLeast_m &&
@@ -263,9 +263,9 @@ void PreferFewerRejections(Identified& so_far, Refit& refit) {
   const Dataset& data = so_far.fit.data;
   const PerRow<double>& weights = so_far.fit.weights;
   const auto rejected = [](double weight) { return weight < kOutlierWeight; };
-  if (so_far.unknown || std::none_of(weights.begin(), weights.end(), rejected)) return;
-  const auto cost = [&](const Refit& of, const Explanation& explanation) {
-    const Result<Linearisation> linear = Linearise(data, of.model, false, so_far.fit.threads);
+  if (so_far.unknown || std::ranges::none_of(weights, rejected)) return;
+  const auto cost = [&](const Refit& tried, const Explanation& explanation) {
+    const Result<Linearisation> linear = Linearise(data, tried.model, false, so_far.fit.threads);
     if (!linear) return 1e300;
     return HampelLoss(data, ResidualsOf(*linear), so_far.fit.sigma_m) + explanation.score -
            explanation.chi2;
@@ -278,9 +278,9 @@ void PreferFewerRejections(Identified& so_far, Refit& refit) {
     if (other.blocks.empty() || other.columns == so_far.best.columns) continue;
     const Result<Refit> of_other = RefitTo(so_far, other);
     if (!of_other) continue;
-    const double of = cost(*of_other, other);
-    if (of >= least) continue;
-    least = of;
+    const double value = cost(*of_other, other);
+    if (value >= least) continue;
+    least = value;
     so_far.best = other;
     refit = *of_other;
   }

@@ -28,8 +28,8 @@ bool LooksLikeCode(double value) {
   constexpr std::array<double, 11> kCodes = {999,   9999,  99999, 999999,     9999999,   99999999,
                                              32767, 32768, 65535, 2147483647, 2147483648};
   const double size = std::abs(value);
-  return std::any_of(kCodes.begin(), kCodes.end(),
-                     [size](double code) { return std::abs(size - code) < kCodeTolerance; });
+  return std::ranges::any_of(
+      kCodes, [size](double code) { return std::abs(size - code) < kCodeTolerance; });
 }
 
 /// A column in the file's unit.

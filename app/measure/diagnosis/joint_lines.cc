@@ -94,7 +94,7 @@ std::vector<double> JointLines::GainsAlong(const Eigen::VectorXd& along) const {
   const Eigen::ArrayX2d moments = scan_->sums.Of(along);
   const double total = square_.sum();
   std::vector<double> gains;
-  gains.reserve(static_cast<std::size_t>(moments.rows()));
+  gains.reserve(moments.rows());
   for (Eigen::Index k = 0; k < moments.rows(); ++k) {
     const double bs = moments(k, 0), bc = moments(k, 1), sc = scan_->twice(k, 0) / 2;
     const double cc = (total + scan_->twice(k, 1)) / 2, ss = total - cc;
@@ -116,7 +116,7 @@ std::vector<PeriodicLine> JointLines::Peaks(const Eigen::VectorXd& along) const 
     if (rises && falls)
       peaks.push_back({joint_, kMinCycles + step_ * static_cast<double>(s), gains[s], 0});
   }
-  std::sort(peaks.begin(), peaks.end(), HigherLine);
+  std::ranges::sort(peaks, HigherLine);
   if (peaks.size() > kMaxPeaks) peaks.resize(kMaxPeaks);
   return peaks;
 }

@@ -25,7 +25,7 @@ std::vector<double> UsualSteps_deg() {
     }
   }
   for (int bits = 10; bits <= 20; ++bits) steps.push_back(std::ldexp(kTurn_deg, -bits));
-  std::sort(steps.begin(), steps.end(), std::greater<>());
+  std::ranges::sort(steps, std::greater<>());
   return steps;
 }
 
@@ -40,7 +40,7 @@ std::vector<double> DistinctReadings_deg(const MeasuredTable& table,
       const double value = row.q[static_cast<Eigen::Index>(i)] / kRadPerDeg;
       if (std::abs(value) > kRounding_deg) values.push_back(value);
     }
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     const auto same = [](double a, double b) { return std::abs(a - b) <= kRounding_deg; };
     values.erase(std::unique(values.begin(), values.end(), same), values.end());
     readings.insert(readings.end(), values.begin(), values.end());
@@ -49,7 +49,7 @@ std::vector<double> DistinctReadings_deg(const MeasuredTable& table,
 }
 
 bool AllMultiples(const std::vector<double>& readings, double step, double tolerance) {
-  return std::all_of(readings.begin(), readings.end(), [&](double value) {
+  return std::ranges::all_of(readings, [&](double value) {
     return std::abs(value - step * std::round(value / step)) <= tolerance;
   });
 }

@@ -19,9 +19,9 @@ constexpr double kMinFreedom = 12;
 using ReplicatesKey = std::tuple<ClusterIndex, ObservationKind, int, std::string>;
 
 ReplicatesKey KeyOf(const Dataset& data, RowIndex row) {
-  const Observation& of = data.observations[row];
-  const int artefact = OnArtefact(of.kind) ? of.artefact.value() : -1;
-  return {data.cluster_of[row], of.kind, artefact, data.measured(row).camera};
+  const Observation& observation = data.observations[row];
+  const int artefact = OnArtefact(observation.kind) ? observation.artefact.value() : -1;
+  return {data.cluster_of[row], observation.kind, artefact, data.measured(row).camera};
 }
 
 /// True for a row that measures something at its joint readings. A touch measures the joints

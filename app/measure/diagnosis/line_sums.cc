@@ -27,7 +27,7 @@ LineSums::LineSums(const Eigen::VectorXd& q, double first, double step, Eigen::I
     const double x = (turns - std::floor(turns)) * 2 * std::numbers::pi;
     const int below = static_cast<int>(x / spacing);
     const double beyond = x - below * spacing;
-    start_[static_cast<std::size_t>(row)] = below - kSpread + 1;
+    start_[row] = below - kSpread + 1;
     // exp(-(beyond - k spacing)^2 / 4 tau) from one exponential for all k.
     const double centre = std::exp(-beyond * beyond / (4 * tau));
     const double ratio = std::exp(beyond * spacing / (2 * tau));
@@ -48,10 +48,10 @@ Eigen::ArrayX2d LineSums::Of(const Eigen::VectorXd& weights) const {
   std::vector<std::complex<double>> on_grid(static_cast<std::size_t>(grid_)), transformed;
   for (Eigen::Index row = 0; row < weights.size(); ++row) {
     const std::complex<double> of_row = weights[row] * turned_[row];
-    int point = start_[static_cast<std::size_t>(row)];
+    int point = start_[row];
     if (point < 0) point += grid_;
     for (Eigen::Index k = 0; k < spread_.rows(); ++k) {
-      on_grid[static_cast<std::size_t>(point)] += spread_(k, row) * of_row;
+      on_grid[point] += spread_(k, row) * of_row;
       if (++point == grid_) point = 0;
     }
   }
@@ -61,7 +61,7 @@ Eigen::ArrayX2d LineSums::Of(const Eigen::VectorXd& weights) const {
   for (Eigen::Index k = 0; k < steps_; ++k) {
     const Eigen::Index order = k - steps_ / 2;
     const std::complex<double> sum =
-        correction_[k] * transformed[static_cast<std::size_t>(order < 0 ? order + grid_ : order)];
+        correction_[k] * transformed[order < 0 ? order + grid_ : order];
     sums(k, 0) = -sum.imag();  // the sum is of exp(-i c q)
     sums(k, 1) = sum.real();
   }

@@ -63,7 +63,7 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
   if (equations_ > 0) {
     const std::vector<Equation> equations = Nuisances(data).EquationsAt(model);
     for (int k = 0; k < equations_; ++k) {
-      response_[layout_.first(after_rows) + k] = equations[static_cast<std::size_t>(k)].residual;
+      response_[layout_.first(after_rows) + k] = equations[k].residual;
     }
   }
   nuisances_ = std::make_unique<NuisanceProjection>(fit_, linear, model, whitener_, layout_);
@@ -143,7 +143,7 @@ Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
   columns.bottomRows(equations_).setZero();
   for (int k = 0; k < factors.cols(); ++k) {
     for (int a = 0; a < wide; ++a) {
-      const Eigen::VectorXd& carrier = Carrier(entries[static_cast<std::size_t>(a)]);
+      const Eigen::VectorXd& carrier = Carrier(entries[a]);
       auto column = columns.col(k * wide + a);
       for (const FitRowIndex j : fit_.rows.indices()) {
         layout_.PartOf(column, j) = factors(j.value(), k) * layout_.PartOf(carrier, j);

@@ -40,7 +40,7 @@ class LinearProblem {
   const FitLayout& layout() const { return layout_; }
   const Eigen::VectorXd& response() const { return response_; }
   /// Range of a joint over the rows [rad] or [m].
-  double JointSpan(int joint) const { return joint_span_[static_cast<std::size_t>(joint)]; }
+  double JointSpan(int joint) const { return joint_span_[joint]; }
 
   /// Whitened columns of a block; if `projected`, with the nuisances projected out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;

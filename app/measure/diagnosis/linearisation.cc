@@ -232,7 +232,7 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f) 
 }
 
 ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data), model_(model) {
-  arms_.reserve(static_cast<std::size_t>(data.sessions_count()));
+  arms_.reserve(data.sessions_count());
   for (const SessionIndex session : data.sessions.indices()) {
     arms_.emplace_back(CellOf(data, model, session));
   }
@@ -284,7 +284,7 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model,
   const ModelAtRows at_rows(data, model);
   Linearisation result;
   result.layout = data.layout();
-  result.rows.resize(static_cast<std::size_t>(data.rows()));
+  result.rows.resize(data.rows());
   if (wanted.any()) result.gradients.resize(result.rows.size());
   result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> diverged{-1};
@@ -330,7 +330,7 @@ namespace {
 bool LinearInSizes(const effects::EffectTerm& term, std::span<const double> values,
                    std::span<const int> which) {
   const auto spec = [&](std::size_t k) -> const effects::ParameterSpec& {
-    return term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+    return term.effect->traits().parameters[term.parameters[k].spec];
   };
   bool shapes = false, sizes = false;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
@@ -340,7 +340,7 @@ bool LinearInSizes(const effects::EffectTerm& term, std::span<const double> valu
     sizes = sizes || (size && values[k] != 0);
   }
   if (shapes && sizes) return false;
-  return std::all_of(which.begin(), which.end(), [&](int k) {
+  return std::ranges::all_of(which, [&](int k) {
     return spec(static_cast<std::size_t>(k)).role == effects::ParameterRole::kSize;
   });
 }
@@ -351,12 +351,11 @@ void AddLinearSlopes(const effects::EffectTerm& term, std::span<const double> va
   std::vector<double> one(values.begin(), values.end());
   for (std::size_t k = 0; k < one.size(); ++k) {
     const effects::TermParameter& own = term.parameters[k];
-    const effects::ParameterSpec& spec =
-        term.effect->traits().parameters[static_cast<std::size_t>(own.spec)];
+    const effects::ParameterSpec& spec = term.effect->traits().parameters[own.spec];
     if (spec.role == effects::ParameterRole::kSize) one[k] = 0;
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
-    double& size = one[static_cast<std::size_t>(which[k])];
+    double& size = one[which[k]];
     size = 1;
     effects::Influence<double> influence;
     term.effect->Add(term, std::span<const double>(one.data(), one.size()), conditions, influence);
@@ -383,7 +382,7 @@ void AddTermSlopes(const effects::EffectTerm& term, std::span<const double> valu
     const std::size_t count = std::min<std::size_t>(effects::kDualWidth, which.size() - first);
     for (std::size_t k = 0; k < values.size(); ++k) duals[k] = effects::Dual(values[k]);
     for (std::size_t k = 0; k < count; ++k) {
-      duals[static_cast<std::size_t>(which[first + k])].v[static_cast<int>(k)] = 1;
+      duals[which[first + k]].v[static_cast<int>(k)] = 1;
     }
     effects::Influence<effects::Dual> influence;
     term.effect->Add(term, std::span<const effects::Dual>(duals.data(), values.size()), conditions,
@@ -403,7 +402,8 @@ void TermColumns(const effects::EffectTerm& term, std::span<const double> values
   out.leftCols(static_cast<int>(which.size())).setZero();
   std::vector<TermSlope> slopes;
   AddTermSlopes(term, values, which, conditions, slopes);
-  for (const TermSlope& of : slopes) out.col(of.column) += of.slope * gradient.col(of.entry);
+  for (const TermSlope& slope : slopes)
+    out.col(slope.column) += slope.slope * gradient.col(slope.entry);
 }
 
 void CopyBasePosesToRows(const Model& model, Dataset& data) {

@@ -54,8 +54,7 @@ std::map<int, Compliance> CompliantJoints(const Identified& found) {
     const Block& block = candidates.blocks()[candidates.BlockOfColumn(column)];
     const int joint = candidates.JointOfColumn(column);
     if (block.term.effect->traits().adds_compliance && joint >= 0 &&
-        found.fit.data.cell.robot.joints[static_cast<std::size_t>(joint)].type ==
-            model::JointType::kRevolute) {
+        found.fit.data.cell.robot.joints[joint].type == model::JointType::kRevolute) {
       joints.emplace(joint, Compliance{block.id, at});
     }
     ++at;
@@ -155,8 +154,7 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
         std::max(1.0, of_poses));
     const double a = term.col(0).dot(residual) / term.squaredNorm();
     const double c = (values[at] - a * parts[at]) / lengths[at] +
-                     found.fit.data.cell.robot.joints[static_cast<std::size_t>(joint)]
-                         .compliance_rad_per_Nm.value_or(0);
+                     found.fit.data.cell.robot.joints[joint].compliance_rad_per_Nm.value_or(0);
     one.positive = c + a;
     one.negative = c - a;
     if (!largest || one.t > largest->t) largest = one;

@@ -22,9 +22,10 @@ constexpr std::size_t kMaxSwapped = 12;
 
 void ReverseGauge(ArtefactIndex gauge, Dataset& data) {
   for (const RowIndex row : data.row_indices()) {
-    const Observation& of = data.observations[row];
+    const Observation& observation = data.observations[row];
     std::optional<double>& gauge_m = data.table.rows[row.offset()].gauge_m;
-    if (of.kind == ObservationKind::kGauge && of.artefact == gauge && gauge_m) *gauge_m *= -1;
+    if (observation.kind == ObservationKind::kGauge && observation.artefact == gauge && gauge_m)
+      *gauge_m *= -1;
   }
 }
 
@@ -103,10 +104,10 @@ Undo ReverseSign(int joint) {
     for (const RowIndex row : data.row_indices()) {
       MeasuredRow& measured = data.table.rows[row.offset()];
       effects::Conditions& conditions = data.conditions[row];
-      for (model::JointVector* of :
+      for (model::JointVector* joints :
            {&measured.q, &measured.qd, &measured.qdd, &measured.tau, &conditions.q, &conditions.qd,
             &conditions.qdd, &conditions.tau, &conditions.last_move, &conditions.approach}) {
-        reverse(*of);
+        reverse(*joints);
       }
     }
   };
@@ -152,7 +153,7 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
   const std::vector<MeasuredRow>& rows = data.table.rows;
   for (const MeasuredLength& length : kMeasuredLengths) {
-    if (std::none_of(rows.begin(), rows.end(), length.recorded)) continue;
+    if (std::ranges::none_of(rows, length.recorded)) continue;
     for (const auto& [factor, unit] : units) {
       const Undo undo = [factor = factor, scale = length.scale](Dataset& changed) {
         for (MeasuredRow& row : changed.table.rows) scale(row, factor);
@@ -164,8 +165,7 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
   }
   const auto radians = [cell = data.cell](model::JointVector& q) {
     for (int i = 0; i < cell.robot.size(); ++i) {
-      const bool slides =
-          cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
+      const bool slides = cell.robot.joints[i].type == model::JointType::kPrismatic;
       if (!slides) q[i] /= kRadPerDeg;
     }
   };
@@ -239,7 +239,7 @@ void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
       const auto count = static_cast<int>(rows.size());
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(std::clamp(k + shift, 0, count - 1));
-        MeasuredRow& row = rows[static_cast<std::size_t>(k)];
+        MeasuredRow& row = rows[k];
         // Rows of another kind keep their measurement.
         if (row.measured_W && old[at].measured_W) row.measured_W = old[at].measured_W;
         if (row.range_m && old[at].range_m) row.range_m = old[at].range_m;

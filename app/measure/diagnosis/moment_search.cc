@@ -38,7 +38,7 @@ Eigen::MatrixXd ColumnsFromMoment(const LinearProblem& problem, const Block& blo
 std::vector<double> Moments(const LinearProblem& problem) {
   const Eigen::VectorXd at_rows = ClockAtRows(problem);
   std::vector<double> times(at_rows.begin(), at_rows.end());
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<double> moments;
   const std::size_t margin = std::max<std::size_t>(4, times.size() / 20);
@@ -59,12 +59,9 @@ class StepScan {
            const std::vector<int>& influences)
       : carried_(problem.CarriedBy(influences)), order_(carried_.rows().size()) {
     const Eigen::VectorXd at_rows = ClockAtRows(problem);
-    const auto clock = [&](int position) {
-      return at_rows[carried_.rows()[static_cast<std::size_t>(position)].value()];
-    };
+    const auto clock = [&](int position) { return at_rows[carried_.rows()[position].value()]; };
     std::iota(order_.begin(), order_.end(), 0);
-    std::stable_sort(order_.begin(), order_.end(),
-                     [&](int a, int b) { return clock(a) < clock(b); });
+    std::ranges::stable_sort(order_, [&](int a, int b) { return clock(a) < clock(b); });
     for (const double moment : moments) {
       const auto before = [&](int position, double t) { return clock(position) < t; };
       const auto first = std::lower_bound(order_.begin(), order_.end(), moment, before);
@@ -83,7 +80,7 @@ class StepScan {
     double most = -1;
     std::size_t best = 0;
     for (std::size_t step = from_.size(); step-- > 0;) {
-      while (next > from_[step]) sum += along.row(order_[static_cast<std::size_t>(--next)]);
+      while (next > from_[step]) sum += along.row(order_[--next]);
       const double gain = sum.dot(inverses_[step].lazyProduct(sum));
       if (!(gain >= most)) continue;
       most = gain;
@@ -109,8 +106,7 @@ Block BlockFrom(const Dataset& data, const effects::Effect& effect, std::string_
   block.term.word = word;
   block.term.parameters = {{data.table.recorded.time ? kTime : kRow}};
   for (int spec = kFirstSize; spec < static_cast<int>(traits.parameters.size()); ++spec) {
-    if (traits.parameters[static_cast<std::size_t>(spec)].role != effects::ParameterRole::kSize)
-      continue;
+    if (traits.parameters[spec].role != effects::ParameterRole::kSize) continue;
     BlockColumn& column = block.columns.emplace_back();
     column.parameter = static_cast<int>(block.term.parameters.size());
     column.plausible = PlausibleSizes(traits, spec);
@@ -131,7 +127,7 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
     if (ActsFromEventTime(block->term)) moments.push_back(block->columns.front().values.front());
   }
   if (moments.size() < 2) return false;
-  std::sort(moments.begin(), moments.end());
+  std::ranges::sort(moments);
   const Dataset& data = problem.data();
   const int least = std::max(6, data.rows() / 10);
   for (std::size_t k = 1; k < moments.size(); ++k) {
@@ -139,7 +135,7 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
       const double clock = ClockOf(data, data.conditions[row]);
       return clock >= moments[k - 1] && clock < moments[k];
     };
-    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), within);
+    const auto between = std::ranges::count_if(problem.rows(), within);
     if (between < least) return true;
   }
   return false;
@@ -169,7 +165,7 @@ class MomentSearch : public ShapeSearch {
     const Dataset& data = problem.data();
     const double moment = block.columns.front().values.front();
     const double clock = ClockOf(data, data.conditions[row]);
-    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](RowIndex other) {
+    return std::ranges::none_of(problem.rows(), [&](RowIndex other) {
       const double of_other = ClockOf(data, data.conditions[other]);
       return clock < moment ? of_other >= clock && of_other < moment
                             : of_other >= moment && of_other <= clock;
@@ -266,9 +262,9 @@ class ZoomSearch final : public MomentSearch {
     const Eigen::VectorXd zoom = SignalAtRows(
         problem, [&](const effects::Conditions& m) { return m.Signal(kColumn).value_or(0); });
     std::vector<std::pair<double, double>> rows;
-    rows.reserve(static_cast<std::size_t>(clock.size()));
+    rows.reserve(clock.size());
     for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);
-    std::sort(rows.begin(), rows.end());
+    std::ranges::sort(rows);
     std::vector<double> moments;
     for (std::size_t k = 1; k < rows.size(); ++k) {
       if (rows[k].second != rows[k - 1].second)

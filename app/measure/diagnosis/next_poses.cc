@@ -50,13 +50,12 @@ std::string Kilograms(const std::vector<double>& payloads_kg) {
 }
 
 /// The lines of one explanation that another lacks: "23 cycles per turn of q1".
-std::vector<std::string> LinesText(const CandidateSet& candidate_set, const Explanation& of,
-                                   const Explanation& beside) {
+std::vector<std::string> LinesText(const CandidateSet& candidate_set,
+                                   const Explanation& explanation, const Explanation& beside) {
   std::vector<std::string> texts;
-  for (const BlockIndex block : of.blocks) {
+  for (const BlockIndex block : explanation.blocks) {
     const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[block]);
-    const bool shared =
-        std::find(beside.blocks.begin(), beside.blocks.end(), block) != beside.blocks.end();
+    const bool shared = std::ranges::find(beside.blocks, block) != beside.blocks.end();
     if (!line || shared) continue;
     texts.push_back(
         fmt::format("{:.3g} cycles per turn of q{}", line->cycles_per_turn, line->joint + 1));
@@ -67,14 +66,14 @@ std::vector<std::string> LinesText(const CandidateSet& candidate_set, const Expl
 /// What two explanations differ in, effects or else lines: "payload mass from tool stiffness".
 std::string PairText(const CandidateSet& candidate_set, const Explanation& answer,
                      const Explanation& rival) {
-  const auto names = [&](const Explanation& of, const Explanation& beside) {
+  const auto names = [&](const Explanation& explanation, const Explanation& beside) {
     const std::vector<EffectKey> others = EffectKeys(candidate_set, beside);
     std::vector<std::string> texts;
-    for (const EffectKey& key : EffectKeys(candidate_set, of)) {
-      if (std::find(others.begin(), others.end(), key) == others.end())
+    for (const EffectKey& key : EffectKeys(candidate_set, explanation)) {
+      if (std::ranges::find(others, key) == others.end())
         texts.push_back(EffectName(key.id, key.word, {}));
     }
-    return Listed(texts.empty() ? LinesText(candidate_set, of, beside) : texts);
+    return Listed(texts.empty() ? LinesText(candidate_set, explanation, beside) : texts);
   };
   return names(rival, answer) + " from " + names(answer, rival);
 }
@@ -85,7 +84,7 @@ std::string PairsText(const DesignTask& task, const std::set<std::size_t>& rival
   for (const std::size_t j : rivals) {
     const std::string text =
         PairText(task.candidate_set, task.explanations.front(), task.explanations[j]);
-    if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+    if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
   }
   return Listed(texts, "or");
 }

@@ -53,7 +53,7 @@ Eigen::Index NuisanceProjection::rank() const {
 double NuisanceProjection::Leverage(int residual) const {
   double leverage = frames_.cols() > 0 ? frames_.row(residual).squaredNorm() : 0;
   for (const Part& part : parts_) {
-    const auto found = std::find(part.residuals.begin(), part.residuals.end(), residual);
+    const auto found = std::ranges::find(part.residuals, residual);
     if (found == part.residuals.end()) continue;
     leverage += part.basis.row(found - part.residuals.begin()).squaredNorm();
   }
@@ -105,14 +105,14 @@ void NuisanceProjection::AddPart(const FitProblem& fit, const Linearisation& lin
   Eigen::Index at = 0;
   for (const FitRowIndex j : rows) {
     const GroupIndex group = nuisances_.GroupOf(fit.rows[j]).value();
-    const int first = column_of[static_cast<std::size_t>(nuisances_.FirstOf(group))];
+    const int first = column_of[nuisances_.FirstOf(group)];
     whitener[j].Apply(linear.rows[fit.rows[j]].own,
                       X.block(at, first, layout.count(j), nuisances_.CountOf(group)));
     at += layout.count(j);
   }
-  for (const Equation& of : equations) {
-    for (const auto& [nuisance, slope] : of.slopes) {
-      X(at, column_of[static_cast<std::size_t>(nuisance)]) = slope;
+  for (const Equation& further : equations) {
+    for (const auto& [nuisance, slope] : further.slopes) {
+      X(at, column_of[nuisance]) = slope;
     }
     ++at;
   }

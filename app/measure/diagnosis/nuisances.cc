@@ -16,12 +16,12 @@ constexpr double kExact_m = 1e-6;
 constexpr int kTagsFreedom = 6;  // shift and turn of the frame of the reference tags
 
 const model::Artefact& Declared(const Dataset& data, int artefact) {
-  return data.cell.artefacts[static_cast<std::size_t>(artefact)];
+  return data.cell.artefacts[artefact];
 }
 
 /// Leader of a set in a union-find forest.
 int LeaderOf(std::vector<int>& leader, int k) {
-  while (leader[static_cast<std::size_t>(k)] != k) k = leader[static_cast<std::size_t>(k)];
+  while (leader[k] != k) k = leader[k];
   return k;
 }
 
@@ -41,7 +41,7 @@ Nuisances::Nuisances(const Dataset& data)
     first_.push_back(size_);
   }
   const auto rows = data.row_indices();
-  if (std::any_of(rows.begin(), rows.end(), [&](RowIndex k) { return data.rests_on_tags(k); })) {
+  if (std::ranges::any_of(rows, [&](RowIndex k) { return data.rests_on_tags(k); })) {
     tags_ = GroupIndex(groups());
     size_ += kTagsFreedom;
     equations_ += kTagsFreedom;
@@ -51,13 +51,12 @@ Nuisances::Nuisances(const Dataset& data)
   std::iota(leader.begin(), leader.end(), 0);
   for (const model::KnownDistance& distance : data.cell.distances) {
     if (!Binds(distance)) continue;
-    leader[static_cast<std::size_t>(LeaderOf(leader, distance.second))] =
-        LeaderOf(leader, distance.first);
+    leader[LeaderOf(leader, distance.second)] = LeaderOf(leader, distance.first);
     ++equations_;
   }
   std::vector<int> number(leader.size(), -1);
   for (const GroupIndex group : FirstIndices<GroupIndex>(groups())) {
-    int& own = number[static_cast<std::size_t>(LeaderOf(leader, group.value()))];
+    int& own = number[LeaderOf(leader, group.value())];
     if (own < 0) own = components_++;
     component_.emplace_back(own);
     if (!IsPlace(group) || CountOf(group) == 0) continue;
@@ -76,11 +75,11 @@ bool Nuisances::Binds(const model::KnownDistance& distance) const {
 }
 
 std::optional<GroupIndex> Nuisances::GroupOf(RowIndex row) const {
-  const Observation& of = data_.observations[row];
+  const Observation& observation = data_.observations[row];
   GroupIndex group;
-  if (OnArtefact(of.kind)) {
-    group = GroupIndex(of.artefact.value());
-  } else if (of.kind == ObservationKind::kPose) {
+  if (OnArtefact(observation.kind)) {
+    group = GroupIndex(observation.artefact.value());
+  } else if (observation.kind == ObservationKind::kPose) {
     group = GroupIndex(artefacts_ + data_.session_of[row].value());
   } else if (data_.rests_on_tags(row)) {
     return tags_;
@@ -149,14 +148,14 @@ void Nuisances::AddTagsEquations(const Model& model, std::vector<Equation>& all)
 }
 
 void Nuisances::AddDistance(const Model& model, int number, std::vector<Equation>& all) const {
-  const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(number)];
+  const model::KnownDistance& distance = data_.cell.distances[number];
   const Vec3 apart = model.artefacts[ArtefactIndex(distance.second)].place -
                      model.artefacts[ArtefactIndex(distance.first)].place;
   const double length = apart.norm(), sd_m = std::max(distance.sd_m, kExact_m);
   const Vec3 unit = length > 0 ? Vec3(apart / length) : Vec3::UnitX();
   Equation& equation = all.emplace_back();
   equation.residual = (distance.value_m - length) / sd_m;
-  equation.of.distance = number;
+  equation.reference.distance = number;
   equation.declared_m = distance.value_m;
   equation.sd_m = sd_m;
   for (const auto& [artefact, sign] : {std::pair(distance.first, -1.0), {distance.second, 1.0}}) {
@@ -170,12 +169,10 @@ void Nuisances::AddDistance(const Model& model, int number, std::vector<Equation
 
 bool Nuisances::FloatWithBase() const {
   if (frames_ || data_.instrument_used()) return false;
-  return std::all_of(data_.used_artefacts.indices().begin(), data_.used_artefacts.indices().end(),
-                     [&](ArtefactIndex k) {
-                       const model::Artefact& of = Declared(data_, k.value());
-                       return !data_.used_artefacts[k] || of.in_base ||
-                              (!of.place && !of.direction);
-                     });
+  return std::ranges::all_of(data_.used_artefacts.indices(), [&](ArtefactIndex k) {
+    const model::Artefact& artefact = Declared(data_, k.value());
+    return !data_.used_artefacts[k] || artefact.in_base || (!artefact.place && !artefact.direction);
+  });
 }
 
 std::vector<Equation> Nuisances::EquationsAt(const Model& model, ComponentIndex component) const {
@@ -185,7 +182,7 @@ std::vector<Equation> Nuisances::EquationsAt(const Model& model, ComponentIndex 
     if (IsTags(group)) AddTagsEquations(model, all);
   }
   for (int k = 0; k < static_cast<int>(data_.cell.distances.size()); ++k) {
-    const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(k)];
+    const model::KnownDistance& distance = data_.cell.distances[k];
     if (!Binds(distance) || component_[GroupIndex(distance.first)] != component) continue;
     AddDistance(model, k, all);
   }

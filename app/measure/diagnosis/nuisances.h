@@ -20,7 +20,7 @@ using ComponentIndex = TypedIndex<struct ComponentTag>;  ///< groups that equati
 struct Equation {
   double residual = 0;
   std::vector<std::pair<int, double>> slopes;  ///< nuisance, and d prediction / d nuisance
-  Reference of;
+  Reference reference;
   double declared_m = 0, sd_m = 0;
 };
 
@@ -95,8 +95,9 @@ class Nuisances {
 
 /// Normal equations H step = g of the nuisances.
 struct NuisanceEquations {
-  explicit NuisanceEquations(const Nuisances& of)
-      : H(Eigen::MatrixXd::Zero(of.size(), of.size())), g(Eigen::VectorXd::Zero(of.size())) {}
+  explicit NuisanceEquations(const Nuisances& nuisances)
+      : H(Eigen::MatrixXd::Zero(nuisances.size(), nuisances.size())),
+        g(Eigen::VectorXd::Zero(nuisances.size())) {}
 
   /// Adds a row with this weight and residual; whitened by its own covariance only.
   void Add(const Dataset& data, const Nuisances& nuisances, const LinearRow& at, RowIndex row,

@@ -28,7 +28,7 @@ Kind TouchOf(model::ArtefactKind kind) {
 Result<ArtefactIndex> ArtefactNamed(const model::CellModel& cell, const MeasuredRow& row) {
   std::vector<std::string> names;
   for (const model::Artefact& artefact : cell.artefacts) names.push_back(artefact.name);
-  const auto found = std::find(names.begin(), names.end(), row.artefact);
+  const auto found = std::ranges::find(names, row.artefact);
   if (found != names.end()) return ArtefactIndex(found - names.begin());
   const std::string nearest = text::NearestWord(row.artefact, names, 0.4);
   return Error{fmt::format(

@@ -31,10 +31,9 @@ void AddLacked(effects::Signal signal, std::vector<std::size_t> rows,
 bool EffectNeeds(const Finding& finding, effects::Signal signal) {
   const effects::EffectTraits& traits = finding.effect.term.effect->traits();
   if (traits.Needs(signal)) return true;
-  return std::any_of(traits.word_needs.begin(), traits.word_needs.end(),
-                     [&](const effects::VariantSignal& need) {
-                       return need.signal == signal && need.word == finding.effect.term.word;
-                     });
+  return std::ranges::any_of(traits.word_needs, [&](const effects::VariantSignal& need) {
+    return need.signal == signal && need.word == finding.effect.term.word;
+  });
 }
 
 /// Treats a signal that most rows lack as not recorded.
@@ -103,18 +102,19 @@ MeasuredTable ExcludeRows(const MeasuredTable& table, const std::vector<std::siz
     const bool set_aside = std::binary_search(rows.begin(), rows.end(), k);
     (set_aside ? without.unmeasured : without.rows).push_back(table.rows[k]);
   }
-  std::stable_sort(without.unmeasured.begin(), without.unmeasured.end(),
-                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  std::ranges::stable_sort(without.unmeasured, [](const MeasuredRow& a, const MeasuredRow& b) {
+    return a.line < b.line;
+  });
   return without;
 }
 
 bool DependsOn(const Diagnosis& diagnosis, const std::vector<MissingSignal>& lacked) {
   const auto needs = [&](const Finding& finding) {
-    return std::any_of(lacked.begin(), lacked.end(),
-                       [&](const MissingSignal& one) { return EffectNeeds(finding, one.signal); });
+    return std::ranges::any_of(
+        lacked, [&](const MissingSignal& one) { return EffectNeeds(finding, one.signal); });
   };
-  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), needs) ||
-         std::any_of(diagnosis.discrepancy.begin(), diagnosis.discrepancy.end(), needs);
+  return std::ranges::any_of(diagnosis.findings, needs) ||
+         std::ranges::any_of(diagnosis.discrepancy, needs);
 }
 
 Result<Diagnosis> Diagnose(const model::CellModel& cell, MeasuredTable table,

@@ -16,7 +16,7 @@ namespace {
 class PayloadLevels {
  public:
   explicit PayloadLevels(std::vector<double> values_kg) {
-    std::sort(values_kg.begin(), values_kg.end());
+    std::ranges::sort(values_kg);
     constexpr double kSamePayload = 1.01, kZero_kg = 1e-3;
     for (const double value_kg : values_kg) {
       if (lows_.empty() || value_kg > kSamePayload * lows_.back() + kZero_kg)
@@ -102,7 +102,7 @@ std::optional<std::string> PayloadsInGrams(const MeasuredTable& table) {
   if (table.excessive_payloads.size() < kMinRowsPerSide) return std::nullopt;
   std::vector<std::pair<int, double>> of_lines = table.excessive_payloads;
   for (const MeasuredRow& row : table.rows) of_lines.emplace_back(row.line, *row.payload_kg);
-  std::sort(of_lines.begin(), of_lines.end());
+  std::ranges::sort(of_lines);
   PerRow<double> payloads_kg;
   for (const auto& [line, payload_kg] : of_lines) payloads_kg.push_back(payload_kg);
   constexpr double kGram_kg = 1e-3;

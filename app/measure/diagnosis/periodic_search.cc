@@ -72,22 +72,22 @@ struct ScannedJoint {
 Found StrongestLines(const std::vector<ScannedJoint>& joints, std::size_t most) {
   constexpr std::size_t kCompared = 12;
   const auto higher = [](const PeriodicLine& a, const PeriodicLine& b) { return a.gain > b.gain; };
-  const auto of = [&](const PeriodicLine& line) -> const ScannedJoint& {
-    return joints[static_cast<std::size_t>(line.joint)];
+  const auto scan_of = [&](const PeriodicLine& line) -> const ScannedJoint& {
+    return joints[line.joint];
   };
   std::vector<PeriodicLine> lines;
   for (const ScannedJoint& joint : joints) {
     lines.insert(lines.end(), joint.peaks.begin(), joint.peaks.end());
   }
-  std::stable_sort(lines.begin(), lines.end(), higher);
+  std::ranges::stable_sort(lines, higher);
   if (lines.size() > kCompared) lines.resize(kCompared);
-  for (PeriodicLine& line : lines) line = of(line).lines.WithGain(line, of(line).along);
-  std::stable_sort(lines.begin(), lines.end(), higher);
+  for (PeriodicLine& line : lines) line = scan_of(line).lines.WithGain(line, scan_of(line).along);
+  std::ranges::stable_sort(lines, higher);
   Found found;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const double least = lines[std::min(k, most - 1)].gain;
     if (lines[k].gain < (1 - JointLines::kLostByScan) * least) break;
-    const PeriodicLine line = of(lines[k]).lines.Refined(lines[k], of(lines[k]).along);
+    const PeriodicLine line = scan_of(lines[k]).lines.Refined(lines[k], scan_of(lines[k]).along);
     found.emplace_back(line.gain, PeriodicBlock(line.joint, line.cycles_per_turn, 1));
   }
   return found;
@@ -127,7 +127,7 @@ class PeriodicSearch final : public ShapeSearch {
     const auto& specs = effect.term.effect->traits().parameters;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
       const effects::TermParameter& parameter = effect.term.parameters[k];
-      if (!effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
+      if (!effects::IsCycles(specs[parameter.spec])) continue;
       const double cycles = effect.values[k];
       const bool whole = cycles == std::round(cycles);
       blocks.push_back(PeriodicBlock(parameter.joint, cycles,
@@ -229,13 +229,13 @@ std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLi
       }
     }
   }
-  std::sort(cycles.begin(), cycles.end());
+  std::ranges::sort(cycles);
   return cycles;
 }
 
 Block LineAt(const Block& line, double cycles) {
-  const PeriodicLine of = LineOf(line).value();
-  return PeriodicBlock(of.joint, cycles, line.trials);
+  const PeriodicLine periodic = LineOf(line).value();
+  return PeriodicBlock(periodic.joint, cycles, line.trials);
 }
 
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,

@@ -27,8 +27,7 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
   if (traits.empirical) return {};
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const effects::TermParameter& parameter = effect.term.parameters[k];
-    const effects::ParameterSpec& spec =
-        traits.parameters[static_cast<std::size_t>(parameter.spec)];
+    const effects::ParameterSpec& spec = traits.parameters[parameter.spec];
     if (spec.role != effects::ParameterRole::kSize) continue;
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
     const std::uint32_t prismatic = effect.term.prismatic;
@@ -51,8 +50,8 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
           TimesBeyond(plausible, in_file)};
     }
     if (traits.adds_compliance) {
-      const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
-                                  .compliance_rad_per_Nm.value_or(0);
+      const double declared =
+          data.cell.robot.joints[parameter.joint].compliance_rad_per_Nm.value_or(0);
       if (declared + effect.values[k] < 0) {
         return {
             fmt::format("joint q{} would yield against its load: its total compliance would be "

@@ -28,7 +28,7 @@ void SetRange(const Dataset& data, DesignSpace& space) {
   }
   space.reach.resize(space.low.size());
   for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const model::Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = data.cell.robot.joints[i];
     const double least = joint.type == model::JointType::kPrismatic ? kMinSlide : kMinTurn;
     const double more = std::max(least, kWidened * (space.high[i] - space.low[i]));
     // The range includes measured rows beyond the declared limits.
@@ -60,7 +60,7 @@ std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& 
   const auto follows_time = [](const Block* block) {
     return Needs(*block, effects::Signal::kTime);
   };
-  if (!data.table.recorded.time || std::none_of(blocks.begin(), blocks.end(), follows_time)) {
+  if (!data.table.recorded.time || std::ranges::none_of(blocks, follows_time)) {
     return {0};
   }
   double first_s = *data.table.rows.front().t_s, last_s = first_s;
@@ -79,7 +79,7 @@ std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& 
 /// At rest, and as in the rows of median and largest speed.
 std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>& blocks) {
   const RecordedColumns& recorded = data.table.recorded;
-  const bool follows = std::any_of(blocks.begin(), blocks.end(), [&](const Block* block) {
+  const bool follows = std::ranges::any_of(blocks, [&](const Block* block) {
     return (recorded.qd && Needs(*block, effects::Signal::kVelocity)) ||
            (recorded.qdd && Needs(*block, effects::Signal::kAcceleration));
   });
@@ -89,10 +89,9 @@ std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>
   const auto size = [&](const effects::Conditions* moment) {
     return recorded.qd ? moment->qd.norm() : moment->qdd.norm();
   };
-  std::stable_sort(moving.begin(), moving.end(),
-                   [&](const effects::Conditions* a, const effects::Conditions* b) {
-                     return size(a) < size(b);
-                   });
+  std::ranges::stable_sort(moving, [&](const effects::Conditions* a, const effects::Conditions* b) {
+    return size(a) < size(b);
+  });
   if (!(size(moving.back()) > 0)) return {};
   const model::JointVector at_rest = model::JointVector::Zero(data.table.rows.front().q.size());
   std::vector<Motion> motions = {{recorded.qd ? at_rest : model::JointVector(),
@@ -152,7 +151,7 @@ deflection::InfluenceSet EntriesOf(const Block& block, const Dataset& rows) {
     }
     std::vector<effects::Dual> values;
     for (const double value : column.values) values.emplace_back(value);
-    values[static_cast<std::size_t>(column.parameter)].v[0] = 1;
+    values[column.parameter].v[0] = 1;
     for (const effects::Conditions& moment : rows.conditions) {
       effects::Influence<effects::Dual> influence;
       block.term.effect->Add(block.term, std::span<const effects::Dual>(values), moment, influence);
@@ -336,8 +335,8 @@ SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& sp
   const Dataset moved = CandidateRows(task.rows, space, {point}, previous_);
   for (const Explanation& explanation : task.explanations) {
     for (const BlockIndex block : explanation.blocks) {
-      const Block& of = task.candidate_set.blocks()[block];
-      wanted_ |= EntriesOf(of, task.rows) | EntriesOf(of, moved);
+      const Block& block_of_answer = task.candidate_set.blocks()[block];
+      wanted_ |= EntriesOf(block_of_answer, task.rows) | EntriesOf(block_of_answer, moved);
     }
   }
 }
@@ -357,7 +356,7 @@ std::optional<SequentialDesign::Batch> SequentialDesign::Linearised(
 
 bool SequentialDesign::NearProposed(const model::JointVector& q) const {
   const auto range = (space_.high - space_.low).array();
-  return std::any_of(proposed_.begin(), proposed_.end(), [&](const model::JointVector& other) {
+  return std::ranges::any_of(proposed_, [&](const model::JointVector& other) {
     return ((q - other).array().abs() / range).mean() < kMinDistance;
   });
 }
@@ -410,13 +409,13 @@ DesignPoint SequentialDesign::Improved(const DesignPoint& point) const {
   for (int round = 0; round < kMaxRounds && step > kLastStep; ++round) {
     const std::vector<DesignPoint> neighbours = Neighbours(space_, best, step);
     const std::vector<double> values = Values(neighbours);
-    const auto highest = std::max_element(values.begin(), values.end());
+    const auto highest = std::ranges::max_element(values);
     if (highest == values.end() || *highest <= (1 + kMinRise) * value) {
       step /= 2;
       continue;
     }
     value = *highest;
-    best = neighbours[static_cast<std::size_t>(highest - values.begin())];
+    best = neighbours[highest - values.begin()];
   }
   return best;
 }
@@ -450,9 +449,9 @@ PoseDesign SequentialDesign::Run() {
   while (batch && static_cast<int>(design.poses.size()) < task_.poses) {
     SetApproach(previous_, space_, points, batch->rows);
     const std::vector<double> values = Values(points, *batch);
-    const auto highest = std::max_element(values.begin(), values.end());
+    const auto highest = std::ranges::max_element(values);
     if (highest == values.end() || *highest < kMinGain) break;
-    DesignPoint chosen = points[static_cast<std::size_t>(highest - values.begin())];
+    DesignPoint chosen = points[highest - values.begin()];
     if (!design.unseparated.empty()) {
       chosen = Improved(chosen);
       design.gain += Values({chosen}).front();

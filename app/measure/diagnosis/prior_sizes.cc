@@ -13,7 +13,7 @@ constexpr double kMinLever =
 /// The joint of a block's column; -1 if it belongs to none.
 int JointOf(const Block& block, BlockColumnIndex column) {
   const int parameter = block.columns[column].parameter;
-  return block.term.parameters[static_cast<std::size_t>(parameter)].joint;
+  return block.term.parameters[parameter].joint;
 }
 
 /// Largest rotation of its joint [rad] by one SI unit of each column, over the problem's rows: the
@@ -23,14 +23,15 @@ Indexed<BlockColumnIndex, double> LargestRotations(const LinearProblem& problem,
   Eigen::MatrixXd columns;
   Indexed<BlockColumnIndex, double> largest(block.columns.size(), 0.0);
   for (const RowIndex row : problem.rows()) {
-    const Gradient& of = problem.linear().gradients[row];
-    columns.resize(of.rows(), block.columns.count());
+    const Gradient& gradient = problem.linear().gradients[row];
+    columns.resize(gradient.rows(), block.columns.count());
     ColumnsAt(problem.data(), problem.linear(), block, row, columns);
     for (const BlockColumnIndex k : largest.indices()) {
       const int joint = JointOf(block, k);
       if (joint < 0) continue;
       const double lever =
-          LengthsOf(of.col(effects::Influence<double>::kTurn * model::kMaxJoints + joint)).norm();
+          LengthsOf(gradient.col(effects::Influence<double>::kTurn * model::kMaxJoints + joint))
+              .norm();
       if (lever < kMinLever) continue;
       largest[k] = std::max(largest[k], LengthsOf(columns.col(k.value())).norm() / lever);
     }
@@ -52,8 +53,8 @@ Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const
   for (const BlockColumnIndex k : sizes.indices()) {
     const int joint = JointOf(block, k);
     if (joint < 0 || !(rotations_rad[k] > 0)) continue;
-    const model::Joint& of = problem.data().cell.robot.joints[static_cast<std::size_t>(joint)];
-    if (of.type == model::JointType::kPrismatic) continue;
+    const model::Joint& link = problem.data().cell.robot.joints[joint];
+    if (link.type == model::JointType::kPrismatic) continue;
     sizes[k] = std::min(sizes[k], seen_rad / rotations_rad[k]);
   }
   return sizes;

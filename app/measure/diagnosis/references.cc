@@ -6,11 +6,11 @@ namespace plumbline::measure {
 namespace {
 
 const model::Artefact& ArtefactOf(const model::CellModel& cell, int artefact) {
-  return cell.artefacts[static_cast<std::size_t>(artefact)];
+  return cell.artefacts[artefact];
 }
 
 const model::KnownDistance& DistanceOf(const model::CellModel& cell, int distance) {
-  return cell.distances[static_cast<std::size_t>(distance)];
+  return cell.distances[distance];
 }
 
 }  // namespace
@@ -48,8 +48,7 @@ model::CellModel Without(const Reference& reference, model::CellModel cell) {
     cell.distances.erase(cell.distances.begin() + *reference.distance);
     return cell;
   }
-  model::Artefact& unknown =
-      cell.artefacts[static_cast<std::size_t>(reference.artefact.value().value())];
+  model::Artefact& unknown = cell.artefacts[reference.artefact.value().value()];
   unknown.place.reset();
   unknown.direction.reset();
   unknown.radius_m.reset();

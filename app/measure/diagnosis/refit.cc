@@ -16,8 +16,7 @@ namespace {
 /// and for angles, which are periodic.
 std::optional<model::Interval> RangeOf(const effects::ActiveEffect& effect, std::size_t k) {
   const effects::ParameterSpec& spec =
-      effect.term.effect->traits()
-          .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+      effect.term.effect->traits().parameters[effect.term.parameters[k].spec];
   if (spec.role != effects::ParameterRole::kShape || spec.unit == "rad") return std::nullopt;
   return model::Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
 }
@@ -57,14 +56,14 @@ Inverse InverseOfDetermined(const Eigen::MatrixXd& information) {
       [least](double value) { return value > least ? 1 / value : 0.0; });
   Inverse result;
   result.matrix = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
-  result.identifiable.assign(static_cast<std::size_t>(information.rows()), true);
+  result.identifiable.assign(information.rows(), true);
   for (Eigen::Index k = 0; k < inverse.size(); ++k) {
     if (inverse[k] > 0) continue;
     // The variance that the direction would contribute if its eigenvalue were just at the limit.
     for (Eigen::Index i = 0; i < information.rows(); ++i) {
       const double part = solver.eigenvectors()(i, k);
       if (part * part / least > result.matrix(i, i)) {
-        result.identifiable[static_cast<std::size_t>(i)] = false;
+        result.identifiable[i] = false;
       }
     }
   }
@@ -193,7 +192,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   refit.model = start;
   refit.parameters = layout.parameters;
   Variables x;
-  x.common.assign(static_cast<std::size_t>(layout.size()), 0.0);
+  x.common.assign(layout.size(), 0.0);
   bool any = !x.common.empty();
   for (const auto& cost : costs) {
     x.own.emplace_back(static_cast<std::size_t>(cost->own()), 0.0);
@@ -222,9 +221,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   refit.identifiable.assign(inverse.identifiable.begin() + first, inverse.identifiable.end());
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
-      refit.covariance(i, j) = all(first + i, first + j) *
-                               layout.unit[static_cast<std::size_t>(i)] *
-                               layout.unit[static_cast<std::size_t>(j)];
+      refit.covariance(i, j) = all(first + i, first + j) * layout.unit[i] * layout.unit[j];
     }
   }
   return refit;

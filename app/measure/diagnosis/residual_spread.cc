@@ -180,7 +180,7 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
     ratios.push_back(axes * square_m2 / (parts.sum() + row.noise_m2));
   }
   std::vector<double> sorted = ratios;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto inside = [&sorted](double share_outside) {
     constexpr double kRounding = 1e-9;  // of a share that is a ratio of whole numbers
     const auto count = static_cast<double>(sorted.size());

@@ -67,10 +67,10 @@ Trial TrialOf(const CandidateSet& candidate_set, const Explanation& other,
               const Exchange& exchange) {
   Trial trial{exchange, {}};
   for (const BlockIndex block : other.blocks) {
-    const Block& of = candidate_set.blocks()[block];
-    const std::optional<PeriodicLine> line = LineOf(of);
+    const Block& own = candidate_set.blocks()[block];
+    const std::optional<PeriodicLine> line = LineOf(own);
     const auto& instead = exchange.instead;
-    if (!line || std::find(instead.begin(), instead.end(), KeyOf(of)) == instead.end()) continue;
+    if (!line || std::ranges::find(instead, KeyOf(own)) == instead.end()) continue;
     trial.lines.emplace_back(line->joint, static_cast<int>(std::lround(line->cycles_per_turn)));
   }
   return trial;
@@ -85,8 +85,8 @@ struct LineExchange {
 
 bool Contains(const LinearProblem& problem, const std::vector<PeriodicLine>& lines,
               const PeriodicLine& line) {
-  return std::any_of(lines.begin(), lines.end(),
-                     [&](const PeriodicLine& other) { return Unresolved(problem, line, other); });
+  return std::ranges::any_of(
+      lines, [&](const PeriodicLine& other) { return Unresolved(problem, line, other); });
 }
 
 /// The lines that these rows cannot distinguish from this one (line_aliases.h).
@@ -235,7 +235,7 @@ class RivalSearch {
   }
 
   static std::string AliasesText(std::vector<PeriodicLine> lines) {
-    std::sort(lines.begin(), lines.end(), [](const PeriodicLine& a, const PeriodicLine& b) {
+    std::ranges::sort(lines, [](const PeriodicLine& a, const PeriodicLine& b) {
       return a.cycles_per_turn < b.cycles_per_turn;
     });
     std::vector<std::string> cycles;

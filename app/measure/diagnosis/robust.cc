@@ -24,7 +24,7 @@ constexpr std::array<ChiQuantiles, kMaxResiduals + 1> kChi = {{{1, 3.5},
                                                                {2.3126, 4.9}}};
 
 const ChiQuantiles& ChiOf(int count) {
-  return kChi[static_cast<std::size_t>(count)];
+  return kChi[count];
 }
 
 /// Limits of the three parts: end of full weight, start of the steeper descent, start of zero

@@ -14,8 +14,7 @@ constexpr int kMaxCachedRows = 20000;
 bool IsAdjusted(const effects::ActiveEffect& effect, std::size_t k) {
   if (effect.term.effect->traits().empirical) return false;
   const effects::ParameterSpec& spec =
-      effect.term.effect->traits()
-          .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+      effect.term.effect->traits().parameters[effect.term.parameters[k].spec];
   if (spec.role != effects::ParameterRole::kShape) return true;
   if (effects::IsEventTime(spec)) return false;
   if (spec.unit != "1/turn") return true;
@@ -23,11 +22,9 @@ bool IsAdjusted(const effects::ActiveEffect& effect, std::size_t k) {
   // lines, no cycles are adjusted after the search, since the joint problem has too many minima.
   constexpr int kFewLines = 4;
   int lines = 0;
-  for (const effects::TermParameter& parameter : effect.term.parameters) {
-    const auto& of =
-        effect.term.effect->traits().parameters[static_cast<std::size_t>(parameter.spec)];
-    lines += of.unit == "1/turn" ? 1 : 0;
-  }
+  const auto& specs = effect.term.effect->traits().parameters;
+  for (const effects::TermParameter& parameter : effect.term.parameters)
+    lines += specs[parameter.spec].unit == "1/turn" ? 1 : 0;
   return lines <= kFewLines && effect.values[k] != std::round(effect.values[k]);
 }
 
@@ -52,8 +49,7 @@ Model Moved(const RefitLayout& layout, const Model& start, const double* x) {
   int at = layout.nuisances.of_sessions();
   for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
     const auto [effect, parameter] = layout.parameters[j];
-    model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
-        layout.unit[j] * x[at++];
+    model.effects[effect].values[parameter] += layout.unit[j] * x[at++];
   }
   return model;
 }
@@ -121,7 +117,7 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       slopes.clear();
       if (wanted) AddSlopes(model, row, slopes);
       deflection::InfluenceSet touched;
-      for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
+      for (const TermSlope& slope : slopes) touched.set(static_cast<std::size_t>(slope.entry));
       const bool cached = known_ != nullptr || (wanted && IsCached(k, touched));
       if (!at_rows.At(row, cached ? deflection::InfluenceSet() : touched, scratch, at, gradient)) {
         converged = false;
@@ -135,10 +131,10 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       auto block = residuals_.PartOf(J, k);
       FillFrames(data_.session_of[row], at, whitening, block);
       const int first_size = layout_.nuisances.of_sessions();
-      for (const TermSlope& of : slopes) {
-        const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
-        whitening.Times(unit).Add(-of.slope, of_row.col(of.entry),
-                                  block.col(first_size + of.column));
+      for (const TermSlope& term : slopes) {
+        const double unit = layout_.unit[term.column];
+        whitening.Times(unit).Add(-term.slope, of_row.col(term.entry),
+                                  block.col(first_size + term.column));
       }
     }
   });
@@ -232,7 +228,7 @@ void RowsCost::AddSlopes(const Model& model, RowIndex row, std::vector<TermSlope
     AddTermSlopes(model.effects[e].term, model.effects[e].values, which, data_.conditions[row],
                   slopes);
     for (std::size_t k = own; k < slopes.size(); ++k) {
-      slopes[k].column = columns[static_cast<std::size_t>(slopes[k].column)];
+      slopes[k].column = columns[slopes[k].column];
     }
   }
 }

@@ -75,9 +75,7 @@ class EffectSearch {
   /// The offered blocks, ordered by their score alone, best first.
   std::vector<BlockIndex> ByScoreAlone() const;
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
-  const Explanation& Winner() const {
-    return *std::min_element(found_.begin(), found_.end(), Better);
-  }
+  const Explanation& Winner() const { return *std::ranges::min_element(found_, Better); }
   static bool Better(const Explanation& a, const Explanation& b) { return a.score < b.score; }
 
   CandidateSet& candidate_set_;
@@ -101,7 +99,7 @@ bool EffectSearch::Excluded(const std::vector<BlockIndex>& support) const {
 }
 
 void EffectSearch::EvaluateSupport(std::vector<BlockIndex> support) {
-  std::sort(support.begin(), support.end());
+  std::ranges::sort(support);
   support.erase(std::unique(support.begin(), support.end()), support.end());
   if (support.size() > most_ || !tried_.insert(support).second) return;
   if (Excluded(support)) return;
@@ -157,7 +155,7 @@ void EffectSearch::RefineShapes() {
   for (const BlockIndex block : best.blocks) {
     const effects::Effect* const effect = candidate_set_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
-    if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
+    if (std::ranges::find(searched, effect) == searched.end()) continue;
     std::vector<BlockIndex> others = best.blocks;
     std::erase(others, block);
     for (const BlockIndex shape :
@@ -170,7 +168,7 @@ void EffectSearch::RefineShapes() {
 }
 
 void EffectSearch::Offer(BlockIndex block) {
-  if (std::find(offered_.begin(), offered_.end(), block) == offered_.end()) {
+  if (std::ranges::find(offered_, block) == offered_.end()) {
     offered_.push_back(block);
   }
 }
@@ -181,9 +179,9 @@ void EffectSearch::Offer(BlockIndex block) {
 void EffectSearch::RefitShapes() {
   const Explanation best = Winner();
   if (best.blocks.size() > kMaxRefittedBlocks) return;
-  const bool has_continuous_shape = std::any_of(
-      best.blocks.begin(), best.blocks.end(),
-      [this](BlockIndex block) { return HasContinuousShape(candidate_set_.blocks()[block]); });
+  const bool has_continuous_shape = std::ranges::any_of(best.blocks, [this](BlockIndex block) {
+    return HasContinuousShape(candidate_set_.blocks()[block]);
+  });
   if (!has_continuous_shape) return;
   if (!refitted_.insert(best.columns).second) return;
   const Explanation refitted = WithRefittedShapes(candidate_set_, best);
@@ -224,7 +222,7 @@ std::vector<Explanation> EffectSearch::Best(std::size_t count, std::size_t block
   for (const Explanation& explanation : found_) {
     if (blocks == 0 || explanation.blocks.size() == blocks) best.push_back(explanation);
   }
-  std::stable_sort(best.begin(), best.end(), Better);
+  std::ranges::stable_sort(best, Better);
   if (best.size() > count) best.resize(count);
   return best;
 }
@@ -239,8 +237,7 @@ std::vector<BlockIndex> EffectSearch::ByScoreAlone() const {
     return known == scores.end() ? HUGE_VAL : known->second;
   };
   std::vector<BlockIndex> blocks = offered_;
-  std::stable_sort(blocks.begin(), blocks.end(),
-                   [&](BlockIndex a, BlockIndex b) { return score(a) < score(b); });
+  std::ranges::stable_sort(blocks, [&](BlockIndex a, BlockIndex b) { return score(a) < score(b); });
   return blocks;
 }
 

@@ -31,7 +31,7 @@ void SelectionCosts::Extend(const CandidateColumns& columns) {
 std::vector<double> SelectionCosts::UnitCosts(const LinearProblem& problem, const Block& block,
                                               double inflation) const {
   std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
-  for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
+  for (const BlockColumn& column : block.columns) ++widths[column.unit];
   std::vector<double> costs;
   std::map<int, double> quantiles;
   for (const int width : widths) {
@@ -49,19 +49,19 @@ double SelectionCosts::OfBlock(const Block& block, BlockIndex index) const {
   return inflation_[index] * 2 * std::log(std::max(1.0, block.trials));
 }
 
-double SelectionCosts::OfBlocks(const CandidateColumns& of,
+double SelectionCosts::OfBlocks(const CandidateColumns& columns,
                                 const std::set<BlockIndex>& blocks) const {
   double cost = 0;
-  for (const BlockIndex block : blocks) cost += OfBlock(of.blocks()[block], block);
-  return cost + effect_cost_ * WeightedEffectCount(of, blocks);
+  for (const BlockIndex block : blocks) cost += OfBlock(columns.blocks()[block], block);
+  return cost + effect_cost_ * WeightedEffectCount(columns, blocks);
 }
 
-double SelectionCosts::Minimum(const CandidateColumns& of,
+double SelectionCosts::Minimum(const CandidateColumns& candidates,
                                const std::vector<ColumnIndex>& columns) const {
   std::map<BlockIndex, double> cheapest;  // cost of the cheapest unit of each block
   for (const ColumnIndex column : columns) {
-    const double cost = OfUnit(of.BlockOf(column), of.At(column).unit);
-    const auto [known, fresh] = cheapest.emplace(of.BlockOf(column), cost);
+    const double cost = OfUnit(candidates.BlockOf(column), candidates.At(column).unit);
+    const auto [known, fresh] = cheapest.emplace(candidates.BlockOf(column), cost);
     if (!fresh) known->second = std::min(known->second, cost);
   }
   std::set<BlockIndex> used;
@@ -70,15 +70,15 @@ double SelectionCosts::Minimum(const CandidateColumns& of,
     used.insert(block);
     cost += unit;
   }
-  return cost + OfBlocks(of, used);
+  return cost + OfBlocks(candidates, used);
 }
 
-double SelectionCosts::WeightedEffectCount(const CandidateColumns& of,
+double SelectionCosts::WeightedEffectCount(const CandidateColumns& columns,
                                            const std::set<BlockIndex>& blocks) const {
   std::map<std::string_view, double> inflations;  // largest inflation of each id
   double effect_count = 0;
   for (const BlockIndex index : blocks) {
-    const Block& block = of.blocks()[index];
+    const Block& block = columns.blocks()[index];
     if (ActsFromEventTime(block.term)) {
       effect_count += inflation_[index];
     } else {

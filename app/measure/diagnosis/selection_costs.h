@@ -18,9 +18,7 @@ class SelectionCosts {
   /// Adds the costs of the blocks that were listed since the last call.
   void Extend(const CandidateColumns& columns);
 
-  double OfUnit(BlockIndex block, int unit) const {
-    return unit_costs_[block][static_cast<std::size_t>(unit)];
-  }
+  double OfUnit(BlockIndex block, int unit) const { return unit_costs_[block][unit]; }
   /// Cost of the choice of the block's shape.
   double OfBlock(const Block& block, BlockIndex index) const;
   /// Cost of selecting one effect from the catalogue, 2 ln(EffectsConsidered).
@@ -30,16 +28,17 @@ class SelectionCosts {
   double Inflation(BlockIndex block) const { return inflation_[block]; }
 
   /// Minimum cost of an explanation with at least one unit of each block of these columns.
-  double Minimum(const CandidateColumns& of, const std::vector<ColumnIndex>& columns) const;
+  double Minimum(const CandidateColumns& candidates, const std::vector<ColumnIndex>& columns) const;
   /// Cost of the blocks and effects of an explanation, in addition to its units.
-  double OfBlocks(const CandidateColumns& of, const std::set<BlockIndex>& blocks) const;
+  double OfBlocks(const CandidateColumns& columns, const std::set<BlockIndex>& blocks) const;
 
  private:
   std::vector<double> UnitCosts(const LinearProblem& problem, const Block& block,
                                 double inflation) const;
   /// Number of effects that blocks represent, each weighted by its inflation. Blocks of one id are
   /// one effect, except that each event counts separately.
-  double WeightedEffectCount(const CandidateColumns& of, const std::set<BlockIndex>& blocks) const;
+  double WeightedEffectCount(const CandidateColumns& columns,
+                             const std::set<BlockIndex>& blocks) const;
 
   Indexed<BlockIndex, double> inflation_;
   Indexed<BlockIndex, std::vector<double>> unit_costs_;

@@ -19,8 +19,7 @@ std::vector<int> TranslationEntries(int first) {
 }
 
 std::vector<Block> Best(Found found, std::size_t most) {
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return a.first > b.first; });
   if (found.size() > most) found.resize(most);
   std::vector<Block> blocks;
   blocks.reserve(found.size());

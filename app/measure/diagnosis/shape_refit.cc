@@ -32,7 +32,7 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   const FitProblem& all_rows = candidate_set.problem().fit();
   const bool few = all_rows.rows.count() <= kMaxRows;
   const bool has_continuous_shape =
-      std::any_of(chosen.blocks.begin(), chosen.blocks.end(), [&candidate_set](BlockIndex block) {
+      std::ranges::any_of(chosen.blocks, [&candidate_set](BlockIndex block) {
         return HasContinuousShape(candidate_set.blocks()[block]);
       });
   if (!few && !has_continuous_shape) return chosen;  // nothing below would change it
@@ -62,11 +62,11 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   for (const ColumnIndex column : kept.explanation.columns) {
     const effects::Effect* const effect =
         candidate_set.blocks()[candidate_set.BlockOfColumn(column)].term.effect;
-    if (std::find(reshaped.begin(), reshaped.end(), effect) == reshaped.end()) {
+    if (std::ranges::find(reshaped, effect) == reshaped.end()) {
       columns.push_back(column);
     }
   }
-  std::sort(columns.begin(), columns.end());
+  std::ranges::sort(columns);
   std::vector<BlockIndex> support;
   for (const ColumnIndex column : columns) support.push_back(candidate_set.BlockOfColumn(column));
   std::vector<const Block*> shapes;

@@ -176,7 +176,7 @@ class DriftSearch final : public ShapeSearch {
   }
 
   bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {
-    return std::count_if(support.begin(), support.end(), [](const Block* block) {
+    return std::ranges::count_if(support, [](const Block* block) {
              return block->term.effect == &ThermalDrift();
            }) > 1;
   }
@@ -207,15 +207,14 @@ constexpr std::array kSearches = {
 }  // namespace
 
 const ShapeSearch* ShapeSearchOf(const effects::Effect& effect) {
-  const auto found = std::find_if(kSearches.begin(), kSearches.end(), [&](const Registered& known) {
-    return known.id == effect.traits().id;
-  });
+  const auto found = std::ranges::find_if(
+      kSearches, [&](const Registered& known) { return known.id == effect.traits().id; });
   return found == kSearches.end() ? nullptr : &found->search();
 }
 
 bool ShapesAreVisible(const LinearProblem& problem,
                       const std::vector<effects::ActiveEffect>& effects) {
-  return std::all_of(effects.begin(), effects.end(), [&](const effects::ActiveEffect& effect) {
+  return std::ranges::all_of(effects, [&](const effects::ActiveEffect& effect) {
     const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
     return search == nullptr || search->Visible(problem, effect);
   });

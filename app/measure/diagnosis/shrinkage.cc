@@ -57,7 +57,7 @@ void InvertLower(Eigen::Ref<Eigen::MatrixXd> L) {
 ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& group,
                    const Eigen::VectorXd& start, bool with_covariance) {
   const auto n = static_cast<Eigen::Index>(group.size());
-  const int groups = n > 0 ? *std::max_element(group.begin(), group.end()) + 1 : 0;
+  const int groups = n > 0 ? *std::ranges::max_element(group) + 1 : 0;
   ShrunkenFit fit;
   fit.values = Eigen::VectorXd::Zero(n);
   fit.ratio = start.size() == groups ? start : InitialRatios(equations, group, groups);
@@ -71,12 +71,12 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
     // Columns of groups whose variance is zero are zero; they are left out.
     std::vector<Eigen::Index> active;
     for (Eigen::Index k = 0; k < n; ++k) {
-      if (fit.ratio[group[static_cast<std::size_t>(k)]] > 0) active.push_back(k);
+      if (fit.ratio[group[k]] > 0) active.push_back(k);
     }
     const auto count = static_cast<Eigen::Index>(active.size());
     Eigen::VectorXd root(count);
     for (Eigen::Index k = 0; k < count; ++k) {
-      root[k] = std::sqrt(fit.ratio[group[static_cast<std::size_t>(active[k])]]);
+      root[k] = std::sqrt(fit.ratio[group[active[k]]]);
     }
     Eigen::MatrixXd A = root.asDiagonal() * equations.gram(active, active) * root.asDiagonal();
     A.diagonal().array() += 1;
@@ -95,9 +95,9 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
     Eigen::VectorXd square = Eigen::VectorXd::Zero(groups);
     fit.effective_parameters.setZero();
     for (Eigen::Index k = 0; k < count; ++k) {
-      const int g = group[static_cast<std::size_t>(active[static_cast<std::size_t>(k)])];
+      const int g = group[active[k]];
       fit.effective_parameters[g] += 1 - inverse.col(k).tail(count - k).squaredNorm();
-      const double value = fit.values[active[static_cast<std::size_t>(k)]];
+      const double value = fit.values[active[k]];
       square[g] += value * value;
     }
     const bool converged = std::abs(fit.gain - previous_gain) < kConverged;

@@ -18,7 +18,7 @@
 #include "app/measure/diagnosis/farthest_poses.h"
 #include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/linearisation.h"
-#include "app/measure/diagnosis/outlier_condition.h"
+#include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/residual_spread.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "firmware-like/deflection/loaded_arm.h"
@@ -85,7 +85,7 @@ void AddRow(const deflection::LoadedArm& arm, const I& influence,
   arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
   for (int i = 0; i < arm.size(); ++i) {
     if (!arm.loads().known(i)) continue;
-    JointInRows& joint = joints[static_cast<std::size_t>(i)];
+    JointInRows& joint = joints[i];
     const double tau = state.tau[i], lever = jacobian.col(i).head<3>().norm();
     const double slope = arm.compliance(i) + influence.Joint(I::kCompliance, i) -
                          influence.Joint(I::kHardening, i) * tau * tau;
@@ -113,7 +113,7 @@ std::vector<model::JointLoad> JointLoadsOf(const FitProblem& problem, const Mode
   for (const SessionIndex session : data.sessions.indices())
     arms.emplace_back(CellOf(data, model, session));
   std::vector<JointInRows> joints(static_cast<std::size_t>(arms.front().size()));
-  for (const int joint : suspected) joints[static_cast<std::size_t>(joint)].by_gap_m = HUGE_VAL;
+  for (const int joint : suspected) joints[joint].by_gap_m = HUGE_VAL;
   deflection::LoadedState state;
   for (const RowIndex row : data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight || data.numbers[row].count == 0) continue;
@@ -156,7 +156,7 @@ Eigen::VectorXd Spreads(const model::Robot& robot, const Eigen::MatrixXd& deviat
   Eigen::VectorXd spreads =
       (deviations.colwise().squaredNorm() / static_cast<double>(deviations.rows())).cwiseSqrt();
   for (int joint = 0; joint < robot.size(); ++joint) {
-    const model::JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
+    const model::JointType type = robot.joints[joint].type;
     if (type == model::JointType::kPrismatic || spreads[joint] < kMinSpread_rad) spreads[joint] = 0;
   }
   return spreads;
@@ -236,7 +236,7 @@ std::vector<double> FewPayloadLevels(const FitProblem& problem) {
     if (problem.weights[row] < kOutlierWeight) continue;
     loads_kg.push_back(problem.data.conditions[row].payload_kg);
   }
-  std::sort(loads_kg.begin(), loads_kg.end());
+  std::ranges::sort(loads_kg);
   if (loads_kg.empty()) return {};
   const double range_kg = loads_kg.back() - loads_kg.front();
   for (const double load_kg : loads_kg) {
@@ -350,8 +350,7 @@ std::set<int> LoadedJointsOf(const std::vector<Rival>& rivals, int joints) {
       continue;
     for (int joint = 0; joint < joints; ++joint) {
       const std::string name = fmt::format("q{}", joint + 1);
-      if (std::find(rival.scope.begin(), rival.scope.end(), name) != rival.scope.end())
-        found.insert(joint);
+      if (std::ranges::find(rival.scope, name) != rival.scope.end()) found.insert(joint);
     }
   }
   return found;
@@ -370,8 +369,7 @@ void AddLoadNotes(const std::vector<effects::ActiveEffect>& found, bool weight_k
         Listed(joints, "or")));
   }
   const bool unknown_loads =
-      !weight_known &&
-      std::any_of(found.begin(), found.end(), [](const effects::ActiveEffect& effect) {
+      !weight_known && std::ranges::any_of(found, [](const effects::ActiveEffect& effect) {
         const effects::EffectTraits& traits = effect.term.effect->traits();
         return traits.Needs(effects::Signal::kNoTorques, effect.term.word) ||
                traits.Needs(effects::Signal::kTorques, effect.term.word);

@@ -84,7 +84,7 @@ void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std:
   const auto slides = [&](const model::Joint& joint) {
     return joint.type == model::JointType::kPrismatic;
   };
-  const bool some_slide = std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(), slides);
+  const bool some_slide = std::ranges::any_of(cell.robot.joints, slides);
   text += fmt::format(
       "Measure next (joints in degrees{}; apart: distance between the tips that the explanations "
       "predict)\n",
@@ -92,7 +92,7 @@ void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std:
   for (std::size_t k = 0; k < std::min(poses.size(), kMaxPoses); ++k) {
     text += fmt::format("  {}:", k + 1);
     for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
-      const bool linear = slides(cell.robot.joints[static_cast<std::size_t>(i)]);
+      const bool linear = slides(cell.robot.joints[i]);
       text += fmt::format(" {:7.1f}", poses[k].q[i] * (linear ? kMmPerMetre : kDegPerRad));
     }
     const std::string how = MeasuringText(poses[k]);

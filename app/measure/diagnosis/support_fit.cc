@@ -24,9 +24,7 @@ SupportFit::SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& momen
 
 /// Rise of the minimum if a unit is dropped and the others are refitted: v^T (inverse block)^-1 v.
 double SupportFit::RiseWithout(const Unit& unit) const {
-  const auto at = [this, &unit](std::size_t k) {
-    return at_[static_cast<std::size_t>(unit.places[k])];
-  };
+  const auto at = [this, &unit](std::size_t k) { return at_[unit.places[k]]; };
   const std::size_t n = unit.places.size();
   if (n == 1) return values_[at(0)] * values_[at(0)] / inverse_(at(0), at(0));
   const auto solved = [&](auto part, auto value) {
@@ -51,16 +49,16 @@ double SupportFit::RiseWithout(const Unit& unit) const {
 }
 
 void SupportFit::Drop(int place) {
-  const Eigen::Index last = left_ - 1, at = at_[static_cast<std::size_t>(place)];
+  const Eigen::Index last = left_ - 1, at = at_[place];
   if (at != last) {
     inverse_.row(at).head(left_).swap(inverse_.row(last).head(left_));
     inverse_.col(at).head(left_).swap(inverse_.col(last).head(left_));
     std::swap(values_[at], values_[last]);
-    const int moved = place_of_[static_cast<std::size_t>(last)];
-    place_of_[static_cast<std::size_t>(at)] = moved;
-    place_of_[static_cast<std::size_t>(last)] = place;
-    at_[static_cast<std::size_t>(moved)] = static_cast<int>(at);
-    at_[static_cast<std::size_t>(place)] = static_cast<int>(last);
+    const int moved = place_of_[last];
+    place_of_[at] = moved;
+    place_of_[last] = place;
+    at_[moved] = static_cast<int>(at);
+    at_[place] = static_cast<int>(last);
   }
   const double pivot = inverse_(last, last);
   const auto column = inverse_.col(last).head(last);
@@ -90,9 +88,8 @@ bool SupportFit::DropOutOfBounds(const std::vector<model::Interval>& bounds) {
   double least = HUGE_VAL;
   auto cheapest = units_.end();
   for (auto unit = units_.begin(); unit != units_.end(); ++unit) {
-    const bool within = std::all_of(unit->places.begin(), unit->places.end(), [&](int place) {
-      return bounds[static_cast<std::size_t>(place)].Contains(Value(place));
-    });
+    const bool within = std::ranges::all_of(
+        unit->places, [&](int place) { return bounds[place].Contains(Value(place)); });
     if (within) continue;
     const double rise = RiseWithout(*unit);
     if (rise >= least) continue;
@@ -115,7 +112,7 @@ std::vector<int> SupportFit::Places() const {
   for (const Unit& unit : units_) {
     places.insert(places.end(), unit.places.begin(), unit.places.end());
   }
-  std::sort(places.begin(), places.end());
+  std::ranges::sort(places);
   return places;
 }
 

@@ -39,7 +39,7 @@ class SupportFit {
   /// Minimum of the objective: chi2 plus the prior term.
   double minimum() const { return minimum_; }
   /// Value of a kept column.
-  double Value(int place) const { return values_[at_[static_cast<std::size_t>(place)]]; }
+  double Value(int place) const { return values_[at_[place]]; }
   /// The kept units.
   const std::vector<Unit>& units() const { return units_; }
   /// Columns of the kept units, ascending.

@@ -119,12 +119,12 @@ class UnitChangeSearch {
     if (model) {
       as_read_ = DistancesAt(subset_, *model);
     } else {
-      as_read_.assign(static_cast<std::size_t>(subset_.rows()), HUGE_VAL);
+      as_read_.assign(subset_.rows(), HUGE_VAL);
     }
   }
 
   bool HasGrossRows() const {
-    return std::count_if(as_read_.begin(), as_read_.end(), [](double distance_m) {
+    return std::ranges::count_if(as_read_, [](double distance_m) {
              return distance_m >= kGross_m;
            }) >= kMinRowsPerSide;
   }

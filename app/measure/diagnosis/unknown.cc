@@ -25,8 +25,8 @@ struct EmpiricalFits {
   Eigen::MatrixXd factors;  ///< in the order of the carried columns
   NestedFits fits;
 
-  EmpiricalFits(const CarriedColumns& carried, Eigen::MatrixXd of)
-      : factors(std::move(of)), fits(carried.Gram(factors)) {}
+  EmpiricalFits(const CarriedColumns& carried, Eigen::MatrixXd of_rows)
+      : factors(std::move(of_rows)), fits(carried.Gram(factors)) {}
 
   std::vector<double> Gains(const Eigen::MatrixXd& along) const {
     return fits.Gains(CarriedColumns::Moments(factors, along));
@@ -62,16 +62,16 @@ void AddCurves(const LinearProblem& problem, const CarriedResidual& residual, Si
   const std::vector<int> degrees = Degrees(data.signals[signal], carrier.size());
   if (degrees.empty()) return;
   const int first = IsFreeFrame(data, carrier) ? 1 : 0;
-  const auto& of = problem.Kept<EmpiricalFits>(KeyOfFits(data, carrier, signal), [&] {
+  const auto& curves = problem.Kept<EmpiricalFits>(KeyOfFits(data, carrier, signal), [&] {
     const Eigen::MatrixXd factors =
         Polynomials(problem, residual.columns.rows(), signal, degrees.back());
     return EmpiricalFits(residual.columns, factors.rightCols(factors.cols() - first));
   });
-  const std::vector<double> gains = of.Gains(residual.along);
+  const std::vector<double> gains = curves.Gains(residual.along);
   const double per_column = std::log(static_cast<double>(problem.clusters()));
   for (const int degree : degrees) {
     const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
-    found.emplace_back(gains[last] - per_column * of.fits.Rank(last),
+    found.emplace_back(gains[last] - per_column * curves.fits.Rank(last),
                        EmpiricalBlock(data, signal, carrier, degree, first == 0, trials));
   }
 }
@@ -89,7 +89,7 @@ void AddSurfaces(const LinearProblem& problem, const CarriedResidual& residual,
   const int least = std::min(distinct(pair.first), distinct(pair.second));
   if (least <= 1) return;
   const int second = pair.second.value() + 1;
-  const auto& of =
+  const auto& surfaces =
       problem.Kept<Surfaces>(KeyOfFits(data, residual.entries, pair.first, second), [&] {
         const auto fits = [&](int degree) {
           return EmpiricalFits(residual.columns, SurfaceFactors(problem, residual.columns.rows(),
@@ -99,7 +99,7 @@ void AddSurfaces(const LinearProblem& problem, const CarriedResidual& residual,
       });
   for (const int degree : {1, 2}) {
     if (least <= degree) return;
-    const EmpiricalFits& surface = degree == 1 ? of.bilinear : of.quadratic;
+    const EmpiricalFits& surface = degree == 1 ? surfaces.bilinear : surfaces.quadratic;
     const std::vector<double> gains = surface.Gains(residual.along);
     found.emplace_back(gains.back() - per_column * surface.fits.Rank(gains.size() - 1),
                        EmpiricalSurface(data, pair.first, pair.second, residual.entries, degree,
@@ -180,8 +180,8 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
   } else {
     AddSurfaces(problem, along, {drivers[0], drivers[1]}, trials.of_surface, found);
   }
-  const auto best = std::max_element(
-      found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto best = std::ranges::max_element(
+      found, [](const auto& a, const auto& b) { return a.first < b.first; });
   if (best == found.end()) return std::nullopt;
   return best->second;
 }
@@ -203,8 +203,7 @@ std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::V
       AddSurfaces(problem, along, pair, trials.of_surface, found);
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<BlockIndex> indices;
   for (std::size_t k = 0; k < std::min(kBlocksKept, found.size()); ++k) {
     const BlockIndex index = candidate_set.Add(found[k].second);
@@ -231,7 +230,7 @@ class EmpiricalSearch {
   /// Adds the empirical blocks that fit the residual of an explanation.
   void AddEmpiricalBlocks(const Explanation& from) {
     for (const BlockIndex block : AddEmpirical(candidate_set_, candidate_set_.Residual(from))) {
-      const bool known = std::find(empirical_.begin(), empirical_.end(), block) != empirical_.end();
+      const bool known = std::ranges::find(empirical_, block) != empirical_.end();
       if (!known) empirical_.push_back(block);
     }
   }
@@ -253,7 +252,7 @@ class EmpiricalSearch {
       for (const BlockIndex removed : explanation.blocks) {
         by_score.emplace_back(Evaluate(With(Without(explanation.blocks, removed), block)), removed);
       }
-      std::stable_sort(by_score.begin(), by_score.end());
+      std::ranges::stable_sort(by_score);
       std::vector<BlockIndex> remaining = explanation.blocks;
       for (const auto& [score, removed] : by_score) {
         remaining = Without(remaining, removed);
@@ -279,7 +278,7 @@ class EmpiricalSearch {
     for (const BlockIndex block : empirical_) {
       by_score.emplace_back(Evaluate(With(explanation.blocks, block)), block);
     }
-    std::stable_sort(by_score.begin(), by_score.end());
+    std::ranges::stable_sort(by_score);
     std::vector<BlockIndex> best;
     for (std::size_t k = 0; k < std::min(kTried, by_score.size()); ++k) {
       best.push_back(by_score[k].second);
@@ -320,7 +319,7 @@ class EmpiricalSearch {
 
   /// Evaluates a support, updates the best explanation, and returns the score. Cached.
   double Evaluate(std::vector<BlockIndex> support) {
-    std::sort(support.begin(), support.end());
+    std::ranges::sort(support);
     support.erase(std::unique(support.begin(), support.end()), support.end());
     const auto known = scores_.find(support);
     if (known != scores_.end()) return known->second;

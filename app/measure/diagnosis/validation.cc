@@ -77,7 +77,7 @@ bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weigh
   bool any_beyond = false;  // regions or sessions were predicted
   for (std::size_t scheme = 1; scheme < validation.schemes.size(); ++scheme) {
     const PerRow<bool>& predicted = validation.schemes[scheme].predicted;
-    if (std::find(predicted.begin(), predicted.end(), true) == predicted.end()) continue;
+    if (std::ranges::find(predicted, true) == predicted.end()) continue;
     if (!lowers(validation.schemes[scheme])) return false;
     any_beyond = true;
   }
@@ -99,8 +99,7 @@ std::string ReasonToWithhold(const Validation& validation, bool empirical) {
   const auto between_rows = [&](const HeldOutError& error) {
     return error.by == validation.schemes.front().by;
   };
-  const bool any_between =
-      std::any_of(validation.errors.begin(), validation.errors.end(), between_rows);
+  const bool any_between = std::ranges::any_of(validation.errors, between_rows);
   for (const HeldOutError& error : validation.errors) {
     if (!empirical && any_between && !between_rows(error)) continue;
     if (error.after_m <= error.before_m) continue;

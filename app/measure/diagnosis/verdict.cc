@@ -12,11 +12,10 @@
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/lack_of_fit.h"
-#include "app/measure/diagnosis/larger_residuals.h"
 #include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/load_direction.h"
+#include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/outlier_condition.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/statistics.h"
@@ -107,24 +106,23 @@ Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
 
 void AddEach(const std::vector<std::string>& columns, std::vector<std::string>& known) {
   for (const std::string& column : columns) {
-    if (std::find(known.begin(), known.end(), column) == known.end()) known.push_back(column);
+    if (std::ranges::find(known, column) == known.end()) known.push_back(column);
   }
 }
 
 /// Adds the signals of empirical terms and of their rivals, then those that the residual follows.
 void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const BlockIndex block : found.best.blocks) {
-    const Block& of = found.candidate_set->blocks()[block];
-    if (!found.unknown || !of.empirical()) continue;
-    AddEach(of.term.drivers, diagnosis.drivers);
+    const Block& own = found.candidate_set->blocks()[block];
+    if (!found.unknown || !own.empirical()) continue;
+    AddEach(own.term.drivers, diagnosis.drivers);
   }
   for (const std::vector<std::string>& rivals : diagnosis.rival_drivers) {
     AddEach(rivals, diagnosis.drivers);
   }
   if (!rough) return;
   for (const SignalTrace& signal : diagnosis.signals) {
-    const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
-                       diagnosis.drivers.end();
+    const bool named = std::ranges::find(diagnosis.drivers, signal.name) != diagnosis.drivers.end();
     if (signal.p_value <= kSignalSignificance && !named) diagnosis.drivers.push_back(signal.name);
   }
 }
@@ -181,8 +179,8 @@ const char* WordsOf(const RowCondition& condition) {
 /// True if a condition holds for some rows, but not for more than half of them.
 bool LeavesMostRows(const Dataset& data, const RowCondition& condition) {
   const IndexRange<RowIndex> rows = data.row_indices();
-  const auto meeting = std::count_if(rows.begin(), rows.end(),
-                                     [&](RowIndex row) { return Meets(condition, data, row); });
+  const auto meeting =
+      std::ranges::count_if(rows, [&](RowIndex row) { return Meets(condition, data, row); });
   return meeting > 0 && 2 * meeting <= data.rows();
 }
 

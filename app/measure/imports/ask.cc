@@ -45,7 +45,7 @@ Mapping MappingOf(const UnderstoodFile& file) {
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
     MappedColumn column{file.layout.names[i], 0, file.meanings[i].target, file.meanings[i].unit};
     const auto& names = file.layout.names;
-    if (column.from.empty() || std::count(names.begin(), names.end(), column.from) > 1) {
+    if (column.from.empty() || std::ranges::count(names, column.from) > 1) {
       column.from.clear();
       column.number = static_cast<int>(i) + 1;
     }

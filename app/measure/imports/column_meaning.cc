@@ -167,8 +167,8 @@ std::string Words(std::string_view text) {
 }
 
 bool IsKnownUnit(std::string_view unit) {
-  return std::any_of(kKnownUnits.begin(), kKnownUnits.end(),
-                     [&](const KnownUnit& known) { return known.name == unit; });
+  return std::ranges::any_of(kKnownUnits,
+                             [&](const KnownUnit& known) { return known.name == unit; });
 }
 
 NameAndUnit Parted(std::string_view name) {
@@ -216,9 +216,8 @@ bool HasQuaternion(const std::vector<NameAndUnit>& parts) {
 /// True if there are joints 0 and 1, and no column is a quaternion's.
 bool NumberedFromZero(const std::vector<NameAndUnit>& parts) {
   const auto has = [&parts](int number) {
-    return std::any_of(parts.begin(), parts.end(), [number](const NameAndUnit& part) {
-      return JointNumber(part.words) == number;
-    });
+    return std::ranges::any_of(
+        parts, [number](const NameAndUnit& part) { return JointNumber(part.words) == number; });
   };
   return has(0) && has(1) && !HasQuaternion(parts);
 }
@@ -228,7 +227,7 @@ std::string TargetOf(const NameAndUnit& part, bool quaternion, int first) {
   if (const auto number = JointNumber(part.words)) {
     static constexpr std::array kParts = {"qw", "qx", "qy", "qz"};
     if (quaternion && part.words.starts_with("q") && *number <= 3) {
-      return kParts[static_cast<std::size_t>(*number)];
+      return kParts[*number];
     }
     const int joint = *number + 1 - first;
     if (joint < 1 || joint > model::kMaxJoints) return "";

@@ -89,8 +89,8 @@ config::Fault DifferentSigns(const UnderstoodFile& file, const std::vector<SignU
     }
     what += fmt::format(", like {}", fmt::join(further, ", "));
   }
-  const auto with_own = std::find_if(
-      uses.begin(), uses.end(), [](const SignUse& use) { return use.own.count > use.other.count; });
+  const auto with_own = std::ranges::find_if(
+      uses, [](const SignUse& use) { return use.own.count > use.other.count; });
   if (with_own == uses.end()) {
     return FaultAt(file, columns.front(),
                    what + fmt::format(", but the decimal sign is stated as {}; give --decimal {} "

@@ -146,14 +146,14 @@ bool IsComment(std::string_view line) {
 }
 
 int NumbersIn(const Record& record, char decimal) {
-  return static_cast<int>(std::count_if(
-      record.fields.begin(), record.fields.end(),
-      [&](const std::string& field) { return NumberIn(field, decimal).has_value(); }));
+  return static_cast<int>(std::ranges::count_if(record.fields, [&](const std::string& field) {
+    return NumberIn(field, decimal).has_value();
+  }));
 }
 
 int TextsIn(const Record& record, char decimal) {
-  const auto filled = std::count_if(record.fields.begin(), record.fields.end(),
-                                    [](const std::string& field) { return !field.empty(); });
+  const auto filled =
+      std::ranges::count_if(record.fields, [](const std::string& field) { return !field.empty(); });
   return static_cast<int>(filled) - NumbersIn(record, decimal);
 }
 
@@ -164,7 +164,7 @@ bool IsUnit(std::string field) {
   field.erase(std::remove_if(field.begin(), field.end(),
                              [](char c) { return c == '[' || c == ']' || c == '(' || c == ')'; }),
               field.end());
-  return std::find(kUnits.begin(), kUnits.end(), field) != kUnits.end();
+  return std::ranges::find(kUnits, field) != kUnits.end();
 }
 
 /// Index of the record with the column names; nullopt if the file starts with data.
@@ -174,8 +174,7 @@ std::optional<std::size_t> HeaderAt(const std::vector<Record>& records, char dec
     if (numbers > 0 && numbers >= texts) return std::nullopt;  // data
     const std::size_t after = i + 1;
     if (texts == 0 || after >= records.size()) continue;
-    const bool units_follow =
-        std::all_of(records[after].fields.begin(), records[after].fields.end(), IsUnit);
+    const bool units_follow = std::ranges::all_of(records[after].fields, IsUnit);
     const std::size_t data = units_follow && after + 1 < records.size() ? after + 1 : after;
     const auto width = static_cast<int>(records[i].fields.size());
     const auto data_width = static_cast<int>(records[data].fields.size());
@@ -207,7 +206,7 @@ void TakeHeader(std::vector<Record>& records, const LayoutHints& hints, Delimite
     layout.header_line = records[*header].line;
     layout.names = records[*header].fields;
     if (data < records.size() && TextsIn(records[data], layout.decimal) > 0 &&
-        std::all_of(records[data].fields.begin(), records[data].fields.end(), IsUnit)) {
+        std::ranges::all_of(records[data].fields, IsUnit)) {
       layout.units = records[data++].fields;
     }
   }

@@ -189,8 +189,8 @@ void RowReader::AddNotes(std::vector<std::string>& notes) const {
 
 void RowReader::Check(ImportedRow& row, std::string& reason) const {
   const auto count = [&](std::initializer_list<const char*> names) {
-    return std::count_if(names.begin(), names.end(),
-                         [&](const char* name) { return row.numbers.contains(name); });
+    return std::ranges::count_if(names,
+                                 [&](const char* name) { return row.numbers.contains(name); });
   };
   const auto position = count({"x_mm", "y_mm", "z_mm"}), turn = count({"qw", "qx", "qy", "qz"});
   if (position != 0 && position != 3) Reject(reason, "x, y and z are not all given");
@@ -235,9 +235,8 @@ std::optional<double> MeasuredLength(const std::map<std::string, double>& n) {
 
 void RowReader::AddSigma(ImportedRow& row) const {
   double variance = ScatterVariance(row.numbers);
-  const bool stated =
-      std::any_of(file_.meanings.begin(), file_.meanings.end(),
-                  [](const ColumnMeaning& meaning) { return IsUncertainty(meaning.target); });
+  const bool stated = std::ranges::any_of(
+      file_.meanings, [](const ColumnMeaning& meaning) { return IsUncertainty(meaning.target); });
   if (stated && variance == 0) return;  // the scatter of this row is unknown, not zero
   const auto length_m = MeasuredLength(row.numbers);
   if (const auto& mpe = options_.permissible_error; mpe && length_m) {
@@ -293,8 +292,7 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
 }
 
 bool ImportedRow::HasMeasurement() const {
-  return std::any_of(kReadings.begin(), kReadings.end(),
-                     [&](const char* name) { return numbers.contains(name); }) ||
+  return std::ranges::any_of(kReadings, [&](const char* name) { return numbers.contains(name); }) ||
          texts.contains("artefact");
 }
 
@@ -307,7 +305,7 @@ std::string MeasuredCsv(const ImportedTable& table) {
     columns.emplace_back(name);
   for (const char* name : kMeasuredColumns) columns.emplace_back(name);
   const auto absent = [&](const std::string& column) {
-    return std::none_of(table.rows.begin(), table.rows.end(), [&](const ImportedRow& row) {
+    return std::ranges::none_of(table.rows, [&](const ImportedRow& row) {
       return row.numbers.contains(column) || row.texts.contains(column);
     });
   };

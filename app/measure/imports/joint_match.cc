@@ -18,8 +18,8 @@ std::string Key(const ImportedRow& row, const char* column) {
 }
 
 bool AnyHas(const ImportedTable& table, const char* column) {
-  return std::any_of(table.rows.begin(), table.rows.end(),
-                     [&](const ImportedRow& row) { return !Key(row, column).empty(); });
+  return std::ranges::any_of(table.rows,
+                             [&](const ImportedRow& row) { return !Key(row, column).empty(); });
 }
 
 void AddJoints(const ImportedRow& joints, ImportedRow& row) {
@@ -74,8 +74,8 @@ ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& j
 }
 
 bool HasTimes(const ImportedTable& table) {
-  return std::any_of(table.rows.begin(), table.rows.end(),
-                     [](const ImportedRow& row) { return row.numbers.contains("t_s"); });
+  return std::ranges::any_of(table.rows,
+                             [](const ImportedRow& row) { return row.numbers.contains("t_s"); });
 }
 
 void ShiftTimes(ImportedTable& table, double origin_s) {
@@ -151,9 +151,8 @@ void RejectRowsWithoutJoints(ImportedTable& table) {
   for (const RejectedLine& line : table.rejected) named.emplace(line.file, line.line);
   std::vector<ImportedRow> kept;
   for (ImportedRow& row : table.rows) {
-    const auto missing = std::find_if(required.begin(), required.end(), [&](const auto& name) {
-      return !row.numbers.contains(name);
-    });
+    const auto missing = std::ranges::find_if(
+        required, [&](const auto& name) { return !row.numbers.contains(name); });
     if (!required.empty() && missing == required.end()) {
       kept.push_back(std::move(row));
     } else if (named.emplace(row.file, row.line).second) {

@@ -54,8 +54,8 @@ std::string PreviewText(const UnderstoodFile& file, const ImportedTable& table) 
   if (!file.readable) {
     return text + "  rows not read: a column lacks a known unit or has another decimal sign\n";
   }
-  const auto without = std::count_if(table.rows.begin(), table.rows.end(),
-                                     [](const ImportedRow& row) { return !row.HasMeasurement(); });
+  const auto without = std::ranges::count_if(
+      table.rows, [](const ImportedRow& row) { return !row.HasMeasurement(); });
   text += fmt::format("  {} row{}, {} of them without a usable measurement\n", table.rows.size(),
                       table.rows.size() == 1 ? "" : "s", without);
   for (std::size_t i = 0; i < std::min(kShownRejected, table.rejected.size()); ++i) {

@@ -112,7 +112,7 @@ bool IsKeyence(const DelimitedText& layout) {
     if (field.find_first_not_of("+-XF.") == std::string::npos) return true;
     return field.find_first_of("+-") == 0 && NumberIn(field, layout.decimal).has_value();
   };
-  return std::all_of(layout.records.begin(), layout.records.end(), matches);
+  return std::ranges::all_of(layout.records, matches);
 }
 
 /// Meanings of columns without names, by their order.
@@ -146,7 +146,7 @@ std::string PlaceOf(const DelimitedText& layout, std::size_t column) {
 
 /// True if any line has different texts in two columns.
 bool Differ(const DelimitedText& layout, std::size_t a, std::size_t b) {
-  return std::any_of(layout.records.begin(), layout.records.end(), [&](const Record& record) {
+  return std::ranges::any_of(layout.records, [&](const Record& record) {
     return std::max(a, b) < record.fields.size() && record.fields[a] != record.fields[b];
   });
 }
@@ -160,8 +160,7 @@ void RefuseDuplicates(const UnderstoodFile& file, config::FaultList& faults) {
     if (!meaning.same_as || meaning.because == "mapping") continue;
     const ColumnMeaning& first = file.meanings[*meaning.same_as];
     const bool decided = first.because == "mapping" || first.target.empty();
-    const bool harmless =
-        std::find(kMayRepeat.begin(), kMayRepeat.end(), first.target) != kMayRepeat.end();
+    const bool harmless = std::ranges::find(kMayRepeat, first.target) != kMayRepeat.end();
     if (decided || harmless || !Differ(file.layout, *meaning.same_as, i)) continue;
     faults.Add({config::Fault::Severity::kFault, file.file, file.layout.header_line,
                 PlaceOf(file.layout, i),

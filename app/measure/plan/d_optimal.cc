@@ -44,7 +44,7 @@ Eigen::MatrixXd Information(const std::vector<Eigen::MatrixXd>& rows,
   const Eigen::Index size = rows.empty() ? 0 : rows.front().cols();
   Eigen::MatrixXd H = Eigen::MatrixXd::Identity(size, size);
   for (const int i : selected) {
-    const Eigen::MatrixXd& X = rows[static_cast<std::size_t>(i)];
+    const Eigen::MatrixXd& X = rows[i];
     H += X.transpose() * X;
   }
   return H;
@@ -56,19 +56,19 @@ std::vector<int> DOptimalRows(const std::vector<Eigen::MatrixXd>& rows, int coun
   double gain = 0;
   while (static_cast<int>(selected.size()) < std::min(count, static_cast<int>(rows.size()))) {
     const int best = BestRow(rows, used, Inverted(Information(rows, selected)), gain);
-    used[static_cast<std::size_t>(best)] = true;
+    used[best] = true;
     selected.push_back(best);
   }
   for (int pass = 0; pass < passes; ++pass) {
     bool exchanged = false;
     for (int& row : selected) {
-      const Eigen::MatrixXd& X = rows[static_cast<std::size_t>(row)];
+      const Eigen::MatrixXd& X = rows[row];
       const Eigen::MatrixXd inverse = Inverted(Information(rows, selected) - X.transpose() * X);
       const double kept = GainOf(X, inverse);
       const int best = BestRow(rows, used, inverse, gain);
       if (best < 0 || gain < kept + kWorthExchange) continue;
-      used[static_cast<std::size_t>(row)] = false;
-      used[static_cast<std::size_t>(best)] = true;
+      used[row] = false;
+      used[best] = true;
       row = best;
       exchanged = true;
     }

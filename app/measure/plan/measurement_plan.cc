@@ -69,9 +69,8 @@ class CandidatePostures {
 
   /// Moves the tip onto the artefact of the row.
   bool Touch(PlannedRow& row) const {
-    const auto artefact =
-        std::find_if(cell_.artefacts.begin(), cell_.artefacts.end(),
-                     [&](const model::Artefact& one) { return one.name == row.artefact; });
+    const auto artefact = std::ranges::find_if(
+        cell_.artefacts, [&](const model::Artefact& one) { return one.name == row.artefact; });
     const Pose X_WA = artefact->in_base ? cell_.robot.X_WB : Pose();
     const Vec3 place = X_WA * *artefact->place;
     if (artefact->kind == model::ArtefactKind::kPlane) {
@@ -124,8 +123,8 @@ model::CellModel WithToolFirst(model::CellModel cell, std::optional<int> number)
 /// The artefacts of the task exist and can be reached for.
 std::optional<Error> ArtefactProblem(const model::CellModel& cell, const PlanTask& task) {
   for (const std::string& name : task.artefacts) {
-    const auto found = std::find_if(cell.artefacts.begin(), cell.artefacts.end(),
-                                    [&](const model::Artefact& one) { return one.name == name; });
+    const auto found = std::ranges::find_if(
+        cell.artefacts, [&](const model::Artefact& one) { return one.name == name; });
     if (found == cell.artefacts.end()) {
       return Error{
           fmt::format("has no [[artefact]] \"{}\"; declare it or correct --artefacts", name)};
@@ -158,10 +157,9 @@ MeasuredTable TableOf(const model::CellModel& cell, const std::vector<PlannedRow
     if (table.recorded.payload) row.payload_kg = rows[i].payload_kg;
     if (table.recorded.position) row.measured_W = rows[i].X_WT.p;
     row.artefact = rows[i].artefact;
-    const bool gauge =
-        std::any_of(cell.artefacts.begin(), cell.artefacts.end(), [&](const model::Artefact& one) {
-          return one.name == row.artefact && one.kind == model::ArtefactKind::kGauge;
-        });
+    const bool gauge = std::ranges::any_of(cell.artefacts, [&](const model::Artefact& one) {
+      return one.name == row.artefact && one.kind == model::ArtefactKind::kGauge;
+    });
     if (!gauge) continue;
     row.gauge_m = 0;  // any reading: a plan depends on the derivatives only
     table.recorded.gauge = true;
@@ -323,7 +321,7 @@ Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const
 
   MeasurementPlan plan;
   plan.candidates = static_cast<int>(candidates.size());
-  for (const int i : selected) plan.rows.push_back(candidates[static_cast<std::size_t>(i)]);
+  for (const int i : selected) plan.rows.push_back(candidates[i]);
   Order(check, task.joint_speeds, plan);
   plan.effects = Determinations(columns, selected, random);
   const double gained = LogDeterminant(Information(columns.rows, selected)) -

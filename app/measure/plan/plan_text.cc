@@ -89,9 +89,7 @@ std::string LoadText(const PlannedRow& row) {
 }
 
 std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>& joints) {
-  const auto any = [&](auto&& test) {
-    return std::any_of(plan.rows.begin(), plan.rows.end(), test);
-  };
+  const auto any = [&](auto&& test) { return std::ranges::any_of(plan.rows, test); };
   const bool payload = any([](const PlannedRow& row) { return row.payload_kg.has_value(); });
   const bool artefact = any([](const PlannedRow& row) { return !row.artefact.empty(); });
   std::string text = JointNames(joints, ',').substr(1);

@@ -51,7 +51,7 @@ bool PostureCheck::IsFree(const model::JointVector& q) const {
   const auto add = [&](const Vec3& p) {
     if ((p - points.back()).norm() > 1e-6) points.push_back(p);
   };
-  for (int i = 0; i < arm_.size(); ++i) add(posture.X_BL[static_cast<std::size_t>(i)].p);
+  for (int i = 0; i < arm_.size(); ++i) add(posture.X_BL[i].p);
   const Vec3 tip_B = posture.X_BF() * arm_.X_FT().p;
   add(tip_B);
   for (std::size_t i = 2; i < points.size(); ++i) {

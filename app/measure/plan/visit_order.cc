@@ -41,11 +41,9 @@ std::vector<std::size_t> NearestFirst(std::size_t count, Moves& moves) {
   if (count > 0) order.push_back(0);
   while (!left.empty()) {
     const std::size_t at = order.back();
-    std::stable_sort(left.begin(), left.end(), [&](std::size_t a, std::size_t b) {
-      return moves.Cost(at, a) < moves.Cost(at, b);
-    });
-    auto next = std::find_if(left.begin(), left.end(),
-                             [&](std::size_t to) { return moves.IsFree(at, to); });
+    std::ranges::stable_sort(
+        left, [&](std::size_t a, std::size_t b) { return moves.Cost(at, a) < moves.Cost(at, b); });
+    auto next = std::ranges::find_if(left, [&](std::size_t to) { return moves.IsFree(at, to); });
     if (next == left.end()) next = left.begin();
     order.push_back(*next);
     left.erase(next);

@@ -85,27 +85,24 @@ std::string FittedText(const AchievedAccuracy& achieved) {
 
 AchievedAccuracy AchievedAccuracyOf(const Diagnosis& diagnosis, const model::CellModel& cell) {
   AchievedAccuracy achieved;
-  achieved.rejected_rows = static_cast<int>(
-      std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
-                    [](const RowTrace& row) { return row.outlier && MeasuresPosition(row); }));
+  achieved.rejected_rows = static_cast<int>(std::ranges::count_if(
+      diagnosis.rows, [](const RowTrace& row) { return row.outlier && MeasuresPosition(row); }));
   if (cell.measurement.kind == model::MeasurementKind::kRange) {
     achieved.why_none = "the instrument measures ranges, not positions";
     return achieved;
   }
   achieved.frame_fitted = !cell.measurement.frame_known;
   achieved.tip_fitted = !cell.measurement.tool_known;
-  achieved.other_rows =
-      static_cast<int>(std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
-                                     [](const RowTrace& row) { return !MeasuresPosition(row); }));
+  achieved.other_rows = static_cast<int>(std::ranges::count_if(
+      diagnosis.rows, [](const RowTrace& row) { return !MeasuresPosition(row); }));
   if (achieved.other_rows > 0 && achieved.other_rows == static_cast<int>(diagnosis.rows.size())) {
     achieved.why_none =
         "the rows touch artefacts, which shows an error relative to the artefact or along one "
         "direction, not that of a position";
     return achieved;
   }
-  achieved.held_out =
-      std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(),
-                  [](const RowTrace& row) { return row.held_out_after.has_value(); });
+  achieved.held_out = std::ranges::any_of(
+      diagnosis.rows, [](const RowTrace& row) { return row.held_out_after.has_value(); });
   const Lists lists = ReadingsOf(diagnosis, achieved.held_out);
   achieved.rows = static_cast<int>(lists.before.size());
   if (lists.before.empty()) {

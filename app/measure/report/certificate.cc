@@ -115,9 +115,8 @@ std::string VerdictSentence(const Diagnosis& diagnosis, const model::CellModel& 
 /// "all 4 checks passed, but 2 effects are in doubt", or empty.
 std::string ChecksText(const Diagnosis& diagnosis) {
   const std::size_t all = diagnosis.checks.size();
-  const auto passed =
-      static_cast<std::size_t>(std::count_if(diagnosis.checks.begin(), diagnosis.checks.end(),
-                                             [](const auto& check) { return check.passed; }));
+  const auto passed = static_cast<std::size_t>(
+      std::ranges::count_if(diagnosis.checks, [](const auto& check) { return check.passed; }));
   std::set<std::pair<std::string, std::vector<std::string>>> doubtful;
   for (const Doubt& doubt : diagnosis.doubts) doubtful.emplace(doubt.id, doubt.scope);
   std::string text;
@@ -336,8 +335,8 @@ std::string CoefficientsTable(const Diagnosis& diagnosis) {
   }
   std::vector<std::string> notes;
   if (!diagnosis.withheld.empty()) notes.emplace_back("Not written to the model.");
-  const bool displaces = std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
-                                     [](const Finding& finding) { return finding.tip_rms_m > 0; });
+  const bool displaces = std::ranges::any_of(
+      diagnosis.findings, [](const Finding& finding) { return finding.tip_rms_m > 0; });
   if (displaces) {
     notes.emplace_back("At the tip: RMS displacement at the measured poses by this value alone.");
   }
@@ -370,9 +369,8 @@ std::string NotTested(const CertificateInput& input) {
   }
   if (input.achieved.before) {
     const Characteristics& all = input.achieved.before->characteristics;
-    const auto fewest =
-        std::min_element(all.poses.begin(), all.poses.end(),
-                         [](const auto& a, const auto& b) { return a.cycles < b.cycles; });
+    const auto fewest = std::ranges::min_element(
+        all.poses, [](const auto& a, const auto& b) { return a.cycles < b.cycles; });
     if (fewest->cycles < 30) items.emplace_back("30 cycles at every pose (ISO 9283)");
   }
   const auto& missing = input.diagnosis.not_recorded;

@@ -45,18 +45,17 @@ Figure PoseFigure(const Achieved& achieved, std::size_t pose, double value_m) {
 
 /// The pose whose budget is largest.
 std::size_t FewestCycles(const Characteristics& all) {
-  const auto fewest =
-      std::min_element(all.poses.begin(), all.poses.end(),
-                       [](const auto& a, const auto& b) { return a.cycles < b.cycles; });
+  const auto fewest = std::ranges::min_element(
+      all.poses, [](const auto& a, const auto& b) { return a.cycles < b.cycles; });
   return static_cast<std::size_t>(fewest - all.poses.begin());
 }
 
 /// Number of cycles of the least repeatable pose, the smaller of both models.
 int CyclesOfRepeatability(const AchievedAccuracy& achieved) {
   int cycles = 0;
-  for (const std::optional<Achieved>* const of : {&achieved.before, &achieved.after}) {
-    if (!*of || !(*of)->characteristics.least_repeatable) continue;
-    const Characteristics& all = (*of)->characteristics;
+  for (const std::optional<Achieved>* const part : {&achieved.before, &achieved.after}) {
+    if (!*part || !(*part)->characteristics.least_repeatable) continue;
+    const Characteristics& all = (*part)->characteristics;
     const int of_pose = all.poses[*all.least_repeatable].cycles;
     cycles = cycles == 0 ? of_pose : std::min(cycles, of_pose);
   }
@@ -68,33 +67,34 @@ std::string ElapsedText(double elapsed_s) {
   return hours >= 1 ? fmt::format("{:.1f} h", hours) : fmt::format("{:.0f} min", 60 * hours);
 }
 
-std::optional<Figure> LargestAccuracy(const Achieved& of) {
-  const std::size_t worst = of.characteristics.worst;
-  return PoseFigure(of, worst, of.characteristics.poses[worst].accuracy_m);
+std::optional<Figure> LargestAccuracy(const Achieved& achieved) {
+  const std::size_t worst = achieved.characteristics.worst;
+  return PoseFigure(achieved, worst, achieved.characteristics.poses[worst].accuracy_m);
 }
 
 /// With the uncertainty of one pose, which is an upper bound of that of the mean.
-std::optional<Figure> MeanAccuracy(const Achieved& of) {
-  return PoseFigure(of, FewestCycles(of.characteristics), of.characteristics.mean_accuracy_m);
+std::optional<Figure> MeanAccuracy(const Achieved& achieved) {
+  return PoseFigure(achieved, FewestCycles(achieved.characteristics),
+                    achieved.characteristics.mean_accuracy_m);
 }
 
-std::optional<Figure> LargestRepeatability(const Achieved& of) {
-  const Characteristics& all = of.characteristics;
+std::optional<Figure> LargestRepeatability(const Achieved& achieved) {
+  const Characteristics& all = achieved.characteristics;
   if (!all.least_repeatable) return std::nullopt;
   const PoseCharacteristics& pose = all.poses[*all.least_repeatable];
   return Figure{*pose.repeatability_m, RepeatabilityUncertainty(pose)};
 }
 
-std::optional<Figure> DistanceAccuracy(const Achieved& of) {
-  if (!of.characteristics.distance) return std::nullopt;
-  return Figure{of.characteristics.distance->accuracy_m,
-                DistanceUncertainty(of.characteristics, of.contributions)};
+std::optional<Figure> DistanceAccuracy(const Achieved& achieved) {
+  if (!achieved.characteristics.distance) return std::nullopt;
+  return Figure{achieved.characteristics.distance->accuracy_m,
+                DistanceUncertainty(achieved.characteristics, achieved.contributions)};
 }
 
-std::optional<Figure> Drift(const Achieved& of) {
-  if (!of.characteristics.drift) return std::nullopt;
-  return Figure{of.characteristics.drift->accuracy_m,
-                DriftUncertainty(of.characteristics, of.contributions)};
+std::optional<Figure> Drift(const Achieved& achieved) {
+  if (!achieved.characteristics.drift) return std::nullopt;
+  return Figure{achieved.characteristics.drift->accuracy_m,
+                DriftUncertainty(achieved.characteristics, achieved.contributions)};
 }
 
 std::vector<CharacteristicRow> CharacteristicRows(const AchievedAccuracy& achieved) {
@@ -141,9 +141,9 @@ const char* DecisionText(Decision decision) {
   return "not decided";
 }
 
-Decision DecisionFor(const Achieved& of, std::size_t pose, double tolerance_m) {
-  return Decide(of.characteristics.poses[pose].accuracy_m, of.BudgetOfPose(pose).expanded_m(),
-                tolerance_m);
+Decision DecisionFor(const Achieved& achieved, std::size_t pose, double tolerance_m) {
+  return Decide(achieved.characteristics.poses[pose].accuracy_m,
+                achieved.BudgetOfPose(pose).expanded_m(), tolerance_m);
 }
 
 }  // namespace
@@ -181,9 +181,9 @@ std::string CharacteristicsTable(const AchievedAccuracy& achieved) {
 
 std::string BudgetTable(const AchievedAccuracy& achieved, const Diagnosis& diagnosis) {
   if (!achieved.before) return "";
-  const Achieved& of = achieved.after ? *achieved.after : *achieved.before;
-  const std::size_t pose = FewestCycles(of.characteristics);
-  const Budget budget = of.BudgetOfPose(pose);
+  const Achieved& shown = achieved.after ? *achieved.after : *achieved.before;
+  const std::size_t pose = FewestCycles(shown.characteristics);
+  const Budget budget = shown.BudgetOfPose(pose);
   HtmlTable table({"Contribution, one axis", "u (mm)", "Degrees of freedom", "Evaluation"}, {0, 3});
   if (!budget.instrument_known) {
     table.AddRow({"Instrument", "unknown", "", "not declared in the cell (sigma_mm)"});
@@ -205,7 +205,7 @@ std::string BudgetTable(const AchievedAccuracy& achieved, const Diagnosis& diagn
   table.AddRow({fmt::format("Expanded uncertainty U, k = {:.2f}", budget.coverage_factor),
                 Escape(MillimetreText(budget.expanded_m())), "", "coverage 95.45 %"},
                true);
-  const int cycles = of.characteristics.poses[pose].cycles;
+  const int cycles = shown.characteristics.poses[pose].cycles;
   std::string html =
       table.Html() + "<p class=\"soft\">Budget of the mean error of a pose measured " +
       (cycles == 1 ? std::string("once") : fmt::format("{} times", cycles)) + ", as in the GUM. ";
@@ -231,7 +231,7 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
   std::iota(order.begin(), order.end(), std::size_t{0});
   const bool all = order.size() <= kMaxPoseRows;
   if (!all) {
-    std::stable_sort(order.begin(), order.end(), [&poses](std::size_t a, std::size_t b) {
+    std::ranges::stable_sort(order, [&poses](std::size_t a, std::size_t b) {
       return poses[a].accuracy_m > poses[b].accuracy_m;
     });
     order.resize(kMaxPoseRows);
@@ -268,20 +268,20 @@ Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
         fmt::format("Tolerance {}: not decided, because {}.", limit, achieved.why_none);
     return conformity;
   }
-  const Achieved& of = achieved.after ? *achieved.after : *achieved.before;
+  const Achieved& shown = achieved.after ? *achieved.after : *achieved.before;
   std::string when = achieved.after ? "after correction" : "without correction";
   if (const std::string fitted = FittedText(achieved); !fitted.empty())
     when += fmt::format(" (with {} fitted to {})", fitted,
                         achieved.held_out ? "the other rows" : "the same rows");
   int conform = 0, fail = 0;
-  const auto poses = static_cast<int>(of.characteristics.poses.size());
-  for (std::size_t k = 0; k < of.characteristics.poses.size(); ++k) {
-    const Decision decision = DecisionFor(of, k, tolerance_m);
+  const auto poses = static_cast<int>(shown.characteristics.poses.size());
+  for (std::size_t k = 0; k < shown.characteristics.poses.size(); ++k) {
+    const Decision decision = DecisionFor(shown, k, tolerance_m);
     conform += decision == Decision::kConforms ? 1 : 0;
     fail += decision == Decision::kDoesNotConform ? 1 : 0;
   }
   using Outcome = Conformity::Outcome;
-  if (!of.contributions.instrument_m) {
+  if (!shown.contributions.instrument_m) {
     conformity.sentence = fmt::format(
         "Tolerance {}: not decided, because the uncertainty of the instrument is not declared "
         "(sigma_mm of [measurement]).",

@@ -80,7 +80,7 @@ std::vector<std::vector<double>> Outline(const std::vector<Vec3>& points,
   std::vector<std::vector<double>> sorted;
   sorted.reserve(points.size());
   for (const Vec3& p : points) sorted.push_back({p[projection.right], p[projection.up]});
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto turns_left = [](const auto& a, const auto& b, const auto& c) {
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
   };
@@ -94,7 +94,7 @@ std::vector<std::vector<double>> Outline(const std::vector<Vec3>& points,
       }
       hull.push_back(point);
     }
-    std::reverse(sorted.begin(), sorted.end());
+    std::ranges::reverse(sorted);
   }
   return hull;
 }
@@ -148,8 +148,8 @@ double LargeArrow_mm(const std::vector<Vec3>& arrows) {
   std::vector<double> sizes;
   sizes.reserve(arrows.size());
   for (const Vec3& arrow : arrows) sizes.push_back(1e3 * arrow.norm());
-  std::sort(sizes.begin(), sizes.end());
-  return sizes[static_cast<std::size_t>(kLargeQuantile * static_cast<double>(sizes.size() - 1))];
+  std::ranges::sort(sizes);
+  return sizes[kLargeQuantile * static_cast<double>(sizes.size() - 1)];
 }
 
 double FactorFor(double large_mm, const CellView& view) {
@@ -270,7 +270,7 @@ PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const model::CellModel& c
     chain.Evaluate(pose.q, posture);
     std::vector<Vec3> arm = {cell.robot.X_WB.p};
     for (int i = 0; i < posture.size; ++i) {
-      arm.push_back(cell.robot.X_WB * posture.X_BL[static_cast<std::size_t>(i)].p);
+      arm.push_back(cell.robot.X_WB * posture.X_BL[i].p);
     }
     arm.push_back(cell.robot.X_WB * (posture.X_BF() * cell.tool.tcp_F));
     all.insert(all.end(), arm.begin(), arm.end());

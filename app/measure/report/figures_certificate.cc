@@ -53,21 +53,21 @@ Cloud CloudAlong(const Diagnosis& diagnosis, const SignalTrace& signal, Componen
   std::vector<RowIndex> order;
   const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
   for (const RowIndex row : FirstIndices<RowIndex>(count)) {
-    const RowTrace& of = diagnosis.rows[row];
-    if (of.outlier == outliers && std::isfinite(signal.values[row]) && of.before.allFinite() &&
-        of.after.allFinite()) {
+    const RowTrace& trace = diagnosis.rows[row];
+    if (trace.outlier == outliers && std::isfinite(signal.values[row]) &&
+        trace.before.allFinite() && trace.after.allFinite()) {
       order.push_back(row);
     }
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
+  std::ranges::stable_sort(
+      order, [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
   Cloud cloud;
   for (const RowIndex row : order) {
-    const RowTrace& of = diagnosis.rows[row];
-    const Vec3 along = DirectionAt(component, X_WB, of.p_measured);
+    const RowTrace& trace = diagnosis.rows[row];
+    const Vec3 along = DirectionAt(component, X_WB, trace.p_measured);
     cloud.value.push_back(signal.values[row]);
-    cloud.before.push_back(1e3 * along.dot(of.before));
-    cloud.after.push_back(1e3 * along.dot(of.after));
+    cloud.before.push_back(1e3 * along.dot(trace.before));
+    cloud.after.push_back(1e3 * along.dot(trace.after));
   }
   return cloud;
 }
@@ -92,12 +92,11 @@ std::pair<double, double> ExplainedBy(const std::vector<Bin>& bins, double Bin::
 bool MayExplain(const SignalTrace& signal, const Diagnosis& diagnosis) {
   const bool time = signal.name == "t_s" || signal.name == "row";
   if (!time && signal.name != "temp_C") return true;
-  return std::any_of(
-      diagnosis.findings.begin(), diagnosis.findings.end(), [time](const Finding& finding) {
-        const effects::EffectTerm& term = finding.effect.term;
-        return time ? effects::ReadsTime(term)
-                    : term.effect->traits().Needs(effects::Signal::kTemperature, term.word);
-      });
+  return std::ranges::any_of(diagnosis.findings, [time](const Finding& finding) {
+    const effects::EffectTerm& term = finding.effect.term;
+    return time ? effects::ReadsTime(term)
+                : term.effect->traits().Needs(effects::Signal::kTemperature, term.word);
+  });
 }
 
 /// Signals that may decide the verdict: the drivers of an unknown cause, those on which the effects
@@ -109,7 +108,7 @@ std::vector<const SignalTrace*> EligibleSignals(const Diagnosis& diagnosis) {
     if (explained && !MayExplain(signal, diagnosis)) continue;
     all.push_back(&signal);
     const auto& names = diagnosis.drivers;
-    if (std::find(names.begin(), names.end(), signal.name) != names.end()) {
+    if (std::ranges::find(names, signal.name) != names.end()) {
       drivers.push_back(&signal);
     }
   }
@@ -136,13 +135,12 @@ const char* NameOf(Component component) {
 /// A cloud with further points, sorted again.
 Cloud Joined(const Cloud& a, const Cloud& b) {
   std::vector<std::array<double, 3>> points;
-  for (const Cloud* of : {&a, &b}) {
-    for (std::size_t k = 0; k < of->value.size(); ++k) {
-      points.push_back({of->value[k], of->before[k], of->after[k]});
+  for (const Cloud* cloud : {&a, &b}) {
+    for (std::size_t k = 0; k < cloud->value.size(); ++k) {
+      points.push_back({cloud->value[k], cloud->before[k], cloud->after[k]});
     }
   }
-  std::stable_sort(points.begin(), points.end(),
-                   [](const auto& p, const auto& q) { return p[0] < q[0]; });
+  std::ranges::stable_sort(points, [](const auto& p, const auto& q) { return p[0] < q[0]; });
   Cloud joined;
   for (const auto& [value, before, after] : points) {
     joined.value.push_back(value);
@@ -231,8 +229,7 @@ std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
                     after = PercentText(selected.share_after);
   const bool unknown = diagnosis.verdict == Verdict::kUnknown;
   const auto& drivers = diagnosis.drivers;
-  const bool driver =
-      unknown && std::find(drivers.begin(), drivers.end(), selected.signal->name) != drivers.end();
+  const bool driver = unknown && std::ranges::find(drivers, selected.signal->name) != drivers.end();
   std::string text;
   if (diagnosis.verdict == Verdict::kNoEffect || selected.share_before < kWeakShare) {
     const bool decides = unknown && selected.share_after >= kWeakShare;
@@ -265,7 +262,7 @@ std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
   if (!selected.rejected.value.empty()) {
     text += " Crosses: rows rejected as outliers.";
   }
-  if (std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(), &MeasuresOneLength))
+  if (std::ranges::any_of(diagnosis.rows, &MeasuresOneLength))
     text += " A row that measures one length shows the component of that length only.";
   return text +
          " Line: means over a tenth of the rows each; dashed: ±2 standard deviations of the "

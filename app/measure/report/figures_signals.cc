@@ -27,8 +27,8 @@ Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
   for (const RowIndex row : FirstIndices<RowIndex>(count)) {
     if (!diagnosis.rows[row].outlier && std::isfinite(signal.values[row])) order.push_back(row);
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
+  std::ranges::stable_sort(
+      order, [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
   Cloud cloud;
   for (const RowIndex row : order) {
     cloud.value.push_back(signal.values[row]);
@@ -58,7 +58,7 @@ int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
 /// One of a panel's two plots: points and binned means from a column of $points and $means.
 std::string SignalPlot(const char* when, int column, const char* colour, double noise_mm,
                        const std::vector<double>& residual_mm) {
-  const auto [low, high] = std::minmax_element(residual_mm.begin(), residual_mm.end());
+  const auto [low, high] = std::ranges::minmax_element(residual_mm);
   const double span = std::max(*high, noise_mm) - std::min(*low, -noise_mm);
   return fmt::format(
       "set ylabel '{0} (mm)'\nset ytics {5:.6g}\n"
@@ -120,8 +120,7 @@ std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
     for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
-      const auto& spec =
-          term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+      const auto& spec = term.effect->traits().parameters[term.parameters[k].spec];
       if (spec.unit == "1/turn") {
         found.emplace(term.parameters[k].joint, finding.effect.values[k] / spec.to_SI);
       }
@@ -136,7 +135,7 @@ PanelGroup SignalFigures(const Diagnosis& diagnosis) {
   PanelGroup group;
   std::vector<const SignalTrace*> signals;
   for (const SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
-  std::stable_sort(signals.begin(), signals.end(), [](const auto* a, const auto* b) {
+  std::ranges::stable_sort(signals, [](const auto* a, const auto* b) {
     return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
   });
   for (std::size_t k = 0; k < std::min(signals.size(), kMaxSignals); ++k) {
@@ -168,7 +167,7 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
   }
   const auto found = CyclesFound(diagnosis);
   for (auto& [joint, lines] : by_joint) {
-    std::sort(lines.begin(), lines.end());
+    std::ranges::sort(lines);
     Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kFigureWidth, kSpectrumHeight),
                 ""};
     const bool logarithmic = least > 0 && most > kLogFrom * least;

@@ -82,8 +82,7 @@ HtmlTable::HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> 
     : headers_(std::move(headers)), text_columns_(std::move(text_columns)) {}
 
 std::string HtmlTable::Class(std::size_t column) const {
-  const bool text =
-      std::find(text_columns_.begin(), text_columns_.end(), column) != text_columns_.end();
+  const bool text = std::ranges::find(text_columns_, column) != text_columns_.end();
   return text ? "" : " class=\"number\"";
 }
 

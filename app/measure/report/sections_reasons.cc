@@ -47,7 +47,7 @@ bool Before(const CandidateOutcome& a, const CandidateOutcome& b) {
 std::string ConsideredTable(const Diagnosis& diagnosis) {
   if (diagnosis.considered.empty()) return "";
   std::vector<CandidateOutcome> all = diagnosis.considered;
-  std::stable_sort(all.begin(), all.end(), &Before);
+  std::ranges::stable_sort(all, &Before);
   HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
   for (const CandidateOutcome& one : all) {
     const bool offered = Offered(one);
@@ -76,8 +76,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
   if (diagnosis.next_poses.empty()) return "";
   std::vector<std::string> headers = {"Pose"};
   for (int i = 0; i < cell.robot.size(); ++i) {
-    const bool prismatic =
-        cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
+    const bool prismatic = cell.robot.joints[i].type == model::JointType::kPrismatic;
     headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
   }
   headers.insert(headers.end(), {"Payload (kg)", "How to measure", "Separation (mm)"});
@@ -86,7 +85,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
     const NextPose& pose = diagnosis.next_poses[k];
     std::vector<std::string> cells = {fmt::format("{}", k + 1)};
     for (int i = 0; i < cell.robot.size(); ++i) {
-      const model::JointType type = cell.robot.joints[static_cast<std::size_t>(i)].type;
+      const model::JointType type = cell.robot.joints[i].type;
       cells.push_back(
           NumberHtml(fmt::format("{:.2f}", pose.q[i] * model::PositionForm(type).from_SI)));
     }
@@ -113,8 +112,8 @@ std::string NotesList(const Diagnosis& diagnosis) {
 std::string OutlierTable(const Diagnosis& diagnosis) {
   if (diagnosis.outlier_rows.empty()) return "";
   const std::set<int> lines(diagnosis.outlier_rows.begin(), diagnosis.outlier_rows.end());
-  const bool sessions = std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(),
-                                    [](const RowTrace& row) { return !row.session.empty(); });
+  const bool sessions =
+      std::ranges::any_of(diagnosis.rows, [](const RowTrace& row) { return !row.session.empty(); });
   std::vector<std::string> headers = {"Line", "Before (mm)", "After (mm)", "Weight"};
   if (sessions) headers.emplace_back("Session");
   HtmlTable table(headers, {4});
@@ -184,8 +183,8 @@ std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
 
 std::string FigureHtml(const PanelGroup& group) {
   if (group.panels.empty()) return "";
-  const bool drawn = std::any_of(group.panels.begin(), group.panels.end(),
-                                 [](const Panel& panel) { return !panel.svg.empty(); });
+  const bool drawn =
+      std::ranges::any_of(group.panels, [](const Panel& panel) { return !panel.svg.empty(); });
   if (!drawn) return "";
   const bool small = group.panels.size() > 4 || group.panels.size() == 3;
   std::string html = "<figure>\n<div class=\"panels";

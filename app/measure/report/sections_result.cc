@@ -47,14 +47,14 @@ std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residu
     const std::optional<Vec3> of_row = row.*residual;
     if (of_row && !row.outlier) sizes.push_back(of_row->norm());
   }
-  std::sort(sizes.begin(), sizes.end());
+  std::ranges::sort(sizes);
   return sizes;
 }
 
 std::string Quantile(const std::vector<double>& ascending, double share) {
   if (ascending.empty()) return "";
   const double at = share * static_cast<double>(ascending.size() - 1);
-  return Escape(MillimetreText(ascending[static_cast<std::size_t>(std::lround(at))]));
+  return Escape(MillimetreText(ascending[std::lround(at)]));
 }
 
 void AddErrorRow(HtmlTable& table, const std::string& what, double rms_m, const std::string& range,
@@ -89,7 +89,7 @@ std::string PlausibleText(const effects::ParameterSpec& spec, const model::Inter
 const effects::ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
   const effects::EffectTerm& term = finding.effect.term;
   if (k >= term.parameters.size()) return nullptr;
-  return &term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+  return &term.effect->traits().parameters[term.parameters[k].spec];
 }
 
 /// Names of all parameters in the order of the correlation matrix, with their effects if the lists
@@ -112,7 +112,7 @@ std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std:
   html += "</tr></thead>\n<tbody>\n";
   for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
     html += fmt::format("<tr><th class=\"name\" scope=\"row\">{}&ensp;{}</th>", i + 1,
-                        Escape(names[static_cast<std::size_t>(i)]));
+                        Escape(names[i]));
     for (Eigen::Index j = 0; j < correlation.cols(); ++j) {
       const double r = correlation(i, j);
       const double strength = i == j ? 0 : std::min(1.0, std::abs(r));
@@ -132,7 +132,7 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
   for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
     for (Eigen::Index j = 0; j < i; ++j) pairs.emplace_back(-std::abs(correlation(i, j)), j, i);
   }
-  std::sort(pairs.begin(), pairs.end());
+  std::ranges::sort(pairs);
   if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
   return pairs;
 }
@@ -213,9 +213,8 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
   std::string html = table.Html();
   html += "<p class=\"soft\">Length of the 3-D residual: measured minus predicted tip position";
   if (!diagnosis.outlier_rows.empty()) html += ", outliers excluded";
-  const auto held_out =
-      std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
-                    [](const RowTrace& row) { return row.held_out_after.has_value(); });
+  const auto held_out = std::ranges::count_if(
+      diagnosis.rows, [](const RowTrace& row) { return row.held_out_after.has_value(); });
   if (held_out > 0 && held_out < static_cast<std::ptrdiff_t>(diagnosis.rows.size())) {
     html += fmt::format("; {} of {} rows, evenly spread, were held out in turn", held_out,
                         diagnosis.rows.size());
@@ -294,10 +293,9 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
   } else {
     HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
     for (const auto& [strength, i, j] : PairsOf(correlation)) {
-      table.AddRow(
-          {Escape(names[static_cast<std::size_t>(i)]), Escape(names[static_cast<std::size_t>(j)]),
-           NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
-          -strength > kStrong);
+      table.AddRow({Escape(names[i]), Escape(names[j]),
+                    NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
+                   -strength > kStrong);
     }
     html = "<p>The most strongly correlated pairs:</p>\n" + table.Html();
   }
@@ -310,7 +308,7 @@ std::string DetectableTable(const Diagnosis& diagnosis) {
   if (diagnosis.minimum_detectable_m.empty()) return "";
   std::vector<std::pair<double, std::string>> sizes;
   for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
-  std::sort(sizes.begin(), sizes.end());
+  std::ranges::sort(sizes);
   HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
   for (const auto& [size_m, id] : sizes) {
     table.AddRow({Escape(Capitalized(EffectName(id))), Escape(MillimetreText(size_m))});

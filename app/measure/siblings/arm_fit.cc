@@ -24,19 +24,19 @@ struct WeightedMean {
 };
 
 WeightedMean MeanOf(std::span<const Estimate> estimates, double between_variance) {
-  WeightedMean of;
+  WeightedMean weighted;
   const auto weight = [between_variance](const Estimate& estimate) {
     return 1 / (estimate.sd * estimate.sd + between_variance);
   };
   for (const Estimate& estimate : estimates) {
-    of.weights += weight(estimate);
-    of.mean += weight(estimate) * estimate.value;
+    weighted.weights += weight(estimate);
+    weighted.mean += weight(estimate) * estimate.value;
   }
-  of.mean /= of.weights;
+  weighted.mean /= weighted.weights;
   for (const Estimate& estimate : estimates) {
-    of.squares += weight(estimate) * std::pow(estimate.value - of.mean, 2);
+    weighted.squares += weight(estimate) * std::pow(estimate.value - weighted.mean, 2);
   }
-  return of;
+  return weighted;
 }
 
 /// Where a decreasing function falls to `limit`, between `low` and a bound that is doubled from
@@ -107,10 +107,9 @@ double Excess(const Quantity& quantity, const std::vector<Quantity>& all) {
 }
 
 bool HasShape(const effects::EffectTraits& traits) {
-  return std::any_of(traits.parameters.begin(), traits.parameters.end(),
-                     [](const effects::ParameterSpec& spec) {
-                       return spec.role == effects::ParameterRole::kShape;
-                     });
+  return std::ranges::any_of(traits.parameters, [](const effects::ParameterSpec& spec) {
+    return spec.role == effects::ParameterRole::kShape;
+  });
 }
 
 /// All rows with the weights of the arm's own diagnosis.
@@ -129,7 +128,7 @@ FitProblem ProblemOf(const Dataset& data, const Arm& arm, int threads) {
 }
 
 bool Contains(const std::vector<SizeKey>& keys, const SizeKey& key) {
-  return std::find(keys.begin(), keys.end(), key) != keys.end();
+  return std::ranges::find(keys, key) != keys.end();
 }
 
 /// The own findings of the arm without the sizes in `keys`.
@@ -183,12 +182,11 @@ SizeFit PartOf(const Refit& refit, const std::vector<SizeKey>& keys, double rati
   std::vector<double> values;
   for (std::size_t i = 0; i < refit.parameters.size(); ++i) {
     const auto [effect, value] = refit.parameters[i];
-    const effects::ActiveEffect& active = refit.model.effects[static_cast<std::size_t>(effect)];
-    const SizeKey key{active.term.effect, active.term.word,
-                      active.term.parameters[static_cast<std::size_t>(value)]};
+    const effects::ActiveEffect& active = refit.model.effects[effect];
+    const SizeKey key{active.term.effect, active.term.word, active.term.parameters[value]};
     if (!refit.identifiable[i] || !Contains(keys, key)) continue;
     fit.keys.push_back(key);
-    values.push_back(active.values[static_cast<std::size_t>(value)]);
+    values.push_back(active.values[value]);
     places.push_back(static_cast<Eigen::Index>(i));
   }
   fit.values =
@@ -214,8 +212,8 @@ std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates,
     variance = VarianceWith(estimates, statistics::ChiSquareQuantile(kConfidence, freedom));
     variance = std::max(variance, std::pow(kLeastSpread * MeanOf(estimates, variance).mean, 2));
   }
-  const WeightedMean of = MeanOf(estimates, variance);
-  return Pooled{of.mean, std::sqrt(variance), 1 / std::sqrt(of.weights),
+  const WeightedMean weighted = MeanOf(estimates, variance);
+  return Pooled{weighted.mean, std::sqrt(variance), 1 / std::sqrt(weighted.weights),
                 static_cast<int>(estimates.size())};
 }
 
@@ -223,15 +221,14 @@ std::optional<CommonSpread> CommonSpreadOf(std::span<const std::vector<Estimate>
   std::vector<Quantity> counted;
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     if (quantities[k].size() < 2) continue;
-    const WeightedMean of = MeanOf(quantities[k], 0);
-    if (std::abs(of.mean) < kMinDeviations / std::sqrt(of.weights)) continue;
-    counted.push_back({quantities[k], of.mean, k});
+    const WeightedMean weighted = MeanOf(quantities[k], 0);
+    if (std::abs(weighted.mean) < kMinDeviations / std::sqrt(weighted.weights)) continue;
+    counted.push_back({quantities[k], weighted.mean, k});
   }
   while (FreedomOf(counted) >= kMinCommonFreedom) {
-    const auto worst =
-        std::max_element(counted.begin(), counted.end(), [&](const Quantity& a, const Quantity& b) {
-          return Excess(a, counted) < Excess(b, counted);
-        });
+    const auto worst = std::ranges::max_element(counted, [&](const Quantity& a, const Quantity& b) {
+      return Excess(a, counted) < Excess(b, counted);
+    });
     if (Excess(*worst, counted) > 1) {
       counted.erase(worst);
       continue;
@@ -273,10 +270,9 @@ std::vector<effects::ActiveEffect> EffectsWith(const std::vector<SizeKey>& keys,
   std::vector<effects::ActiveEffect> grouped;
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const SizeKey& key = keys[k];
-    auto group =
-        std::find_if(grouped.begin(), grouped.end(), [&](const effects::ActiveEffect& effect) {
-          return effect.term.effect == key.effect && effect.term.word == key.word;
-        });
+    auto group = std::ranges::find_if(grouped, [&](const effects::ActiveEffect& effect) {
+      return effect.term.effect == key.effect && effect.term.word == key.word;
+    });
     if (group == grouped.end()) {
       group = grouped.insert(grouped.end(), effects::ActiveEffect{});
       group->term.effect = key.effect;

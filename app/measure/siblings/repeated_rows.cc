@@ -47,7 +47,7 @@ struct Tolerances {
 };
 
 bool IsRevolute(const std::vector<model::Joint>& joints, Eigen::Index i) {
-  return joints[static_cast<std::size_t>(i)].type == model::JointType::kRevolute;
+  return joints[i].type == model::JointType::kRevolute;
 }
 
 Tolerances TolerancesOf(const MeasuredTable& set, const std::vector<model::Joint>& joints) {

@@ -55,8 +55,8 @@ std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b) {
     return std::abs(*one - *other) <= kShare * std::max(std::abs(*one), std::abs(*other));
   };
   for (int i = 0; i < a.robot.size(); ++i) {
-    const model::Joint& one = a.robot.joints[static_cast<std::size_t>(i)];
-    const model::Joint& other = b.robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& one = a.robot.joints[i];
+    const model::Joint& other = b.robot.joints[i];
     const bool same = one.type == other.type && one.sign == other.sign &&
                       std::abs(one.a_m - other.a_m) <= kLength_m &&
                       std::abs(one.d_m - other.d_m) <= kLength_m &&

@@ -20,12 +20,12 @@ std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
   for (const Arm& arm : arms) {
     for (const Finding& finding : arm.diagnosis.findings) {
       for (const SizeKey& key : SharedSizes(finding)) {
-        const auto at = std::find(keys.begin(), keys.end(), key);
+        const auto at = std::ranges::find(keys, key);
         if (at == keys.end()) {
           keys.push_back(key);
           found_in.push_back(1);
         } else {
-          ++found_in[static_cast<std::size_t>(at - keys.begin())];
+          ++found_in[at - keys.begin()];
         }
       }
     }
@@ -58,7 +58,7 @@ Eigen::MatrixXd CovarianceOf(const effects::ActiveEffect& effect, const std::vec
   std::vector<Eigen::Index> places;
   for (const effects::TermParameter& parameter : effect.term.parameters) {
     const SizeKey key{effect.term.effect, effect.term.word, parameter};
-    places.push_back(std::find(keys.begin(), keys.end(), key) - keys.begin());
+    places.push_back(std::ranges::find(keys, key) - keys.begin());
   }
   return covariance(places, places);
 }
@@ -122,7 +122,7 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
   if (keys.empty()) return {};
   const std::size_t common_keys = keys.size();
   for (const SizeKey& key : IndividualSizes(arms.front().cell)) {
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+    if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
   }
   std::vector<std::vector<Estimate>> estimates(keys.size());
   for (const Arm& arm : arms) {
@@ -133,7 +133,7 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
       continue;
     }
     for (std::size_t k = 0; k < keys.size(); ++k) {
-      const auto at = std::find(fit->keys.begin(), fit->keys.end(), keys[k]);
+      const auto at = std::ranges::find(fit->keys, keys[k]);
       if (at == fit->keys.end()) continue;
       const auto place = at - fit->keys.begin();
       const double sd = std::sqrt(fit->covariance(place, place));
@@ -181,7 +181,7 @@ Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior,
     // Kalman update with H selecting the sizes that the rows determine.
     Eigen::MatrixXd selects = Eigen::MatrixXd::Zero(determined, count);
     for (Eigen::Index i = 0; i < determined; ++i) {
-      const auto at = std::find(keys.begin(), keys.end(), fit->keys[static_cast<std::size_t>(i)]);
+      const auto at = std::ranges::find(keys, fit->keys[i]);
       selects(i, at - keys.begin()) = 1;
     }
     const Eigen::Map<Eigen::VectorXd> mean(means.data(), count);
@@ -200,8 +200,8 @@ Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior,
   std::vector<SizeKey> shown_keys;
   std::vector<double> shown_means;
   for (const Eigen::Index at : shown) {
-    shown_keys.push_back(keys[static_cast<std::size_t>(at)]);
-    shown_means.push_back(means[static_cast<std::size_t>(at)]);
+    shown_keys.push_back(keys[at]);
+    shown_means.push_back(means[at]);
   }
   posterior.effects = EffectsWith(shown_keys, shown_means, of_shown, arm.cell);
   return posterior;

@@ -37,15 +37,15 @@ void StateErrorsBefore(const Diagnosis& without, Diagnosis& with) {
   with.rms_before_m = without.rms_before_m;
   with.held_out.before_m = without.held_out.before_m;
   for (HeldOutError& error : with.held_out_by_all) {
-    for (const HeldOutError& of : without.held_out_by_all) {
-      if (of.by == error.by) error.before_m = of.before_m;
+    for (const HeldOutError& alone : without.held_out_by_all) {
+      if (alone.by == error.by) error.before_m = alone.before_m;
     }
   }
   for (KindError& error : with.rms_by_kind) {
-    for (const KindError& of : without.rms_by_kind) {
-      if (of.kind != error.kind) continue;
-      error.before_m = of.before_m;
-      error.before_held_out_m = of.before_held_out_m;
+    for (const KindError& alone : without.rms_by_kind) {
+      if (alone.kind != error.kind) continue;
+      error.before_m = alone.before_m;
+      error.before_held_out_m = alone.before_held_out_m;
     }
   }
 }
@@ -204,8 +204,7 @@ bool PredictedByMean(const SiblingEvidence& evidence, double noise_m) {
 }
 
 bool IsZero(const effects::ActiveEffect& effect) {
-  return std::all_of(effect.values.begin(), effect.values.end(),
-                     [](double value) { return value == 0; });
+  return std::ranges::all_of(effect.values, [](double value) { return value == 0; });
 }
 
 /// Below this probability the arm counts as different from its siblings. The level is approximate:
@@ -227,8 +226,8 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
   if (!without) return Error{without.error()};
   Diagnosis answer = *without;
   const auto finish = [&] {
-    const std::string of = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
-    notes.insert(notes.begin(), fmt::format("siblings{}: {}", of, evidence.reason));
+    const std::string arms = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
+    notes.insert(notes.begin(), fmt::format("siblings{}: {}", arms, evidence.reason));
     answer.notes.insert(answer.notes.begin(), notes.begin(), notes.end());
     answer.siblings = evidence;
     return answer;

@@ -188,18 +188,17 @@ bool TableReader::ReportExcessivePayloads() {
   const auto too_large = [](const std::pair<int, double>& one) {
     return one.second > loads::kMaxPayload_kg;
   };
-  const auto rows = std::count_if(excessive.begin(), excessive.end(), too_large);
+  const auto rows = std::ranges::count_if(excessive, too_large);
   if (rows < kMinRows) return true;
   const auto all = rows + static_cast<std::ptrdiff_t>(table_.rows.size());
   const bool all_large =
-      kMinShare * rows >= all &&
-      std::none_of(table_.rows.begin(), table_.rows.end(), [](const MeasuredRow& row) {
+      kMinShare * rows >= all && std::ranges::none_of(table_.rows, [](const MeasuredRow& row) {
         return row.payload_kg && *row.payload_kg > 0 && *row.payload_kg < kLightestInGrams_g;
       });
   for (const auto& one : excessive) {
     if (too_large(one)) faults_.RemoveLine(table_.file, one.first);
   }
-  const auto& [line, value] = *std::find_if(excessive.begin(), excessive.end(), too_large);
+  const auto& [line, value] = *std::ranges::find_if(excessive, too_large);
   const std::string what = fmt::format(
       "{:g} and other payloads ({} rows in all) are above the {:g} kg of the largest robot", value,
       rows, loads::kMaxPayload_kg);
@@ -230,9 +229,8 @@ std::optional<MeasuredTable> TableReader::Take() {
   const RecordedColumns& recorded = table_.recorded;
   const bool measures = recorded.position || recorded.range || recorded.artefact;
   for (std::size_t i = table_.further.size(); i-- > 0;) {
-    const auto bad = std::find_if(rows_.begin(), rows_.end(), [i](const MeasuredRow& row) {
-      return std::isinf(row.further[i]);
-    });
+    const auto bad = std::ranges::find_if(
+        rows_, [i](const MeasuredRow& row) { return std::isinf(row.further[i]); });
     if (bad == rows_.end()) continue;
     faults_.Add({config::Fault::Severity::kWarning, table_.file, bad->line,
                  ShownName(table_.further[i]),

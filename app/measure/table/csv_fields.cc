@@ -34,7 +34,7 @@ std::string_view TakeUntil(char separator, std::string_view& rest) {
 
 void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
-  const auto count = std::count(line.begin(), line.end(), ',') + 1;
+  const auto count = std::ranges::count(line, ',') + 1;
   for (std::ptrdiff_t i = 0; i < count; ++i) fields.push_back(Trimmed(TakeUntil(',', line)));
 }
 

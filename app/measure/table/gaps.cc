@@ -174,16 +174,18 @@ std::vector<Neighbours> NeighboursOf(const std::vector<MeasuredRow>& rows,
 }
 
 /// The value of an empty cell that has at least one neighbour.
-double Interpolated(const std::vector<MeasuredRow>& rows, const Neighbours& of, std::size_t k,
-                    const ScalarColumn& column, bool over_time) {
-  if (!of.before || !of.after) return *column.value(rows[of.before ? *of.before : *of.after]);
+double Interpolated(const std::vector<MeasuredRow>& rows, const Neighbours& neighbours,
+                    std::size_t k, const ScalarColumn& column, bool over_time) {
+  if (!neighbours.before || !neighbours.after)
+    return *column.value(rows[neighbours.before ? *neighbours.before : *neighbours.after]);
   const auto place = [&](std::size_t j) {
     return over_time ? *rows[j].t_s : static_cast<double>(j);
   };
-  const double length = place(*of.after) - place(*of.before);
+  const double length = place(*neighbours.after) - place(*neighbours.before);
   const double share =
-      length > 0 ? std::clamp((place(k) - place(*of.before)) / length, 0.0, 1.0) : 0.5;
-  return std::lerp(*column.value(rows[*of.before]), *column.value(rows[*of.after]), share);
+      length > 0 ? std::clamp((place(k) - place(*neighbours.before)) / length, 0.0, 1.0) : 0.5;
+  return std::lerp(*column.value(rows[*neighbours.before]), *column.value(rows[*neighbours.after]),
+                   share);
 }
 
 void Warn(MeasuredTable& table, config::FaultList& faults, int line, const std::string& column,
@@ -202,8 +204,9 @@ bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::Faul
   const std::vector<Neighbours> neighbours = NeighboursOf(rows, table, column);
   std::vector<double> values;
   for (const std::size_t k : empty) {
-    const Neighbours& of = neighbours[k];
-    if (of.before || of.after) values.push_back(Interpolated(rows, of, k, column, over_time));
+    const Neighbours& nearest = neighbours[k];
+    if (nearest.before || nearest.after)
+      values.push_back(Interpolated(rows, nearest, k, column, over_time));
   }
   const int line = rows[empty.front()].line;
   if (values.size() < empty.size() || 2 * empty.size() > rows.size()) {
@@ -229,10 +232,10 @@ void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::F
   std::vector<std::optional<double>> carried;
   std::size_t unknown = 0;
   for (const std::size_t k : empty) {
-    const Neighbours& of = neighbours[k];
-    const bool agree =
-        of.before && of.after && rows[*of.before].payload_kg == rows[*of.after].payload_kg;
-    carried.push_back(agree ? rows[*of.before].payload_kg : std::nullopt);
+    const Neighbours& nearest = neighbours[k];
+    const bool agree = nearest.before && nearest.after &&
+                       rows[*nearest.before].payload_kg == rows[*nearest.after].payload_kg;
+    carried.push_back(agree ? rows[*nearest.before].payload_kg : std::nullopt);
     unknown += agree ? 0U : 1U;
   }
   for (std::size_t j = 0; j < empty.size(); ++j) {
@@ -287,7 +290,7 @@ void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table) {
   const std::vector<Step> steps = StepsOf(rows, table);
   FindByCounter(rows, steps, table);
   if (table.recorded.time) FindByClock(rows, steps, table);
-  std::sort(table.breaks.begin(), table.breaks.end());
+  std::ranges::sort(table.breaks);
   table.breaks.erase(std::unique(table.breaks.begin(), table.breaks.end()), table.breaks.end());
 }
 

@@ -21,7 +21,7 @@ constexpr double kMaxNumber = 1e12;  // no measurement is larger
 std::optional<std::string> CamerasNamed(std::string_view field) {
   constexpr std::array<std::string_view, 4> kNames = {"side", "rear", "front", "top"};
   const auto place = [&](std::string_view name) {
-    return std::find(kNames.begin(), kNames.end(), name) - kNames.begin();
+    return std::ranges::find(kNames, name) - kNames.begin();
   };
   const auto count = static_cast<std::ptrdiff_t>(kNames.size());
   const auto plus = field.find('+');
@@ -30,8 +30,8 @@ std::optional<std::string> CamerasNamed(std::string_view field) {
   if (plus == std::string_view::npos) return std::string(field);
   const std::ptrdiff_t second = place(field.substr(plus + 1));
   if (second == count || second == first) return std::nullopt;
-  return std::string(kNames[static_cast<std::size_t>(std::min(first, second))]) + "+" +
-         std::string(kNames[static_cast<std::size_t>(std::max(first, second))]);
+  return std::string(kNames[std::min(first, second)]) + "+" +
+         std::string(kNames[std::max(first, second)]);
 }
 
 bool IsMeasured(Quantity quantity) {
@@ -194,8 +194,7 @@ std::string StoreField(const Column& column, std::string_view field, TableUse us
   if (quantity == Quantity::kUnused) return {};
   if (use == TableUse::kPoses && IsMeasured(quantity)) return {};
   if (quantity == Quantity::kFurther) {
-    row.further[static_cast<std::size_t>(column.index)] =
-        field.empty() ? std::nan("") : NumberOrInfinity(field);
+    row.further[column.index] = field.empty() ? std::nan("") : NumberOrInfinity(field);
     return {};
   }
   if (quantity == Quantity::kTool || quantity == Quantity::kPayloadItem) {

@@ -102,16 +102,16 @@ std::string HeaderReader::DidYouMean(std::string_view name) const {
     if (column.quantity != Quantity::kOrientation) names.push_back(column.name);
   }
   const std::string nearest = text::NearestWord(name, names, 0);
-  const bool there = std::find(fields_.begin(), fields_.end(), nearest) != fields_.end();
+  const bool there = std::ranges::find(fields_, nearest) != fields_.end();
   return nearest.empty() || there ? "" : fmt::format("; did you mean {}?", nearest);
 }
 
 void HeaderReader::AddColumn(std::string_view name) {
   const auto named = [name](const Column& column) { return column.name == name; };
-  if (std::any_of(header_.columns.begin(), header_.columns.end(), named) && !name.empty()) {
+  if (std::ranges::any_of(header_.columns, named) && !name.empty()) {
     AddHeaderFault(name, "appears twice");
   }
-  const auto known = std::find_if(known_.begin(), known_.end(), named);
+  const auto known = std::ranges::find_if(known_, named);
   if (known != known_.end()) {
     header_.columns.push_back(*known);
     return;
@@ -143,8 +143,8 @@ bool HeaderReader::Recorded(Quantity quantity, bool required) {
   bool any = false;
   for (const Column& column : known_) {
     if (column.quantity != quantity) continue;
-    const bool there = std::any_of(header_.columns.begin(), header_.columns.end(),
-                                   [&column](const Column& c) { return c.name == column.name; });
+    const bool there = std::ranges::any_of(
+        header_.columns, [&column](const Column& c) { return c.name == column.name; });
     any = any || there;
     if (!there) missing.push_back(column.name);
   }
@@ -163,7 +163,7 @@ std::optional<TableHeader> HeaderReader::Read(std::string_view line) {
     AddHeaderFault("", "is separated by ';': separate columns by ',' with decimal points");
     return std::nullopt;
   }
-  const auto columns = std::count(line.begin(), line.end(), ',') + 1;
+  const auto columns = std::ranges::count(line, ',') + 1;
   if (columns > kMaxColumns) {
     AddHeaderFault("", fmt::format("has {} columns, but at most {} are read. Check that this is "
                                    "the right file, and that rows and columns are not exchanged",

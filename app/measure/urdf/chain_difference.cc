@@ -21,7 +21,7 @@ std::vector<model::JointVector> RandomPostures(const model::Robot& robot, int co
   for (int k = 0; k < count; ++k) {
     model::JointVector& q = postures.emplace_back(robot.size());
     for (int i = 0; i < robot.size(); ++i) {
-      const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+      const model::Joint& joint = robot.joints[i];
       const double free = joint.type == model::JointType::kRevolute ? std::numbers::pi : 1;
       const double low = std::isfinite(joint.min) ? joint.min : -free;
       const double high = std::isfinite(joint.max) ? joint.max : free;

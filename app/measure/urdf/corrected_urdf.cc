@@ -198,8 +198,7 @@ std::string UrdfWithOrigins(std::string_view text, const std::vector<MovedOrigin
   const config::XmlDocument document(text, "", ignored);
   std::vector<TextEdit> edits;
   for (const MovedOrigin& moved : origins) edits.push_back(EditOf(document, text, moved));
-  std::sort(edits.begin(), edits.end(),
-            [](const TextEdit& a, const TextEdit& b) { return a.at > b.at; });
+  std::ranges::sort(edits, [](const TextEdit& a, const TextEdit& b) { return a.at > b.at; });
   std::string written(text);
   for (const TextEdit& edit : edits) written.replace(edit.at, edit.length, edit.replacement);
   return written;

@@ -235,7 +235,7 @@ std::vector<const UrdfJoint*> PathOf(const UrdfFile& urdf, const std::string& ba
     path.push_back(joint->second);
     link = joint->second->parent;
   }
-  std::reverse(path.begin(), path.end());
+  std::ranges::reverse(path);
   return path;
 }
 

@@ -48,7 +48,7 @@ bool SameTable(const Influence& a, const Influence& b) {
 
 void AddToTable(const Influence& influence, model::Robot& robot) {
   for (int i = 0; i < robot.size(); ++i) {
-    model::Joint& row = robot.joints[static_cast<std::size_t>(i)];
+    model::Joint& row = robot.joints[i];
     const double moved = row.sign * influence.Joint(Influence::kTurn, i);
     (row.type == model::JointType::kRevolute ? row.theta_offset_rad : row.d_m) += moved;
     row.a_m += influence.Joint(Influence::kLengthA, i);

@@ -45,7 +45,7 @@ class UrdfReader {
     return {v[0], v[1], v[2]};
   }
   std::string Name(const pugi::xml_node& node, const char* kind);
-  Pose Origin(const pugi::xml_node& of, const std::string& key);
+  Pose Origin(const pugi::xml_node& element, const std::string& key);
   UrdfLink Link(const pugi::xml_node& node);
   UrdfJoint Joint(const pugi::xml_node& node);
   UrdfJoint::Type TypeOf(const pugi::xml_node& node, const std::string& key);
@@ -95,9 +95,9 @@ std::string UrdfReader::Name(const pugi::xml_node& node, const char* kind) {
   return name;
 }
 
-Pose UrdfReader::Origin(const pugi::xml_node& of, const std::string& key) {
+Pose UrdfReader::Origin(const pugi::xml_node& element, const std::string& key) {
   Pose X;
-  const pugi::xml_node origin = of.child("origin");
+  const pugi::xml_node origin = element.child("origin");
   const std::string place = key + ".origin";
   if (origin.attribute("quat_xyzw")) {
     Fault(origin, place + ".quat_xyzw", "is not read; write the rotation as rpy");

@@ -119,7 +119,7 @@ std::optional<Result<BoardView>> BoardWorker::Poll() {
   if (got <= 0)
     return Fail(program_ +
                 " board-worker exited unexpectedly; check that it is this version's plumbline");
-  bytes.resize(static_cast<std::size_t>(got));
+  bytes.resize(got);
   auto response = DecodeResponse(bytes);
   if (!response || (*response && (*response)->corners_px.size() != expected_points_)) {
     return Fail("the board worker sent a malformed response");
@@ -137,7 +137,7 @@ int RunBoardWorker() {
     const ssize_t got = recv(kSocket, bytes.data(), bytes.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return got == 0 ? 0 : 1;
-    const auto request = DecodeRequest(std::span(bytes).first(static_cast<std::size_t>(got)));
+    const auto request = DecodeRequest(std::span(bytes).first(got));
     if (!request) return 1;
     struct stat about {};
     if (fstat(kMemory, &about) != 0) return 1;

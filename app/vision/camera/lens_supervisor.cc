@@ -130,9 +130,9 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
 /// @return  whether the reading has changed
 bool LensSupervisor::AdoptPrints(const TagCheck& check) {
   if (!check.all_turned || !settings_.opencv_turns) return false;
-  const bool named = std::all_of(
-      settings_.cell.tags.begin(), settings_.cell.tags.end(),
-      [](const target::BodyTag& tag) { return tag.drawn_by != target::DrawnBy::kUnspecified; });
+  const bool named = std::ranges::all_of(settings_.cell.tags, [](const target::BodyTag& tag) {
+    return tag.drawn_by != target::DrawnBy::kUnspecified;
+  });
   if (named) return false;
   opencv_prints_ = !opencv_prints_;
   failed_checks_ = 0;

@@ -253,13 +253,11 @@ void JudgeTagsOutsideBaseline(const lens::KnownLens& lens, const target::Body& c
   const std::vector<TagObservation> observations = ObservedReferenceTags(cell, seen);
   const auto in_baseline = [&](const TagObservation& one) {
     return baseline.tags.count(one.id) > 0 &&
-           std::find(judgement.excluded.begin(), judgement.excluded.end(), one.id) ==
-               judgement.excluded.end();
+           std::ranges::find(judgement.excluded, one.id) == judgement.excluded.end();
   };
-  const auto trusted = std::count_if(observations.begin(), observations.end(), in_baseline);
-  const bool some_are_new =
-      std::any_of(observations.begin(), observations.end(),
-                  [&](const TagObservation& one) { return baseline.tags.count(one.id) == 0; });
+  const auto trusted = std::ranges::count_if(observations, in_baseline);
+  const bool some_are_new = std::ranges::any_of(
+      observations, [&](const TagObservation& one) { return baseline.tags.count(one.id) == 0; });
   if (!some_are_new || trusted < static_cast<std::ptrdiff_t>(kMinTagsForPose)) return;
   auto problem = ProblemWithoutBaseline(lens, lens.covariance, cell, seen, settings);
   if (!problem) return;
@@ -277,7 +275,7 @@ void JudgeTagsOutsideBaseline(const lens::KnownLens& lens, const target::Body& c
       judgement.excluded.push_back(id);
     }
   }
-  std::sort(judgement.excluded.begin(), judgement.excluded.end());
+  std::ranges::sort(judgement.excluded);
   if (judgement.excluded.empty()) return;
   judgement.quarter_turns = QuarterTurns(lens, *problem, majority);
   std::erase_if(judgement.quarter_turns, [&](const auto& turned) {

@@ -70,7 +70,7 @@ std::optional<SharedMatrix> InformationOfView(const target::Board& board,
   Eigen::MatrixXd P = Eigen::Map<RowMajor>(by_pose.data(), 2 * n, 6);
   Eigen::Index outside = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const lens::Vec2& at = pixels[static_cast<std::size_t>(k)];
+    const lens::Vec2& at = pixels[k];
     const bool inside =
         at.allFinite() && at.x() >= 0 && at.y() >= 0 && at.x() < size.width && at.y() < size.height;
     if (inside) continue;
@@ -88,9 +88,8 @@ std::optional<SharedMatrix> InformationOfView(const target::Board& board,
 
 Pose PoseOfPrompt(lens::BoardPrompt prompt, const target::Board& board, const lens::Lens& lens,
                   image::ImageSize size) {
-  const auto* placement =
-      std::find_if(kPlacements.begin(), kPlacements.end(),
-                   [&](const PromptPlacement& p) { return p.prompt == prompt; });
+  const auto* placement = std::ranges::find_if(
+      kPlacements, [&](const PromptPlacement& p) { return p.prompt == prompt; });
   return PoseOfPlacement(placement != kPlacements.end() ? *placement : kPlacements[0], board, lens,
                          size);
 }

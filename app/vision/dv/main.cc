@@ -29,7 +29,7 @@ bool ReadAll(std::span<std::uint8_t> bytes) {
     const ssize_t got = read(STDIN_FILENO, bytes.data(), bytes.size());
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
+    bytes = bytes.subspan(got);
   }
   return true;
 }
@@ -39,7 +39,7 @@ bool WriteAll(std::span<const std::uint8_t> bytes) {
     const ssize_t wrote = write(STDOUT_FILENO, bytes.data(), bytes.size());
     if (wrote < 0 && errno == EINTR) continue;
     if (wrote <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(wrote));
+    bytes = bytes.subspan(wrote);
   }
   return true;
 }

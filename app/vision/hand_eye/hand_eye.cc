@@ -144,8 +144,7 @@ bool Calibration::ExcludeWorst() {
     sizes.push_back(std::max(fit_.position_misfit[k], fit_.rotation_misfit[k]));
   std::vector<double> sorted = sizes;
   const double usual = std::max(1e-3, statistics::MedianOf(sorted));
-  const auto worst =
-      static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  const auto worst = static_cast<std::size_t>(std::ranges::max_element(sizes) - sizes.begin());
   if (sizes[worst] < kOutlier * usual) return false;
   const Pose& E = state_.errors[worst];
   Remove(worst,

@@ -162,7 +162,7 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
 /// Replaces rows and columns of inactive parameters by those of the identity.
 void Deactivate(const HandEyePrior& prior, HandEyeMatrix& S, SharedColumn& g) {
   for (int i = 0; i < kHandEyeShared; ++i) {
-    if (prior.active[static_cast<std::size_t>(i)]) continue;
+    if (prior.active[i]) continue;
     S.row(i).setZero();
     S.col(i).setZero();
     S(i, i) = 1;
@@ -220,7 +220,7 @@ void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const Ha
     const Eigen::Matrix<double, 6, kHandEyeShared> through = factors[k].solve(own.B);
     HandEyeMatrix shared = fit.covariance;
     for (int i = 0; i < kHandEyeShared; ++i) {
-      if (!prior.active[static_cast<std::size_t>(i)]) shared(i, i) = 0;
+      if (!prior.active[i]) shared(i, i) = 0;
     }
     const Mat6 covariance =
         factors[k].solve(Mat6::Identity()) + through * shared * through.transpose();
@@ -242,7 +242,7 @@ void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const Ha
   }
   double active = 0, known = 0, prior_redundancy = 0;
   for (int i = 0; i < kHandEyeShared; ++i) {
-    if (!prior.active[static_cast<std::size_t>(i)]) continue;
+    if (!prior.active[i]) continue;
     ++active;
     if (prior.information(i, i) <= 0) continue;
     ++known;

@@ -40,23 +40,21 @@ HandEyePrior MakePrior(const lens::KnownLens& lens, const HandEyeOptions& option
     const auto n = static_cast<Eigen::Index>(known.size());
     Eigen::MatrixXd part(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j)
-        part(i, j) =
-            covariance(known[static_cast<std::size_t>(i)], known[static_cast<std::size_t>(j)]);
+      for (Eigen::Index j = 0; j < n; ++j) part(i, j) = covariance(known[i], known[j]);
     }
     const Eigen::MatrixXd information = part.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
     for (Eigen::Index i = 0; i < n; ++i) {
-      const int row = kLensFirst + known[static_cast<std::size_t>(i)];
-      prior.active[static_cast<std::size_t>(row)] = true;
+      const int row = kLensFirst + known[i];
+      prior.active[row] = true;
       for (Eigen::Index j = 0; j < n; ++j)
-        prior.information(row, kLensFirst + known[static_cast<std::size_t>(j)]) = information(i, j);
+        prior.information(row, kLensFirst + known[j]) = information(i, j);
     }
   }
   for (int i = 0; i < joints; ++i) {
     const int row = kOffsetFirst + i;
     prior.information(row, row) = 1 / (kOffsetSd_rad * kOffsetSd_rad);
     // Offsets of the first and the last joint are equivalent to rotations of Y and X.
-    prior.active[static_cast<std::size_t>(row)] = options.free_joints && i > 0 && i + 1 < joints;
+    prior.active[row] = options.free_joints && i > 0 && i + 1 < joints;
   }
   return prior;
 }

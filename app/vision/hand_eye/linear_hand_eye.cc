@@ -71,7 +71,7 @@ std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings
   Eigen::MatrixXd M(3 * n, 6);
   Eigen::VectorXd b(3 * n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const PosePairing& pairing = pairings[static_cast<std::size_t>(k)];
+    const PosePairing& pairing = pairings[k];
     M.block<3, 3>(3 * k, 0) = pairing.A.R;
     M.block<3, 3>(3 * k, 3) = -Mat3::Identity();
     b.segment<3>(3 * k) = poses.Y.R * pairing.B.p - pairing.A.p;

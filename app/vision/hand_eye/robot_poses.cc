@@ -42,7 +42,7 @@ std::optional<double> NumberOf(std::string_view field) {
 
 /// Index of a column by name; -1 if there is none.
 int ColumnOf(const std::vector<std::string_view>& header, std::string_view name) {
-  const auto found = std::find(header.begin(), header.end(), name);
+  const auto found = std::ranges::find(header, name);
   return found == header.end() ? -1 : static_cast<int>(found - header.begin());
 }
 
@@ -69,7 +69,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
     if (header.empty()) {
       header = fields;
       image = ColumnOf(header, "image");
-      by_joints = std::any_of(header.begin(), header.end(), [](std::string_view name) {
+      by_joints = std::ranges::any_of(header, [](std::string_view name) {
         const auto column = model::JointColumnFromName(name);
         return column && column->joint == 0 &&
                column->form->quantity == model::JointQuantity::kPosition;

@@ -16,10 +16,10 @@ std::string AddBoard(const image::LumaView& image, const target::Board& board, H
   const Result<BoardView> seen = DetectBoard(image, board);
   if (!seen) return seen.error();
   for (int k = 0; k < board.corners(); ++k) {
-    if (!seen->seen[static_cast<std::size_t>(k)]) continue;
+    if (!seen->seen[k]) continue;
     const lens::Vec2 corner = board.Corner(k);
     view.points_K.emplace_back(corner.x(), corner.y(), 0);
-    view.pixels.push_back(seen->corners_px[static_cast<std::size_t>(k)]);
+    view.pixels.push_back(seen->corners_px[k]);
   }
   return {};
 }
@@ -33,10 +33,9 @@ std::string AddTags(const image::LumaView& image, const target::Body& body, cons
   const auto located = LocateBody({lens}, body, seen.tags, std::nullopt);
   if (!located) return fmt::format("no tag of \"{}\"", body.name);
   for (const target::BodyTag& tag : body.tags) {
-    if (std::find(located->used.begin(), located->used.end(), tag.id) == located->used.end())
-      continue;
-    const auto of = std::find_if(seen.tags.begin(), seen.tags.end(),
-                                 [&](const SeenTag& one) { return one.id == tag.id; });
+    if (std::ranges::find(located->used, tag.id) == located->used.end()) continue;
+    const auto of =
+        std::ranges::find_if(seen.tags, [&](const SeenTag& one) { return one.id == tag.id; });
     if (of == seen.tags.end()) continue;
     const auto corners_M = CornersInTag(tag.side_m);
     for (std::size_t k = 0; k < corners_M.size(); ++k) {
@@ -110,8 +109,7 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
     found.views.push_back(std::move(view));
   }
   for (const auto& [name, pose] : poses) {
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      refuse(name, "there is no such image");
+    if (std::ranges::find(names, name) == names.end()) refuse(name, "there is no such image");
   }
   return found;
 }

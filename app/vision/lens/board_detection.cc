@@ -187,8 +187,7 @@ bool SpansRowsAndColumns(const target::Board& board, const BoardView& view) {
     columns[k % board.columns] = true;
     rows[k / board.columns] = true;
   }
-  return std::count(columns.begin(), columns.end(), true) > 1 &&
-         std::count(rows.begin(), rows.end(), true) > 1;
+  return std::ranges::count(columns, true) > 1 && std::ranges::count(rows, true) > 1;
 }
 
 /// Decodes the board's tags, predicts the adjacent corners by each tag's own homography, and
@@ -211,8 +210,8 @@ Result<BoardView> DetectCharuco(const image::LumaView& image, const target::Boar
   const bool starts_white = white.size() > black.size();
   const CharucoLayout& tags = starts_white ? white_first : black_first;
   const std::vector<SeenTag>& in_place = starts_white ? white : black;
-  const auto known = std::count_if(seen.tags.begin(), seen.tags.end(),
-                                   [&](const SeenTag& tag) { return tag.id < tags.count(); });
+  const auto known =
+      std::ranges::count_if(seen.tags, [&](const SeenTag& tag) { return tag.id < tags.count(); });
   if (in_place.size() < kMinTags || 2 * static_cast<std::ptrdiff_t>(in_place.size()) <= known) {
     return Error{
         fmt::format("{} tags of {}, but not arranged as on a board of {} x {} inner corners: check "
@@ -223,8 +222,7 @@ Result<BoardView> DetectCharuco(const image::LumaView& image, const target::Boar
   target::Board longer = board;
   longer.rows *= 2;
   const std::vector<SeenTag> more = TagsInPlace(CharucoLayout(longer, starts_white), seen.tags);
-  if (std::any_of(more.begin(), more.end(),
-                  [&](const SeenTag& tag) { return tag.id >= tags.count(); })) {
+  if (std::ranges::any_of(more, [&](const SeenTag& tag) { return tag.id >= tags.count(); })) {
     return Error{fmt::format("a board of more than {} x {} inner corners: check --board",
                              board.columns, board.rows)};
   }
@@ -242,7 +240,7 @@ Result<BoardView> DetectCharuco(const image::LumaView& image, const target::Boar
     view.seen[k] = (view.corners_px[k] - before[k]).norm() < std::max(kMoved * step, 1.0) &&
                    ColoursMatch(image, board, tags, k, view.corners_px[k], steps[k], contrast[k]);
   }
-  const auto count = std::count(view.seen.begin(), view.seen.end(), true);
+  const auto count = std::ranges::count(view.seen, true);
   if (count < kMinCharucoCorners || !SpansRowsAndColumns(board, view)) {
     return Error{fmt::format("only {} of {} corners of the board, in {} of its tags", count,
                              board.corners(), in_place.size())};

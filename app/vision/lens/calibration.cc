@@ -88,7 +88,7 @@ double LeastOf(const LensVerdict& verdict) {
 bool AnyDisplaced(const std::vector<double>& view_rms_px, double noise_px) {
   std::vector<double> sizes = view_rms_px;
   const double usual_px = statistics::MedianOf(sizes);
-  return std::any_of(view_rms_px.begin(), view_rms_px.end(), [&](double rms_px) {
+  return std::ranges::any_of(view_rms_px, [&](double rms_px) {
     return rms_px > kDisplacedRatio * usual_px && rms_px > kDisplacedNoise * noise_px;
   });
 }
@@ -358,8 +358,8 @@ LensCalibration CalibrateLens(const target::Board& board, std::span<const BoardV
   result.declared = options.declared;
   // The lens after the last view is the one that stays: the times decide which view that is.
   std::vector<BoardView> distinct(views.begin(), views.end());
-  std::stable_sort(distinct.begin(), distinct.end(),
-                   [](const BoardView& a, const BoardView& b) { return a.time_s < b.time_s; });
+  std::ranges::stable_sort(
+      distinct, [](const BoardView& a, const BoardView& b) { return a.time_s < b.time_s; });
   RemoveViews(RepeatedViews(distinct), "repeats an earlier frame", distinct, result.frames_refused);
   const std::size_t repeated = views.size() - distinct.size();
   std::vector<BoardView> kept = RemoveBlurred(distinct, result.frames_refused);

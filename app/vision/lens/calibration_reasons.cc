@@ -132,8 +132,8 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
                          std::span<const BoardView> views, const target::Board& board,
                          const target::DeclaredFacts& declared) {
   auto changes = test.changes;
-  std::sort(changes.begin(), changes.end(),
-            [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
+  std::ranges::sort(changes,
+                    [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
   std::string words;
   bool lens_moved = false;
   for (const CaptureChange& change : changes) {

@@ -46,7 +46,7 @@ std::string WhenOf(const CaptureChange& change, std::span<const BoardView> views
 }
 
 double SpreadOf(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const auto [low, high] = std::ranges::minmax_element(values);
   return *high - *low;
 }
 
@@ -66,7 +66,7 @@ std::string VariationWords(const Candidate& candidate, const RivalResult& result
   }
   const double shift_px = std::hypot(SpreadOf(shifts_x), SpreadOf(shifts_y));
   const std::vector<int>& local = candidate.rival.local;
-  if (std::find(local.begin(), local.end(), kZoom) == local.end())
+  if (std::ranges::find(local, kZoom) == local.end())
     return fmt::format("the principal point varies from frame to frame by {:.1f} px", shift_px);
   std::string words =
       fmt::format("the focal length varies from frame to frame by {:.2f} %", 100 * SpreadOf(zooms));
@@ -184,7 +184,7 @@ std::vector<double> TwoStates(const RivalResult& varying) {
   std::vector<double> zooms;
   for (const ExtraVector& local : varying.local) zooms.push_back(local[kZoom]);
   std::vector<double> sorted = zooms;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double n = static_cast<double>(sorted.size());
   const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
   double below = 0, best = -1, limit = sorted[0];

@@ -56,8 +56,8 @@ bool Doubtful(const RivalResult& plain, const ScoredCandidates& scored) {
 /// Whether one explanation contains the parameters of another one.
 bool Contains(const Rival& whole, const Rival& part) {
   const auto all_in = [](const std::vector<int>& few, const std::vector<int>& many) {
-    return std::all_of(few.begin(), few.end(),
-                       [&](int k) { return std::find(many.begin(), many.end(), k) != many.end(); });
+    return std::ranges::all_of(few,
+                               [&](int k) { return std::ranges::find(many, k) != many.end(); });
   };
   return whole.fisheye == part.fisheye && whole.free_aspect == part.free_aspect &&
          whole.course == part.course && all_in(part.global, whole.global) &&
@@ -116,7 +116,7 @@ class Attempts {
     const double base = Criterion(plain_, dispersion);
     for (Attempt& attempt : all_)
       attempt.finding.evidence = base - Criterion(attempt.result, dispersion);
-    std::sort(all_.begin(), all_.end(), [](const Attempt& a, const Attempt& b) {
+    std::ranges::sort(all_, [](const Attempt& a, const Attempt& b) {
       return a.finding.evidence > b.finding.evidence;
     });
   }
@@ -222,12 +222,11 @@ std::vector<const Attempt*> AddFindings(const Attempts& attempts, const lens::Le
   for (const Attempt& attempt : attempts.all()) {
     const CaptureDiagnosis::Finding& found = attempt.finding;
     if (found.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence)) break;
-    const bool same = std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
-      return better->finding.cause == found.cause;
-    });
+    const bool same = std::ranges::any_of(
+        listed, [&](const Attempt* better) { return better->finding.cause == found.cause; });
     const RadiusErrors error_px = LensDifferences(plain, attempt.rival, attempt.result, size);
     if (&attempt != &first) others.push_back(&attempt);
-    if (same || std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
+    if (same || std::ranges::any_of(listed, [&](const Attempt* better) {
           return Contains(attempt.rival, better->rival);
         })) {
       IncludeErrors(found.cause, error_px, diagnosis.contained_px);
@@ -250,8 +249,7 @@ void AddCredibleBesideBoard(const Attempts& attempts, const target::DeclaredFact
     const CaptureCause cause = attempt.finding.cause;
     if (IsBoard(cause) || DeclaredAbsent(declared, cause) || !(attempt.finding.evidence > least))
       continue;
-    if (std::find(others.begin(), others.end(), &attempt) == others.end())
-      others.push_back(&attempt);
+    if (std::ranges::find(others, &attempt) == others.end()) others.push_back(&attempt);
   }
 }
 
@@ -281,7 +279,7 @@ void CompleteWithFreeBoard(double most_px2, CaptureDiagnosis& diagnosis) {
 
 bool CaptureDiagnosis::clear() const {
   return !incomplete && !findings.empty() &&
-         std::all_of(findings.begin(), findings.end(), [this](const Finding& finding) {
+         std::ranges::all_of(findings, [this](const Finding& finding) {
            return HaveOneRemedy(finding.cause, findings.front().cause);
          });
 }

@@ -92,7 +92,7 @@ std::vector<Links> LinksOf(const std::vector<SaddlePoint>& points) {
     for (int& link : links[k]) {
       if (link < 0) continue;
       const Links& back = nearest[link];
-      if (std::find(back.begin(), back.end(), static_cast<int>(k)) == back.end()) link = -1;
+      if (std::ranges::find(back, static_cast<int>(k)) == back.end()) link = -1;
     }
   }
   return links;
@@ -186,8 +186,7 @@ Lattice PackLattice(const std::map<Place, int>& numbered, const std::vector<Sadd
 }
 
 int Lattice::found() const {
-  return static_cast<int>(
-      std::count_if(points.begin(), points.end(), [](int point) { return point >= 0; }));
+  return static_cast<int>(std::ranges::count_if(points, [](int point) { return point >= 0; }));
 }
 
 /// Links neighbouring points along their edges and numbers each connected piece; largest first. Two
@@ -203,8 +202,8 @@ std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points) {
     const std::map<Place, int> numbered = NumberFrom(points, links, static_cast<int>(seed), taken);
     if (numbered.size() >= kMinCorners) lattices.push_back(PackLattice(numbered, points));
   }
-  std::stable_sort(lattices.begin(), lattices.end(),
-                   [](const Lattice& a, const Lattice& b) { return a.found() > b.found(); });
+  std::ranges::stable_sort(
+      lattices, [](const Lattice& a, const Lattice& b) { return a.found() > b.found(); });
   return lattices;
 }
 

@@ -181,8 +181,7 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
   for (const Moments& m : moments) {
     if (const auto disc = DiscOf(m, kMaxExtent * smooth.cols)) discs.push_back(*disc);
   }
-  std::stable_sort(discs.begin(), discs.end(),
-                   [](const Disc& a, const Disc& b) { return a.area > b.area; });
+  std::ranges::stable_sort(discs, [](const Disc& a, const Disc& b) { return a.area > b.area; });
   if (discs.size() > most) discs.resize(most);
   return discs;
 }
@@ -200,8 +199,8 @@ std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc
     auto lattice = NumberDiscsFrom(discs, grid, static_cast<int>(seed), *axes, taken);
     if (lattice.size() >= kMinDiscs) lattices.push_back(std::move(lattice));
   }
-  std::stable_sort(lattices.begin(), lattices.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  std::ranges::stable_sort(lattices,
+                           [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return lattices;
 }
 

@@ -6,7 +6,7 @@
 namespace plumbline::vision {
 
 int CountUsed(const ViewState& state) {
-  return static_cast<int>(std::count(state.used.begin(), state.used.end(), true));
+  return static_cast<int>(std::ranges::count(state.used, true));
 }
 
 ViewCost::ViewCost(const target::Board& board, const ViewState& state, double sigma_px)

@@ -45,7 +45,7 @@ bool BoardPixels(const target::Board& board, const SharedVector& shared, const M
   const Mat3 R = R_start * ExpSo3(turn);
   const Mat3 J_turn = RightJacobian(turn);
   const lens::Vec2 centre = board.Centre();
-  pixels.resize(static_cast<std::size_t>(board.corners()));
+  pixels.resize(board.corners());
   for (int k = 0; k < board.corners(); ++k) {
     const lens::Vec2 xy = board.Corner(k);
     const double u = xy.x() - centre.x(), v = xy.y() - centre.y();

@@ -38,8 +38,7 @@ Mat3 Turn(const Vec3& w) {
 }
 
 bool IsRational(const Rival& rival) {
-  return !rival.fisheye &&
-         std::find(rival.global.begin(), rival.global.end(), kK4) != rival.global.end();
+  return !rival.fisheye && std::ranges::find(rival.global, kK4) != rival.global.end();
 }
 
 /// Parameters that all views share.
@@ -244,7 +243,7 @@ RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
   at.square_sum_px2 = cost - noise_px_ * noise_px_ * at.prior_chi2;
   at.observations = 0;
   for (const ViewData& view : views_)
-    at.observations += 2 * static_cast<int>(std::count(view.used.begin(), view.used.end(), true));
+    at.observations += 2 * static_cast<int>(std::ranges::count(view.used, true));
   at.parameters = static_cast<int>(CommonExtras(rival).size() + rival.local.size() * views_.size());
   return at;
 }

@@ -33,8 +33,7 @@ bool RivalProblem::LinearizeExtras(std::size_t j, const Rival& rival, const Riva
   }
   // The smooth functions displace each point along one axis, by their value there.
   Eigen::MatrixXd by_offset(block.residuals.size(), 3);
-  const bool smooth =
-      std::any_of(rival.global.begin(), rival.global.end(), [](int k) { return k >= kHeight; });
+  const bool smooth = std::ranges::any_of(rival.global, [](int k) { return k >= kHeight; });
   for (int axis = 0; smooth && axis < 3; ++axis) {
     if (!by_extra(kOffsetX + axis, 1, by_offset.col(axis))) return false;
   }

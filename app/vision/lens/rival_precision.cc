@@ -18,7 +18,7 @@ int LensParameterOf(const Rival& rival, int common) {
     return rival.fisheye && tangential ? -1 : common;
   }
   if (common < kSharedCount) return -1;
-  switch (rival.global[static_cast<std::size_t>(common - kSharedCount)]) {
+  switch (rival.global[common - kSharedCount]) {
     case kK4:
       return 9;
     case kK5:
@@ -105,7 +105,7 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
         Explained(blocks[j].own, blocks[j].common.leftCols<kSharedCount>(), blocks[j].residuals);
     energy += explained;
     freedom += rank - blocks[j].own.cols();
-    const auto corners = std::count(views_[j].used.begin(), views_[j].used.end(), true);
+    const auto corners = std::ranges::count(views_[j].used, true);
     precision.view_rms_px.push_back(blocks[j].residuals.norm() /
                                     std::sqrt(std::max(1.0, 2.0 * static_cast<double>(corners))));
     residuals.push_back(blocks[j].residuals);

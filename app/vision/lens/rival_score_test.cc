@@ -25,7 +25,7 @@ Rival Joined(const Rival& base, const Rival& added) {
   Rival joined = base;
   const auto append = [](const std::vector<int>& from, std::vector<int>& to) {
     for (const int k : from) {
-      if (std::find(to.begin(), to.end(), k) == to.end()) to.push_back(k);
+      if (std::ranges::find(to, k) == to.end()) to.push_back(k);
     }
   };
   append(added.global, joined.global);

@@ -133,8 +133,8 @@ std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, 
       }
     }
   }
-  std::stable_sort(peaks.begin(), peaks.end(),
-                   [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+  std::ranges::stable_sort(peaks,
+                           [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
   if (peaks.size() > most) peaks.resize(most);
   std::vector<SaddlePoint> points;
   for (const Peak& peak : peaks) {

@@ -176,12 +176,11 @@ std::vector<UnprovedEffect> DecisiveEffects(const WidenedLens& widened,
   };
   std::vector<UnprovedEffect> removed;
   while (!effects.empty() && !suffices()) {
-    const auto largest =
-        std::max_element(effects.begin(), effects.end(),
-                         [accepted](const UnprovedEffect& a, const UnprovedEffect& b) {
-                           return accepted ? a.error_px.front() < b.error_px.front()
-                                           : a.error_px.back() < b.error_px.back();
-                         });
+    const auto largest = std::ranges::max_element(
+        effects, [accepted](const UnprovedEffect& a, const UnprovedEffect& b) {
+          return accepted ? a.error_px.front() < b.error_px.front()
+                          : a.error_px.back() < b.error_px.back();
+        });
     const CaptureCause cause = largest->cause;
     removed.push_back(*largest);
     std::erase_if(effects, [&](const UnprovedEffect& effect) { return effect.cause == cause; });

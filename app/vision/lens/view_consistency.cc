@@ -88,13 +88,13 @@ ViewConsistency ConsistencyOf(const target::Board& board, const LensFit& fit,
       if (std::isfinite(least[k]) && least[k] > kMaxOutlier * noise_px) used[k] = false;
     }
     result.used.push_back(std::move(used));
-    const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
-    const auto fitted = std::count(fit.used[j].begin(), fit.used[j].end(), true);
+    const auto seen = std::ranges::count(views[j].seen, true);
+    const auto fitted = std::ranges::count(fit.used[j], true);
     if (fit.view_rms_px[j] <= kMaxMisfitRatio * usual_px && 2 * fitted >= seen) continue;
     if (RmsOf(fit.residuals_px[j], result.used[j]) < kMaxNoisy * noise_px &&
         noise_px < kMaxRoughness * result.noise_px)
       continue;  // noisier than the others, but not displaced
-    const auto smooth = std::count(result.used[j].begin(), result.used[j].end(), true);
+    const auto smooth = std::ranges::count(result.used[j], true);
     const bool rough =
         result.view_noise_px[j] > kMaxRoughness * result.noise_px || 2 * smooth < seen;
     (rough ? result.wrong : result.displaced).push_back(j);

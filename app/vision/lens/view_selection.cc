@@ -20,9 +20,8 @@ std::string TooFewViews(std::size_t usable, const std::vector<RefusedFrame>& ref
       "the board was found in {} usable frames; at least {} are "
       "needed: hold the whole board in the image, well lit and still",
       usable, kMinViews);
-  const auto wrong = std::count_if(refused.begin(), refused.end(), [](const RefusedFrame& frame) {
-    return frame.reason == kDoesNotFit;
-  });
+  const auto wrong = std::ranges::count_if(
+      refused, [](const RefusedFrame& frame) { return frame.reason == kDoesNotFit; });
   if (wrong > 0) {
     reason += fmt::format(
         "; {} further frames do not fit the others, as if the board was detected wrongly", wrong);
@@ -75,8 +74,7 @@ double Coverage(std::span<const BoardView> views, image::ImageSize size) {
             std::clamp(column, 0, kCellColumns - 1)] = true;
     }
   }
-  return static_cast<double>(std::count(cells.begin(), cells.end(), true)) /
-         static_cast<double>(cells.size());
+  return static_cast<double>(std::ranges::count(cells, true)) / static_cast<double>(cells.size());
 }
 
 double SharedVariance(const LensFit& fit) {
@@ -116,7 +114,7 @@ std::vector<std::string> UnusedAtTheEnd(std::span<const BoardView> views,
                                         std::span<const BoardView> kept) {
   std::vector<std::string> names;
   for (auto view = views.rbegin(); view != views.rend(); ++view) {
-    const bool used = std::any_of(kept.begin(), kept.end(), [&](const BoardView& other) {
+    const bool used = std::ranges::any_of(kept, [&](const BoardView& other) {
       return other.name == view->name && other.time_s == view->time_s;
     });
     if (used) break;

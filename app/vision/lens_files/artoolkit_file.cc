@@ -40,7 +40,7 @@ void Append(std::uint64_t value, std::size_t count, std::string& bytes) {
 }  // namespace
 
 bool IsArToolKitFile(std::string_view bytes) {
-  const bool old = std::find(kOldSizes.begin(), kOldSizes.end(), bytes.size()) != kOldSizes.end();
+  const bool old = std::ranges::find(kOldSizes, bytes.size()) != kOldSizes.end();
   if (!old && bytes.size() != SizeOfFile(kFactors4) && bytes.size() != SizeOfFile(kFactors5)) {
     return false;
   }
@@ -49,7 +49,7 @@ bool IsArToolKitFile(std::string_view bytes) {
 }
 
 Result<lens::KnownLens> LensFromArToolKit(std::string_view bytes) {
-  if (std::find(kOldSizes.begin(), kOldSizes.end(), bytes.size()) != kOldSizes.end()) {
+  if (std::ranges::find(kOldSizes, bytes.size()) != kOldSizes.end()) {
     return Error{
         "a parameter file of ARToolKit 1 to 3, whose distortion model cannot be converted; "
         "calibrate the camera again"};

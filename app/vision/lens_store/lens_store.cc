@@ -215,10 +215,10 @@ std::vector<LensEntry> LensStore::CurveNodes(std::vector<LensEntry> entries, con
   };
   std::erase_if(entries, other_focus);
   // Newest first; older entries at the same zoom are skipped.
-  std::reverse(entries.begin(), entries.end());
+  std::ranges::reverse(entries);
   std::vector<LensEntry> nodes;
   for (LensEntry& entry : entries) {
-    const bool newer = std::any_of(nodes.begin(), nodes.end(), [&](const LensEntry& node) {
+    const bool newer = std::ranges::any_of(nodes, [&](const LensEntry& node) {
       return std::abs(std::int64_t{node.key.zoom_counts} - entry.key.zoom_counts) <=
              tolerance.zoom_counts;
     });
@@ -260,9 +260,8 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key, const LensT
   const auto distance = [&key](const LensEntry& node) {
     return std::abs(std::int64_t{node.key.zoom_counts} - key.zoom_counts);
   };
-  const LensEntry& nearest = *std::min_element(
-      nodes.begin(), nodes.end(),
-      [&](const LensEntry& a, const LensEntry& b) { return distance(a) < distance(b); });
+  const LensEntry& nearest = *std::ranges::min_element(
+      nodes, [&](const LensEntry& a, const LensEntry& b) { return distance(a) < distance(b); });
   std::vector<lens::LensNode> curve_nodes;
   curve_nodes.reserve(nodes.size());
   for (const LensEntry& node : nodes) {

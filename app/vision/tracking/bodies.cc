@@ -31,8 +31,8 @@ std::vector<Observation> ObservationsOf(const target::Body& body,
   const auto size = [](const Observation& s) {
     return (s.seen->corners_px[2] - s.seen->corners_px[0]).squaredNorm();
   };
-  std::stable_sort(observations.begin(), observations.end(),
-                   [&](const Observation& a, const Observation& b) { return size(a) > size(b); });
+  std::ranges::stable_sort(
+      observations, [&](const Observation& a, const Observation& b) { return size(a) > size(b); });
   return observations;
 }
 
@@ -64,9 +64,8 @@ bool Agrees(const lens::KnownLens& lens, const Pose& X_CK, const CornerSet& set,
 
 int CountAgreeing(const lens::KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
                   double place_sd_m) {
-  return static_cast<int>(std::count_if(sets.begin(), sets.end(), [&](const CornerSet& set) {
-    return Agrees(lens, X_CK, set, place_sd_m);
-  }));
+  return static_cast<int>(std::ranges::count_if(
+      sets, [&](const CornerSet& set) { return Agrees(lens, X_CK, set, place_sd_m); }));
 }
 
 /// Index of the tag without which the others agree best.
@@ -176,8 +175,8 @@ std::optional<SeenBody> LocateBody(const lens::KnownLens& lens, const target::Bo
     seen.estimate = *poses->other;
   }
   for (const Observation& observation : observations) seen.used.push_back(observation.on_body->id);
-  std::sort(seen.used.begin(), seen.used.end());
-  std::sort(seen.left_out.begin(), seen.left_out.end());
+  std::ranges::sort(seen.used);
+  std::ranges::sort(seen.left_out);
   return seen;
 }
 

@@ -251,8 +251,8 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
         std::clamp(0.8 * ShortestSide(corners) / family_.cells(), 2.0, 2.0 * search_.shrink);
     const auto tag = TagAt(image, reach_px, corners, lens);
     if (!tag) continue;
-    const auto same = std::find_if(seen.tags.begin(), seen.tags.end(),
-                                   [&](const SeenTag& other) { return SameTag(*tag, other); });
+    const auto same =
+        std::ranges::find_if(seen.tags, [&](const SeenTag& other) { return SameTag(*tag, other); });
     if (same == seen.tags.end()) {
       seen.tags.push_back(*tag);
     } else if (tag->wrong_bits < same->wrong_bits) {
@@ -270,8 +270,8 @@ void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, S
     const bool noisy = threshold_.min_range() >= kNoisyRange;
     Search(image, {whole, noisy ? Reduction::kSmooth : Reduction::kNone}, true, lens, seen);
   }
-  std::stable_sort(seen.tags.begin(), seen.tags.end(),
-                   [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
+  std::ranges::stable_sort(seen.tags,
+                           [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }
 
 void TagDetector::DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
@@ -279,8 +279,8 @@ void TagDetector::DetectIn(const image::LumaView& image, const std::vector<Part>
   seen.tags.clear();
   seen.limited = false;
   for (const Part& part : parts) Search(image, part, false, lens, seen);
-  std::stable_sort(seen.tags.begin(), seen.tags.end(),
-                   [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
+  std::ranges::stable_sort(seen.tags,
+                           [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }
 
 }  // namespace plumbline::vision

@@ -164,14 +164,14 @@ std::optional<PosePair> BestPoses(const lens::KnownLens& lens, const std::vector
     const auto found = RefinePose(lens, sets, start);
     if (!found) continue;
     const double sd = std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace());
-    const bool known = std::any_of(minima.begin(), minima.end(), [&](const PoseEstimate& other) {
+    const bool known = std::ranges::any_of(minima, [&](const PoseEstimate& other) {
       return AngleBetween(found->X_CK, other.X_CK) < kSameMinimum_sd * sd;
     });
     if (!known) minima.push_back(*found);
   }
   if (minima.empty()) return std::nullopt;
-  std::sort(minima.begin(), minima.end(),
-            [](const PoseEstimate& a, const PoseEstimate& b) { return a.chi2 < b.chi2; });
+  std::ranges::sort(minima,
+                    [](const PoseEstimate& a, const PoseEstimate& b) { return a.chi2 < b.chi2; });
   PosePair pair{minima[0], std::nullopt};
   if (minima.size() > 1) pair.other = minima[1];
   return pair;

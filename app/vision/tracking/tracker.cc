@@ -43,8 +43,8 @@ lens::Vec2 CentreOf(const Corners& corners) {
 }  // namespace
 
 bool InUsableRegion(const lens::KnownLens& lens, const SeenTag& tag) {
-  return std::all_of(tag.corners_px.begin(), tag.corners_px.end(),
-                     [&](const lens::Vec2& corner) { return UsableAt(lens, corner); });
+  return std::ranges::all_of(tag.corners_px,
+                             [&](const lens::Vec2& corner) { return UsableAt(lens, corner); });
 }
 
 Tracker::Tracker(target::TagFamily family, target::TagDatabase database,
@@ -77,9 +77,8 @@ bool Tracker::SearchPredicted(const image::LumaView& image, double time_s, const
                                                                         : Reduction::kHalf});
   }
   detector_.DetectIn(image, parts_, lens, seen_);
-  return std::all_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
-    return std::any_of(seen_.tags.begin(), seen_.tags.end(),
-                       [&](const SeenTag& tag) { return tag.id == track.id; });
+  return std::ranges::all_of(tracks_, [&](const Track& track) {
+    return std::ranges::any_of(seen_.tags, [&](const SeenTag& tag) { return tag.id == track.id; });
   });
 }
 
@@ -149,8 +148,7 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& l
 void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
   std::vector<SeenTag> tags = seen_.tags;
   std::erase_if(tags, [&](const SeenTag& tag) {
-    return std::find(set_aside_.begin(), set_aside_.end(), tag.id) != set_aside_.end() ||
-           !InUsableRegion(lens, tag);
+    return std::ranges::find(set_aside_, tag.id) != set_aside_.end() || !InUsableRegion(lens, tag);
   });
   for (const target::Body& body : database_.bodies) {
     std::optional<Pose> previous;

@@ -1,4 +1,6 @@
 // Rows that the model fits worse than the others, and directions of load that rows hardly show.
+#include "app/measure/diagnosis/misfit.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
@@ -6,7 +8,6 @@
 
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/larger_residuals.h"
 #include "app/measure/diagnosis/plausibility.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
