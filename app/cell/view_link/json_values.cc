@@ -5,11 +5,6 @@
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline::cell {
-namespace {
-
-constexpr std::size_t kMaxListSize = 8192;
-
-}  // namespace
 
 double NumberOf(const Json& json) {
   return json.is_null() ? status::CameraStatus::kNever : json.get<double>();
@@ -39,23 +34,6 @@ Pose PoseOfJson(const Json& json) {
   if (!(std::abs(q.norm() - 1) < 1e-3)) throw std::out_of_range("a quaternion is not normalised");
   const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
   return {turn.normalized().toRotationMatrix(), Vec3Of(json.at("p_m"))};
-}
-
-int IntWithin(const Json& json, int low, int high) {
-  const auto number = text::IntegerFromJson<std::int64_t>(json);
-  if (number < low || number > high) {
-    throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
-  }
-  return static_cast<int>(number);
-}
-
-const Json& ListAt(const Json& json, const char* key) {
-  const Json& list = json.at(key);
-  if (!list.is_array() || list.size() > kMaxListSize) {
-    throw std::out_of_range(
-        fmt::format("{} is not a list of at most {} entries", key, kMaxListSize));
-  }
-  return list;
 }
 
 }  // namespace plumbline::cell

@@ -1,4 +1,4 @@
-// JSON of the values in a view state: numbers, vectors, poses, optional values, enumerators, flags.
+// JSON of the values in a view state: numbers, vectors, poses, optional values, enumerators.
 //
 // The readers accept untrusted text: they throw a std::exception that says what is wrong.
 #pragma once
@@ -45,24 +45,9 @@ model::JointVector JointsOf(const Json& json);
 /// Position [m] and unit quaternion.
 Json PoseJson(const Pose& X);
 Pose PoseOfJson(const Json& json);
-/// An integer from `low` to `high`.
-int IntWithin(const Json& json, int low, int high);
-/// A list of bounded length.
-const Json& ListAt(const Json& json, const char* key);
-
 template <typename T>
 Json OptionalJson(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
-}
-
-template <typename T>
-std::optional<T> OptionalOf(const Json& json) {
-  if (json.is_null()) return std::nullopt;
-  if constexpr (std::is_integral_v<T>) {
-    return text::IntegerFromJson<T>(json);
-  } else {
-    return json.get<T>();
-  }
 }
 
 /// An enumerator between 0 and `last`.
@@ -73,21 +58,6 @@ E EnumOf(const Json& json, E last) {
     throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
   }
   return static_cast<E>(number);
-}
-
-/// A boolean member of a status and its JSON key.
-template <typename Status>
-struct Flag {
-  const char* name;
-  bool Status::*value;
-};
-template <typename Status, typename Flags>
-void AddFlags(const Status& status, const Flags& flags, Json& json) {
-  for (const auto& flag : flags) json[flag.name] = status.*flag.value;
-}
-template <typename Status, typename Flags>
-void ReadFlags(const Json& json, const Flags& flags, Status& status) {
-  for (const auto& flag : flags) status.*flag.value = json.at(flag.name).template get<bool>();
 }
 
 }  // namespace plumbline::cell
