@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <numbers>
+#include <utility>
 
 #include "drivers/display/colour_scale.h"
 #include "drivers/display/mesh_normals.h"
@@ -79,16 +81,55 @@ void main() {
 }
 )";
 
-Eigen::Matrix4f MatrixOf(const Pose& X, double scale) {
+Eigen::Matrix4f MatrixOf(const Pose& X, const Vec3& scale = Vec3::Ones()) {
   Eigen::Matrix4f matrix = Eigen::Matrix4f::Identity();
-  matrix.topLeftCorner<3, 3>() = (scale * X.R).cast<float>();
+  matrix.topLeftCorner<3, 3>() = (X.R * scale.asDiagonal()).cast<float>();
   matrix.topRightCorner<3, 1>() = X.p.cast<float>();
   return matrix;
 }
 
+/// A surface of revolution about z with closed ends, from a profile of (radius, z).
+scene::TriangleMesh Revolved(const std::vector<std::pair<float, float>>& profile) {
+  constexpr std::uint32_t kAround = 32;
+  scene::TriangleMesh mesh;
+  for (const auto& [radius, z] : profile) {
+    for (std::uint32_t k = 0; k < kAround; ++k) {
+      const auto angle = static_cast<float>(2 * std::numbers::pi * k / kAround);
+      mesh.vertices_O.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  }
+  for (std::uint32_t ring = 0; ring + 1 < profile.size(); ++ring) {
+    for (std::uint32_t k = 0; k < kAround; ++k) {
+      const std::uint32_t a = ring * kAround + k, b = ring * kAround + (k + 1) % kAround;
+      mesh.triangles.push_back({a, b, b + kAround});
+      mesh.triangles.push_back({a, b + kAround, a + kAround});
+    }
+  }
+  return mesh;
+}
+
+/// With a ring for each station of a bend field.
+scene::TriangleMesh UnitCylinder() {
+  std::vector<std::pair<float, float>> profile = {{0.0F, 0.0F}};
+  for (int k = 0; k < scene::kBendStations; ++k)
+    profile.emplace_back(1.0F, static_cast<float>(k) / (scene::kBendStations - 1));
+  profile.emplace_back(0.0F, 1.0F);
+  return Revolved(profile);
+}
+
+scene::TriangleMesh UnitSphere() {
+  constexpr int kRings = 16;
+  std::vector<std::pair<float, float>> profile;
+  for (int k = 0; k <= kRings; ++k) {
+    const auto angle = static_cast<float>(std::numbers::pi * k / kRings);
+    profile.emplace_back(std::sin(angle), -std::cos(angle));
+  }
+  return Revolved(profile);
+}
+
 bool IsFinite(const scene::DrawnMesh& drawn) {
   return drawn.X_CF.R.allFinite() && drawn.X_CF.p.allFinite() && drawn.X_FO.R.allFinite() &&
-         drawn.X_FO.p.allFinite() && std::isfinite(drawn.scale);
+         drawn.X_FO.p.allFinite() && std::isfinite(drawn.scale) && drawn.stretch.allFinite();
 }
 
 }  // namespace
@@ -115,10 +156,14 @@ Result<MeshPass> MeshPass::Create() {
                scale.data());
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  for (const auto& [number, solid] : {std::pair(scene::kUnitCylinder, UnitCylinder()),
+                                      std::pair(scene::kUnitSphere, UnitSphere())}) {
+    if (const auto loaded = pass.LoadAs(number, solid); !loaded) return loaded.failure();
+  }
   return pass;
 }
 
-Result<int> MeshPass::Load(const scene::TriangleMesh& mesh) {
+Result<int> MeshPass::LoadAs(int number, const scene::TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
   if (mesh.triangles.size() > kMaxTriangles) {
     return Error{"the mesh has more than 5 million triangles. Simplify it."};
@@ -151,8 +196,8 @@ Result<int> MeshPass::Load(const scene::TriangleMesh& mesh) {
   loaded.vertex_count = mesh.vertices_O.size();
   loaded.source = std::move(lit.source);
   if (const std::string problem = GlProblem(); !problem.empty()) return Error{problem};
-  meshes_.emplace(next_, std::move(loaded));
-  return next_++;
+  meshes_.insert_or_assign(number, std::move(loaded));
+  return number;
 }
 
 const GlProgram& MeshPass::ProgramFor(const scene::DisplayList& list,
@@ -164,7 +209,8 @@ void MeshPass::SetUniforms(const GlProgram& program, const scene::DisplayList& l
                            const scene::DrawnMesh& drawn) {
   program.Use();
   const Eigen::Matrix4f clip = ClipOfCamera(list.pinhole, list.size);
-  const Eigen::Matrix4f X_CF = MatrixOf(drawn.X_CF, 1), X_FO = MatrixOf(drawn.X_FO, drawn.scale);
+  const Eigen::Matrix4f X_CF = MatrixOf(drawn.X_CF),
+                        X_FO = MatrixOf(drawn.X_FO, drawn.scale * drawn.stretch);
   glUniformMatrix4fv(program.UniformLocation("u_clip"), 1, GL_FALSE, clip.data());
   glUniformMatrix4fv(program.UniformLocation("u_X_CF"), 1, GL_FALSE, X_CF.data());
   glUniformMatrix4fv(program.UniformLocation("u_X_FO"), 1, GL_FALSE, X_FO.data());

@@ -14,7 +14,7 @@
 namespace plumbline::display {
 
 /// For each vertex, in single precision
-///   p_C = X_CF B(X_FO (scale p_O)),  B(p) = p + e (BentPoint(bend, p) - p)
+///   p_C = X_CF B(X_FO (scale stretch p_O)),  B(p) = p + e (BentPoint(bend, p) - p)
 /// with the formula of BentPoint() (scene/bend_field.h) and the exaggeration e. Normals rotate with
 /// their sections. Light comes from the camera and from above it; back faces are lit as well.
 class MeshPass {
@@ -25,7 +25,7 @@ class MeshPass {
 
   /// Uploads a mesh. Fails without triangles, with more than kMaxTriangles, or with an index that
   /// is out of range. @return its number for DrawnMesh
-  Result<int> Load(const scene::TriangleMesh& mesh);
+  Result<int> Load(const scene::TriangleMesh& mesh) { return LoadAs(next_++, mesh); }
   void Drop(int mesh) { meshes_.erase(mesh); }
   bool Knows(int mesh) const { return meshes_.contains(mesh); }
 
@@ -47,6 +47,7 @@ class MeshPass {
     std::vector<std::uint32_t> source;
   };
 
+  Result<int> LoadAs(int number, const scene::TriangleMesh& mesh);
   const GlProgram& ProgramFor(const scene::DisplayList& list, const scene::DrawnMesh& drawn) const;
   void SetUniforms(const GlProgram& program, const scene::DisplayList& list,
                    const scene::DrawnMesh& drawn);

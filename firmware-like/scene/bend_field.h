@@ -26,6 +26,8 @@ struct BendStation {
   Vec3f r_F = Vec3f::Zero();  ///< [rad]
   float stress_Pa = 0;        ///< largest von Mises stress of the section; 0: unknown
   float off_m = 0;            ///< offset from the evenly spaced position
+
+  bool operator==(const BendStation&) const = default;
 };
 
 struct BendField {
@@ -36,6 +38,7 @@ struct BendField {
     return i * (static_cast<double>(length_m) / (kBendStations - 1)) +
            static_cast<double>(stations[i].off_m);
   }
+  bool operator==(const BendField&) const = default;
 };
 
 /// Position of a point of the bent tool; both in F [m]. The vertex shader computes the same.

@@ -10,13 +10,35 @@
 #include <vector>
 
 #include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/known_lens.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/scene/bend_field.h"
+
+namespace plumbline {
+
+inline bool operator==(const Pose& a, const Pose& b) {
+  return a.R == b.R && a.p == b.p;
+}
+
+namespace lens {
+inline bool operator==(const Lens& a, const Lens& b) {
+  return VectorOfLens(a) == VectorOfLens(b) && a.fisheye == b.fisheye;
+}
+}  // namespace lens
+
+namespace image {
+inline bool operator==(const LumaView& a, const LumaView& b) {
+  return a.data == b.data && a.size() == b.size() && a.stride == b.stride;
+}
+}  // namespace image
+
+}  // namespace plumbline
 
 namespace plumbline::scene {
 
 struct Colour {
   float r = 1, g = 1, b = 1, a = 1;  ///< 0..1, not premultiplied
+  bool operator==(const Colour&) const = default;
 };
 
 /// The camera image, undistorted when it is drawn.
@@ -25,19 +47,27 @@ struct Background {
   const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null if grey
   std::uint64_t sequence = 0;         ///< unchanged: the same image, no upload needed
   std::optional<lens::Lens> lens;     ///< if nullopt, drawn without undistortion
+
+  bool operator==(const Background&) const = default;
 };
 
+/// Numbers of the solids that every renderer has: a cylinder of radius 1 about z from 0 to 1, and a
+/// sphere of radius 1.
+inline constexpr int kUnitCylinder = -1, kUnitSphere = -2;
+
 /// A mesh, identified by the number the renderer returned on loading. A point p_O is drawn at
-///   p_C = X_CF Bent(X_FO (scale p_O)).
+///   p_C = X_CF Bent(X_FO (scale stretch p_O)),  stretch acting along each axis of O.
 struct DrawnMesh {
   int mesh = 0;
   Pose X_CF;  ///< pose of the carrier: the flange, a tag or the cell
   Pose X_FO;  ///< pose of the object on its carrier
   double scale = 1;
-  bool bends = false;      ///< deformed by the list's `bend`; the carrier is then the flange
-  bool occludes = false;   ///< invisible, but hides what is behind it
-  bool by_stress = false;  ///< coloured by the stress of the section
+  Vec3 stretch = Vec3::Ones();  ///< for the unit solids
+  bool bends = false;           ///< deformed by the list's `bend`; the carrier is then the flange
+  bool occludes = false;        ///< invisible, but hides what is behind it
+  bool by_stress = false;       ///< coloured by the stress of the section
   Colour colour = {};
+  bool operator==(const DrawnMesh&) const = default;
 };
 
 /// A polyline: datum lines, approach paths, axes.
@@ -47,6 +77,7 @@ struct DrawnLine {
   float width_px = 2;
   bool dashed = false;
   bool always_in_front = false;
+  bool operator==(const DrawnLine&) const = default;
 };
 
 /// Clips everything with normal . p > distance. The plane can show a grid.
@@ -54,6 +85,7 @@ struct ClipPlane {
   Vec3 normal_C = Vec3::UnitZ();
   double distance_m = 0;
   bool grid = true;
+  bool operator==(const ClipPlane&) const = default;
 };
 
 /// A faint grid in a plane, behind everything. It ends where its lines would be closer than two
@@ -62,6 +94,7 @@ struct GroundGrid {
   Pose X_CG;          ///< the grid lies in the plane z = 0 of G, with a line through its origin
   double cell_m = 1;  ///< distance between the lines
   float opacity = 0.2F;
+  bool operator==(const GroundGrid&) const = default;
 };
 
 /// A rectangle of the picture, edges in pixels; 0 is the left or upper edge of the first pixel.
@@ -69,17 +102,20 @@ struct Area {
   float x = 0, y = 0, width = 0, height = 0;
   float right() const { return x + width; }
   float bottom() const { return y + height; }
+  bool operator==(const Area&) const = default;
 };
 
 struct DrawnBox {
   float x = 0, y = 0;           ///< top-left pixel [px]
   float width = 0, height = 0;  ///< [px]
   Colour colour = {};
+  bool operator==(const DrawnBox&) const = default;
 };
 
 /// A point of the picture; 0 is the left or upper edge of the first pixel.
 struct PicturePoint {
   float x = 0, y = 0;  ///< [px]
+  bool operator==(const PicturePoint&) const = default;
 };
 
 /// A polyline of the picture: leader lines and marks. Its first and last point coincide if it is
@@ -89,6 +125,7 @@ struct DrawnStroke {
   Colour colour = {};
   float width_px = 2;
   bool filled = false;  ///< a closed convex polyline is filled
+  bool operator==(const DrawnStroke&) const = default;
 };
 
 struct DrawnText {
@@ -96,6 +133,7 @@ struct DrawnText {
   float height_px = 16;  ///< height of the font's em square
   Colour colour = {};
   std::string text;  ///< UTF-8
+  bool operator==(const DrawnText&) const = default;
 };
 
 /// One picture: a camera view with boxes, strokes and texts on top.
@@ -117,6 +155,7 @@ struct DisplayList {
   /// Views of further cameras, each in its own area of the same picture. Their boxes, strokes,
   /// texts and `beside` are not drawn.
   std::vector<DisplayList> beside;
+  bool operator==(const DisplayList&) const = default;
 };
 
 }  // namespace plumbline::scene

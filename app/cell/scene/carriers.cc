@@ -17,10 +17,6 @@ namespace {
 constexpr std::uint16_t kRobotUnknown =
     alarm::kRobotMissing | alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong;
 
-bool SameLens(const lens::Lens& a, const lens::Lens& b) {
-  return lens::VectorOfLens(a) == lens::VectorOfLens(b) && a.fisheye == b.fisheye;
-}
-
 }  // namespace
 
 std::optional<ViewModel> ReadViewModel(const std::string& path, int version,
@@ -85,6 +81,8 @@ std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewMode
   kinematics::Posture unloaded;
   arm.chain().Evaluate(state.q, unloaded);
   tool.X_WF_nominal = arm.X_WB() * unloaded.X_BF();
+  for (int i = 0; i < loaded.posture.size; ++i)
+    tool.links_W.push_back(arm.X_WB() * loaded.posture.X_BL[static_cast<std::size_t>(i)]);
   tool.tip_nominal_W = tool.X_WF_nominal * arm.X_FT(state.tool).p;
   return tool;
 }
@@ -98,6 +96,10 @@ const PlacedCarrier* Carriers::Find(const Carrier& carrier) const {
       return of(world);
     case Carrier::Kind::kBase:
       return of(base);
+    case Carrier::Kind::kLink: {
+      const auto k = static_cast<std::size_t>(carrier.link - 1);
+      return k < links.size() ? &links[k] : nullptr;
+    }
     case Carrier::Kind::kFlange:
       return of(flange);
     case Carrier::Kind::kBody: {
@@ -134,7 +136,7 @@ Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_numbe
   carriers.robot_stale = old_state || (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 
   // Poses estimated with another lens are not comparable.
-  if (!camera.lens || (lens_ && !SameLens(*lens_, *camera.lens))) {
+  if (!camera.lens || (lens_ && *lens_ != *camera.lens)) {
     world_.reset();
     bodies_.clear();
     tags_.clear();
@@ -172,12 +174,18 @@ Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_numbe
   }
   if (!world_) return carriers;
   carriers.world = {world_->X_CK, untrusted || now_s - world_->time_s > kForgotten_s};
-  carriers.base = {world_->X_CK * model->arm.X_WB(), carriers.world->stale};
-  if (carriers.tool) {
-    carriers.flange = {world_->X_CK * carriers.tool->X_WF,
-                       carriers.world->stale || carriers.robot_stale};
-  }
+  carriers.PlaceArm(*model);
   return carriers;
+}
+
+void Carriers::PlaceArm(const ViewModel& model) {
+  const Pose& X_CW = world->X_CK;
+  base = {X_CW * model.arm.X_WB(), world->stale};
+  if (!tool) return;
+  const bool arm_stale = world->stale || robot_stale;
+  flange = {X_CW * tool->X_WF, arm_stale};
+  links.clear();
+  for (const Pose& X_WL : tool->links_W) links.push_back({X_CW * X_WL, arm_stale});
 }
 
 Carriers MergeInMeasurementFrame(std::span<const Carriers> cameras) {
@@ -202,6 +210,9 @@ Carriers MergeInMeasurementFrame(std::span<const Carriers> cameras) {
     merged.world = PlacedCarrier{};
     if (camera.base) merged.base = {X_WC * camera.base->X_CK, camera.base->stale};
     if (camera.flange) merged.flange = {X_WC * camera.flange->X_CK, camera.flange->stale};
+    merged.links.clear();
+    for (const PlacedCarrier& link : camera.links)
+      merged.links.push_back({X_WC * link.X_CK, link.stale});
   }
   return merged;
 }

@@ -41,6 +41,7 @@ struct PlacedCarrier {
 struct ToolState {
   Pose X_WF;          ///< flange, placed so that the drawn tip coincides with the model's tip
   Pose X_WF_nominal;  ///< flange of the unloaded arm, as the controller assumes it
+  std::vector<Pose> links_W;  ///< frame of each link of the deflected arm
   scene::BendField bend;
   Vec3 tip_W = Vec3::Zero();          ///< tip of the loaded tool
   Vec3 tip_nominal_W = Vec3::Zero();  ///< tip of the straight tool on X_WF_nominal
@@ -53,9 +54,13 @@ std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewMode
 struct Carriers {
   std::optional<PlacedCarrier> world;  ///< X_CW
   std::optional<PlacedCarrier> base, flange;
+  std::vector<PlacedCarrier> links;  ///< empty if their poses are unknown
   std::map<std::string, PlacedCarrier> bodies;
   std::map<int, PlacedCarrier> tags;
   std::optional<ToolState> tool;
+  /// Places base, links and flange from the pose of the world and the state of the tool.
+  void PlaceArm(const ViewModel& model);
+
   double focal_px = 0;      ///< focal length of the camera's lens; 0: unknown
   bool lens_stale = true;   ///< the lens is not verified at the present zoom
   bool image_stale = true;  ///< there is no image, or it is too old

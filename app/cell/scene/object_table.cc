@@ -11,6 +11,7 @@
 #include "app/base/text/nearest_word.h"
 #include "app/cell/scene/mesh_format.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/model/cell_model.h"
 
 namespace plumbline::cell {
 namespace {
@@ -92,21 +93,23 @@ class TableReader {
     Carrier carrier;
     const auto on = table.RequiredTable("on");
     if (!on) return carrier;
-    const int given =
-        (on->Has("body") ? 1 : 0) + (on->Has("tag") ? 1 : 0) + (on->Has("frame") ? 1 : 0);
+    int given = 0;
+    for (const char* const key : {"body", "tag", "link", "frame"}) given += on->Has(key) ? 1 : 0;
     const auto body = on->String("body");
     const auto tag = on->Integer("tag", 0, kLargestTag);
+    const auto link = on->Integer("link", 1, model::kMaxJoints);
     const auto frame = on->OneOf<Carrier::Kind>("frame", {{"world", Carrier::Kind::kWorld},
                                                           {"base", Carrier::Kind::kBase},
                                                           {"flange", Carrier::Kind::kFlange}});
     if (given != 1) {
       table.AddFault(
           "on",
-          "needs exactly one of body = \"...\", tag = ..., frame = \"world\", \"base\" or "
-          "\"flange\"");
+          "needs exactly one of body = \"...\", tag = ..., link = ..., frame = \"world\", "
+          "\"base\" or \"flange\"");
       return carrier;
     }
     if (frame) carrier.kind = *frame;
+    if (link) carrier = {Carrier::Kind::kLink, "", 0, *link};
     if (body) {
       carrier = {Carrier::Kind::kBody, *body, 0};
       CheckBody(*on, *body);

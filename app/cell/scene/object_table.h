@@ -15,10 +15,11 @@ namespace plumbline::cell {
 
 /// Carrier of a virtual object. K denotes its frame.
 struct Carrier {
-  enum class Kind { kWorld, kBase, kFlange, kBody, kTag };
+  enum class Kind { kWorld, kBase, kLink, kFlange, kBody, kTag };
   Kind kind = Kind::kWorld;
   std::string body;  ///< name, for kBody
   int tag = 0;       ///< id, for kTag
+  int link = 0;      ///< number of the joint that moves it, from 1, for kLink
 
   bool operator==(const Carrier&) const = default;
 };

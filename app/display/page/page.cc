@@ -358,7 +358,7 @@ void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) 
     AnswerLive(response);
   } else if (path == "/picture.jpg") {
     const auto picture = feed_.Newest(now_s);
-    if (picture && now_s - picture->drawn_s < kMaxPictureAge_s) {
+    if (picture && now_s - shown_.picture_current_s() < kMaxPictureAge_s) {
       response.SetBody(picture->bytes, "image/jpeg");
     } else {
       Refuse(response, 503, "no current picture; try again");
@@ -382,7 +382,7 @@ void Page::AnswerLive(HttpResponse& response) {
   response.stream = [this, leaving, number = std::uint64_t{0}](const HttpWrite& write) mutable {
     const double now_s = MonotonicSeconds();
     const auto picture = feed_.Newest(now_s);
-    const bool old = !picture || now_s - picture->drawn_s > kMaxPictureAge_s;
+    const bool old = !picture || now_s - shown_.picture_current_s() > kMaxPictureAge_s;
     if (old || picture->number == number) {
       if (!write("")) return false;
       SleepSeconds(kPicturePollPeriod_s);
@@ -419,7 +419,7 @@ std::string Page::Status() {
   const auto picture = shown_.picture();
   if (now) log_.Add(*now);
   PictureFacts facts;
-  if (picture) facts = {picture->image.size, now_s - picture->time_s, ""};
+  if (picture) facts = {picture->image.size, now_s - shown_.picture_current_s(), ""};
   facts.server_start = start_id_;
   return StatusJson(now.get(), facts, log_.Lines(), now_s);
 }

@@ -75,8 +75,7 @@ std::shared_ptr<const JpegPicture> PictureFeed::Newest(double now_s) {
   std::string bytes = JpegOf(picture->image);
   if (bytes.empty()) return newest_;
   const std::uint64_t number = newest_ ? newest_->number + 1 : 1;
-  newest_ =
-      std::make_shared<const JpegPicture>(JpegPicture{std::move(bytes), number, picture->time_s});
+  newest_ = std::make_shared<const JpegPicture>(JpegPicture{std::move(bytes), number});
   encoded_ = picture;
   encoded_s_ = now_s;
   return newest_;

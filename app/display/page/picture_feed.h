@@ -13,7 +13,6 @@ namespace plumbline::display {
 struct JpegPicture {
   std::string bytes;
   std::uint64_t number = 0;  ///< counted from 1
-  double drawn_s = 0;        ///< when it was drawn, monotonic
 };
 
 /// Encodes baseline JPEG with 2x2 chroma subsampling.

@@ -60,7 +60,18 @@ void DisplayMailbox::Publish(std::shared_ptr<const DisplayStatus> status) {
 
 void DisplayMailbox::Publish(std::shared_ptr<const DisplayPicture> picture) {
   const std::lock_guard lock(mutex_);
+  if (picture) current_s_ = picture->time_s;
   picture_ = std::move(picture);
+}
+
+void DisplayMailbox::ConfirmPicture(double now_s) {
+  const std::lock_guard lock(mutex_);
+  current_s_ = now_s;
+}
+
+double DisplayMailbox::picture_current_s() const {
+  const std::lock_guard lock(mutex_);
+  return current_s_;
 }
 
 std::shared_ptr<const DisplayStatus> DisplayMailbox::status() const {

@@ -54,10 +54,14 @@ class DisplayMailbox {
 
   void Publish(std::shared_ptr<const DisplayStatus> status);
   void Publish(std::shared_ptr<const DisplayPicture> picture);
+  /// The published picture is still what would be drawn.
+  void ConfirmPicture(double now_s);
 
   /// Null until the first was published.
   std::shared_ptr<const DisplayStatus> status() const;
   std::shared_ptr<const DisplayPicture> picture() const;
+  /// Until when the picture was current, monotonic.
+  double picture_current_s() const;
   /// Returns picture() and requests pictures for the next kPictureRequestLifetime_s.
   std::shared_ptr<const DisplayPicture> RequestPicture(double now_s);
   bool PictureRequested(double now_s) const;
@@ -66,7 +70,7 @@ class DisplayMailbox {
   mutable std::mutex mutex_;
   std::shared_ptr<const DisplayStatus> status_;
   std::shared_ptr<const DisplayPicture> picture_;
-  double requested_s_ = -1e300;
+  double current_s_ = -1e300, requested_s_ = -1e300;
 };
 
 }  // namespace plumbline::display

@@ -6,7 +6,9 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <set>
 
+#include "app/display/view/cell_view.h"
 #include "app/display/view/palette.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/image/image_size.h"
@@ -54,6 +56,7 @@ class OverlayBuilder {
       AddLines(*facts_.table);
       AddClip(*facts_.table);
     }
+    if (drawn()) AddSolids();
     AddToolAxis();
     AddPoints();
     AddMeasured();
@@ -61,7 +64,12 @@ class OverlayBuilder {
 
  private:
   /// Nothing can be projected into the image without a lens.
-  bool seen() const { return camera_.lens.has_value() && camera_.image.has_value(); }
+  bool imaged() const { return camera_.lens.has_value() && camera_.image.has_value(); }
+  bool seen() const { return imaged() || drawn(); }
+  /// The whole cell is drawn, without a camera.
+  bool drawn() const {
+    return state_.cameras.empty() && carriers_.world && facts_.model != nullptr;
+  }
 
   void AddBackground() {
     const auto& image = camera_.image;
@@ -80,7 +88,7 @@ class OverlayBuilder {
 
   /// Outline of the region where the lens is trusted, as far as it lies in the image.
   void AddUsableRegion() {
-    if (!seen() || !camera_.usable_radius_px) return;
+    if (!imaged() || !camera_.usable_radius_px) return;
     const image::ImageSize size{camera_.image->width, camera_.image->height};
     const lens::Vec2 middle = lens::MiddleOf(size);
     std::vector<Vec3> points_C;
@@ -240,10 +248,28 @@ class OverlayBuilder {
   }
 
   void AddGround() {
-    if (!(config_.grid_m > 0) || !carriers_.world) return;
+    constexpr double kWithoutCamera_m = 0.5;
+    const double cell_m = config_.grid_m > 0 || !drawn() ? config_.grid_m : kWithoutCamera_m;
+    if (!(cell_m > 0) || !carriers_.world) return;
     const Pose X_WG{Mat3::Identity(), Vec3(0, 0, config_.grid_z_m)};
-    list_.ground =
-        scene::GroundGrid{.X_CG = carriers_.world->X_CK * X_WG, .cell_m = config_.grid_m};
+    list_.ground = scene::GroundGrid{.X_CG = carriers_.world->X_CK * X_WG, .cell_m = cell_m};
+  }
+
+  /// Arm and tool, without the links and the tool that the object table has a mesh of.
+  void AddSolids() {
+    std::set<int> links;
+    bool tool = false;
+    for (std::size_t k = 0; facts_.table != nullptr && k < facts_.table->objects.size(); ++k) {
+      const cell::SceneObject& object = facts_.table->objects[k];
+      if (!object.visible) continue;
+      tool = tool || object.on.kind == cell::Carrier::Kind::kFlange;
+      if (object.on.kind == cell::Carrier::Kind::kLink) links.insert(object.on.link);
+    }
+    std::vector<Vec3> centres_C;
+    AddArm(state_, *facts_.model, carriers_, links, list_, centres_C);
+    for (std::size_t k = 1; k < centres_C.size(); ++k)
+      KeepClear({centres_C[k - 1], centres_C[k]}, kToolWidth_em);
+    if (!tool) AddTool(state_, *facts_.model, carriers_, list_);
   }
 
   void AddToolAxis() {

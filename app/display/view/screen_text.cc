@@ -105,7 +105,7 @@ void AddDetailBand(const ViewFacts& facts, PictureWriter& writer) {
   if (band.height < layout.line()) return;
   writer.Box(band, palette::kGround);
   std::vector<Panel> panels = WallPanelsOf(facts);
-  panels.push_back({"Messages, newest first (UTC)", RecentMessages(facts, kMostMessages)});
+  panels.push_back({"Messages, newest first (local time)", RecentMessages(facts, kMostMessages)});
   const std::size_t messages = panels.size() - 1;
   const bool one_row = band.width >= kOneRow_em * layout.em;
   const std::size_t columns = one_row ? panels.size() : (panels.size() + 1) / 2;
@@ -136,9 +136,14 @@ image::ImageSize ImageSizeOf(const ViewFacts& facts) {
   return {1920, 1080};
 }
 
+/// Local time and UTC. Without seconds: the picture of a still cell does not change.
 std::string ClockText(double utc_s) {
   if (!(utc_s >= 0 && utc_s < 253402300800.0)) return "";
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(utc_s)));
+  const auto at = static_cast<std::time_t>(utc_s);
+  const std::tm local = fmt::localtime(at);
+  const std::string date = fmt::format("{:%Y-%m-%d %H:%M}", local);
+  return local.tm_gmtoff == 0 ? date + " UTC"
+                              : fmt::format("{} ({:%H:%M} UTC)", date, fmt::gmtime(at));
 }
 
 /// Cell and clock at the right end, two lines. @return  their width with a margin [px]
@@ -210,7 +215,7 @@ std::vector<PanelLine> NotesOf(const OverlayInput& input, std::size_t k) {
     notes.push_back({"STALE: " + reason, Tone::kAttention});
   if (notes.empty() && status.name != status::CameraName::kNone)
     notes.push_back({status::CameraNameText(status.name), Tone::kPlain});
-  if (state.cameras.empty()) notes.push_back({"no camera is configured", Tone::kFaded});
+  if (state.cameras.empty()) notes.push_back({"drawn from the joint positions", Tone::kFaded});
   if (input.config.exaggeration != 1 && k == input.facts.shown.front()) {
     notes.push_back({fmt::format("deflection exaggerated {:g} times", input.config.exaggeration),
                      Tone::kPlain});

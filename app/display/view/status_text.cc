@@ -1,5 +1,6 @@
 #include "app/display/view/status_text.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -133,9 +134,8 @@ std::string WithoutNumbers(const std::string& text) {
   return key;
 }
 
-std::string TimeOfDay(double utc_s) {
-  const auto second = static_cast<int>(std::fmod(std::max(utc_s, 0.0), 86400.0));
-  return fmt::format("{:02}:{:02}:{:02}", second / 3600, second / 60 % 60, second % 60);
+std::string LocalTimeOfDay(double utc_s) {
+  return fmt::format("{:%H:%M:%S}", fmt::localtime(static_cast<std::time_t>(std::max(utc_s, 0.0))));
 }
 
 }  // namespace
@@ -164,7 +164,7 @@ std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count)
                       : line.level == 4 ? Tone::kAttention
                                         : Tone::kPlain;
     const std::string times = repeats > 1 ? fmt::format(" ({} times)", repeats) : "";
-    messages.push_back({TimeOfDay(line.utc_s) + times + " " + line.text, tone});
+    messages.push_back({LocalTimeOfDay(line.utc_s) + times + " " + line.text, tone});
   }
   return messages;
 }

@@ -14,6 +14,7 @@ void Drawing::Release(const std::string& why) {
   context_.reset();
   scene_.reset();
   numbers_.clear();
+  drawn_.reset();
   if (problem_ != why) sink_(ViewFault(why));
   problem_ = why;
 }
@@ -75,10 +76,12 @@ const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const cell::SceneS
 
 bool Drawing::Draw(const scene::DisplayList& list) {
   if (!renderer_) return false;
+  drawn_.reset();
   const display::DrawResult result = renderer_->Draw(list);
   for (const std::string& remark : renderer_->TakeRemarks()) sink_(ViewNote(remark));
   if (result == display::DrawResult::kDrawn) {
     refused_.clear();
+    drawn_ = list;
     return true;
   }
   if (result == display::DrawResult::kContextLost) {

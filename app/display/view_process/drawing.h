@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ class Drawing {
   /// @return  the renderer's mesh number of each object, 0 for none
   const std::vector<int>& Meshes(const std::shared_ptr<const cell::SceneSnapshot>& scene);
 
+  /// Whether the last picture was drawn from an equal list, so that drawing it again changes
+  /// nothing.
+  bool Shows(const scene::DisplayList& list) const { return drawn_ && *drawn_ == list; }
   /// @return  whether a picture was drawn
   bool Draw(const scene::DisplayList& list);
 
@@ -45,6 +49,7 @@ class Drawing {
   std::unique_ptr<display::Renderer> renderer_;       ///< destroyed before its context
   std::shared_ptr<const cell::SceneSnapshot> scene_;  ///< whose meshes are loaded
   std::vector<int> numbers_;                          ///< mesh numbers of its objects
+  std::optional<scene::DisplayList> drawn_;           ///< its pointers are compared, never followed
   double tried_s_ = -1e300;
   std::string problem_, refused_;
 };

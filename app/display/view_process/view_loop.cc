@@ -25,6 +25,7 @@ constexpr double kMaxPictureAge_s = 0.5;  ///< then redrawn without a new state:
 constexpr double kUnseenPeriod_s = 1.0;   ///< between pictures that nobody sees
 constexpr double kSharedPeriod_s = 0.1;   ///< between pictures for the page
 constexpr double kStatusPeriod_s = 0.2;   ///< between updates of the page's status
+constexpr double kRedrawPeriod_s = 10;    ///< of a picture that does not change
 constexpr double kTrimPeriod_s = 3;       ///< between malloc_trim() calls
 constexpr image::ImageSize kWithoutDisplay{1280, 720};
 
@@ -57,6 +58,7 @@ void ViewLoop::OpenDisplay() {
     connection.framebuffer.device = config.device;
   }
   display_.reset();
+  on_display_ = false;
   auto made = display::MakeDisplay(KindOf(config.display), connection);
   if (made) {
     display_ = std::move(made).value();
@@ -98,20 +100,32 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
   const display::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels(),
                                     viewer_.MeshFacts()};
-  const bool drawn = drawing_.Draw(
+  const scene::DisplayList list =
       facts.state != nullptr ? display::PictureOf(input, layout, drawing_.text_width())
-                             : display::PictureWithoutState(facts, layout, drawing_.text_width()));
-  if (!drawn) return;
-  if (show) LogDisplayState(display_->Show(drawing_.renderer()));
+                             : display::PictureWithoutState(facts, layout, drawing_.text_width());
+  const bool same = drawing_.Shows(list) && now_s - rendered_s_ < kRedrawPeriod_s;
+  if (!same) {
+    on_display_ = shared_ = kept_ = false;
+    if (!drawing_.Draw(list)) return;
+    rendered_s_ = now_s;
+  }
+  if (show && !on_display_) {
+    const display::DisplayResult result = display_->Show(drawing_.renderer());
+    on_display_ = result == display::DisplayResult::kShown;
+    LogDisplayState(result);
+  }
   if (now_s - trimmed_s_ >= kTrimPeriod_s) {
     if (trimmed_s_ > 0) malloc_trim(0);
     trimmed_s_ = now_s;
   }
-  const bool keep = alarms_->Due(now_s);
-  const bool share = shown_.PictureRequested(now_s) && now_s - shared_s_ >= kSharedPeriod_s;
+  if (shared_) shown_.ConfirmPicture(now_s);
+  const bool keep = !kept_ && alarms_->Due(now_s);
+  const bool share =
+      !shared_ && shown_.PictureRequested(now_s) && now_s - shared_s_ >= kSharedPeriod_s;
   if (!keep && !share) return;
   display::RgbImage picture = drawing_.renderer().ReadBack();
   if (share) {
+    shared_ = true;
     shared_s_ = now_s;
     // The page shows everything but the images in its own way.
     const scene::Area& image = layout.image;
@@ -120,7 +134,10 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
         display::Cropped(picture, static_cast<int>(image.x), static_cast<int>(image.y), part),
         now_s}));
   }
-  if (keep) alarms_->Remember(std::move(picture), now_s);
+  if (keep) {
+    kept_ = true;
+    alarms_->Remember(std::move(picture), now_s);
+  }
 }
 
 /// If drawing takes longer than the camera's frame interval, the newest state may be nearly one

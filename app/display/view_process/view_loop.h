@@ -16,8 +16,9 @@ namespace plumbline::display {
 /// Draws when there is a new state and the display is ready, so that an image is visible one
 /// drawing and one refresh after it was taken. While the display is busy, newer states replace
 /// older ones; a state closer to the next frame than to its own arrival is skipped in favour of the
-/// next. Without a display, pictures are drawn on request (DisplayMailbox::RequestPicture) and once
-/// a second for the alarm pictures.
+/// next. A picture that would equal the last one is not drawn again, so that a still cell costs
+/// little. Without a display, pictures are drawn on request (DisplayMailbox::RequestPicture) and
+/// once a second for the alarm pictures.
 class ViewLoop {
  public:
   ViewLoop(const std::string& config_file, cell::ViewModel model, display::DisplayMailbox& shown);
@@ -48,6 +49,10 @@ class ViewLoop {
   std::unique_ptr<display::Display> display_;
   std::string display_problem_;  ///< empty if it shows pictures, or was not used yet
   bool fresh_ = false;           ///< there is a state that has not been drawn
+  /// What was done with the newest picture: on the display, shared with the page, kept for an
+  /// alarm.
+  bool on_display_ = false, shared_ = false, kept_ = false;
+  double rendered_s_ = -1e300;
   double drawn_s_ = -1e300, trimmed_s_ = 0;
   double status_s_ = -1e300;  ///< when the status was last published
   double shared_s_ = -1e300;  ///< when a picture was last published

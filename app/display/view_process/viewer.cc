@@ -89,6 +89,10 @@ void Viewer::UpdateCarriers(double now_s) {
     carriers_.push_back(tracks_[k].memory.Update(view_.state, k, model, now_s));
   }
   cell::ShareDetections(carriers_);
+  if (view_.state.cameras.empty() && model_) {
+    const Pose X_CW = viewpoint_.Update(view_.state, *model_);
+    carriers_.front() = SeenFrom(X_CW, carriers_.front(), *model_);
+  }
 }
 
 std::vector<const std::uint8_t*> Viewer::Pixels() const {

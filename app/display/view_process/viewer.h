@@ -9,6 +9,7 @@
 #include "app/base/log/log_entry.h"
 #include "app/cell/scene/scene_worker.h"
 #include "app/cell/view_link/view_client.h"
+#include "app/display/view/cell_view.h"
 #include "app/display/view/overlay.h"
 
 namespace plumbline::display {
@@ -64,6 +65,7 @@ class Viewer {
   };
   std::vector<CameraTrack> tracks_;
   std::vector<cell::Carriers> carriers_;  ///< of each camera; at least one
+  Viewpoint viewpoint_;                   ///< used without a camera
   std::optional<cell::SceneWorker> worker_;
   std::shared_ptr<const cell::SceneSnapshot> scene_ = std::make_shared<cell::SceneSnapshot>();
   display::ViewFacts facts_;

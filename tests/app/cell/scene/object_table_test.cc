@@ -174,8 +174,9 @@ TEST_CASE("each fault is reported with its line and a suggestion") {
        {"on = { tag = 17 }", "on = { frame = \"flansch\" }",
         "object[3].on.frame: \"flansch\" is not one of \"world\", \"base\", \"flange\""},
        {"on = { tag = 17 }", "on = { tag = 17, frame = \"world\" }",
-        "object[3].on: needs exactly one of body = \"...\", tag = ..., frame = \"world\", \"base\" "
-        "or \"flange\""},
+        "object[3].on: needs exactly one of body = \"...\", tag = ..., link = ..., frame = "
+        "\"world\", \"base\" or \"flange\""},
+       {"on = { tag = 17 }", "on = { link = 0 }", "object[3].on.link: 0 is outside 1..12"},
        {"occludes = true", "bends = true",
         "object[2].bends: true needs on = { frame = \"flange\" }: an object on a tag or "
         "body is already drawn where the bent tool carries it"},

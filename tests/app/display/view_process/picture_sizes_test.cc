@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <ctime>
 
+#include "app/display/view/cell_view.h"
 #include "app/display/view/label_placement.h"
 #include "app/display/view/screen_text.h"
 #include "app/display/view_process/drawing.h"
@@ -123,6 +124,12 @@ struct WallPicture {
 
   WallPicture(Wall& wall, display::Drawing& drawing, image::ImageSize size) {
     facts.shown.clear();
+    if (wall.scene.state.cameras.empty()) {
+      display::Viewpoint viewpoint;
+      carriers.push_back(display::SeenFrom(viewpoint.Update(wall.scene.state, *wall.scene.model),
+                                           wall.scene.Placed(), *wall.scene.model));
+      facts.shown = {0};
+    }
     for (std::size_t k = 0; k < wall.scene.state.cameras.size(); ++k) {
       cell::CarrierTracker memory;
       carriers.push_back(memory.Update(wall.scene.state, k, &*wall.scene.model, ViewScene::kNow_s));
@@ -187,7 +194,8 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
     std::puts("SKIPPED: no EGL here");
     return;
   }
-  const std::string state = GENERATE("good", "note", "interference", "stale", "silent", "two");
+  const std::string state =
+      GENERATE("good", "note", "interference", "stale", "silent", "two", "drawn", "drawn-stale");
   Wall wall(state == "good" ? "" : "exaggeration = 10.0\nstress = true\nstress_full_MPa = 20.0\n");
   if (state == "good") wall.MorePoints(2);
   if (state == "good") {
@@ -202,6 +210,18 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
     wall.scene.state.cameras[0].status.state = lens::ZoomState::kCalibrating;
     wall.scene.state.cameras[0].status.prompt = lens::BoardPrompt::kTiltLeft;
   }
+  if (state.starts_with("drawn")) {
+    wall.scene.state.cameras.clear();
+    wall.objects = std::make_shared<display::SceneSnapshot>();
+    wall.objects->table.emplace();
+    if (state == "drawn-stale") {  // with a mesh of the forearm
+      display::SceneObject forearm;
+      forearm.on = {display::Carrier::Kind::kLink, "", 0, 3};
+      wall.objects->table->objects = {forearm};
+      wall.objects->meshes = {CuboidMesh({0.3F, 0.3F, 0.3F})};
+    }
+  }
+  if (state == "drawn-stale") wall.scene.state.alarms = alarm::kRobotStale;
   if (state == "silent") wall.scene.state.now_s -= 10;
   for (const image::ImageSize size : kSizes) {
     CAPTURE(state, size.width, size.height);
