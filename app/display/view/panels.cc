@@ -42,11 +42,9 @@ Panel AlarmPanel(const ViewFacts& facts) {
 /// One panel for all cameras: first the first line of each camera, then their other lines. Of a
 /// silent daemon's cameras nothing is known.
 using LinesOfCamera = std::vector<PanelLine> (*)(const ViewFacts& facts, std::size_t camera);
-Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
-                LinesOfCamera lines_of) {
+Panel OfCameras(const char* title, const ViewFacts& facts, LinesOfCamera lines_of) {
   Panel panel{title, {}};
   const std::vector<cell::ViewCamera>& cameras = facts.state->cameras;
-  if (cameras.empty()) panel.lines.push_back({without, Tone::kFaded});
   if (!cameras.empty() && WithoutDaemon(*facts.state)) {
     panel.lines.push_back({Describe(HealthReason::kNoDaemon), Tone::kBad});
     return panel;
@@ -161,8 +159,9 @@ std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   }
   lines.push_back(state.payload_kg ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
                                    : PanelLine{"payload unknown", Tone::kAttention});
-  lines.push_back({(state.alarms & alarm::kRobotMissing) != 0
-                       ? "no robot reading yet"
+  lines.push_back({(state.alarms & alarm::kRobotMissing) != 0 ? "no robot reading yet"
+                   : state.data_age_s < 1
+                       ? "last robot reading less than 1 s ago"  // still while the cell is
                        : "last robot reading " + AgeText(state.data_age_s),
                    facts.carriers.front().robot_stale ? Tone::kBad : Tone::kPlain});
   return lines;
@@ -174,8 +173,7 @@ Panel DistancePanel(const ViewFacts& facts) {
   const bool configured =
       facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
-    panel.lines.push_back(
-        {configured ? "no current measurement" : "none configured", Tone::kFaded});
+    if (configured) panel.lines.push_back({"no current measurement", Tone::kFaded});
     return panel;
   }
   std::vector<PanelLine> rest;
@@ -209,7 +207,6 @@ Panel DistancePanel(const ViewFacts& facts) {
                        : PanelLine{distance.name + ": not measured", Tone::kFaded});
   }
   panel.lines.insert(panel.lines.end(), rest.begin(), rest.end());
-  if (panel.lines.empty()) panel.lines.push_back({"none configured", Tone::kFaded});
   return panel;
 }
 
@@ -258,8 +255,6 @@ Panel ObjectsPanel(const ViewFacts& facts) {
                                                });
         });
     panel.lines.push_back({fmt::format("{} of {} placed", shown, facts.table->objects.size())});
-  } else if (panel.lines.empty()) {
-    panel.lines.push_back({"no object table", Tone::kFaded});
   }
   return panel;
 }
@@ -298,16 +293,22 @@ Panel ModelPanel(const cell::ViewState& state) {
   return panel;
 }
 
+/// Without the panels that have nothing to say: of what is not configured.
+std::vector<Panel> Configured(std::vector<Panel> panels) {
+  std::erase_if(panels, [](const Panel& panel) { return panel.lines.empty(); });
+  return panels;
+}
+
 std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
-  return {AlarmPanel(facts),
-          OfCameras("Lens", facts, "no camera configured", LensLines),
-          OfCameras("Tracking", facts, "off", TrackingLines),
-          {"Robot", RobotLines(facts)},
-          DistancePanel(facts),
-          OfCameras("Camera", facts, "none configured", CameraLines),
-          OfCameras("Tags", facts, "off", TagLines),
-          ObjectsPanel(facts),
-          ModelPanel(*facts.state)};
+  return Configured({AlarmPanel(facts),
+                     OfCameras("Lens", facts, LensLines),
+                     OfCameras("Tracking", facts, TrackingLines),
+                     {"Robot", RobotLines(facts)},
+                     DistancePanel(facts),
+                     OfCameras("Camera", facts, CameraLines),
+                     OfCameras("Tags", facts, TagLines),
+                     ObjectsPanel(facts),
+                     ModelPanel(*facts.state)});
 }
 
 /// Lens, then whether images and cell tags are missing: the rest is on the page.
@@ -326,8 +327,7 @@ std::vector<Panel> WallPanelsOfState(const ViewFacts& facts) {
   model.title = "Robot and model";
   const std::vector<PanelLine> robot = RobotLines(facts);
   model.lines.insert(model.lines.begin(), robot.begin(), robot.end());
-  return {OfCameras("Camera", facts, "no camera configured", WallCameraLines), DistancePanel(facts),
-          model};
+  return Configured({OfCameras("Camera", facts, WallCameraLines), DistancePanel(facts), model});
 }
 
 /// Applies `panels_of` to the facts as they may be shown if the daemon is silent.
@@ -344,9 +344,7 @@ std::vector<Panel> Withdrawn(const ViewFacts& facts,
 
 std::vector<Panel> PanelsOf(const ViewFacts& facts) {
   if (facts.state != nullptr) return Withdrawn(facts, PanelsOfState);
-  return {{"Daemon", {{facts.link_problem, Tone::kBad}}},
-          {"Objects",
-           facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}} : facts.objects}};
+  return Configured({{"Daemon", {{facts.link_problem, Tone::kBad}}}, {"Objects", facts.objects}});
 }
 
 std::vector<Panel> WallPanelsOf(const ViewFacts& facts) {

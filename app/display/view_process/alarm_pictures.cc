@@ -150,8 +150,10 @@ void AlarmPictures::Write(const std::string& png) {
   const std::string file = fmt::format("{}/{}-{}.png", folder_, name_, ++number_);
   if (const auto written = WritePngBytes(file, png); !written) {
     sink_(ViewFault("picture of an alarm not stored: " + written.error()));
-  } else {
-    sink_({log::Event::kAlarmPicture, "picture of an alarm kept: " + file, {{"FILE", file}}});
+  } else if (number_ == 1) {  // one entry for all pictures of an alarm, or they bury the events
+    sink_({log::Event::kAlarmPicture,
+           "pictures of an alarm stored, the first in " + file,
+           {{"FILE", file}}});
   }
 }
 

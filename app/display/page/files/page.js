@@ -46,11 +46,20 @@ function put(target, key, fill) {
 
 const twoDigits = (number) => String(number).padStart(2, "0");
 
-function utcText(utc_s, withDate) {
+// Local time of the browser.
+function localText(utc_s) {
   const at = new Date(1000 * utc_s);
   if (Number.isNaN(at.getTime())) return "";
-  const time = [at.getUTCHours(), at.getUTCMinutes(), at.getUTCSeconds()].map(twoDigits).join(":");
-  return withDate ? at.toISOString().slice(0, 10) + " " + time : time;
+  const date = [at.getFullYear(), at.getMonth() + 1, at.getDate()].map(twoDigits).join("-");
+  return date + " " + [at.getHours(), at.getMinutes(), at.getSeconds()].map(twoDigits).join(":");
+}
+
+// Local time, and UTC beside it where they differ.
+function timeText(utc_s) {
+  const at = new Date(1000 * utc_s);
+  if (Number.isNaN(at.getTime())) return "";
+  if (at.getTimezoneOffset() === 0) return localText(utc_s) + " UTC";
+  return localText(utc_s) + " (" + at.toISOString().slice(11, 19) + " UTC)";
 }
 
 const ageText = (s) => s < 120 ? Math.round(s) + " s" : Math.round(s / 60) + " min";
@@ -115,7 +124,8 @@ function showLog(log) {
       const tone = kLevels[Math.max(entry.level, 3)] || "plain";
       const item = element("li", "", tone);
       const from = entry.from === "plumblined" ? "" : "[view] ";
-      marked(item, {tone, text: utcText(entry.utc_s, true) + " " + from + entry.text});
+      marked(item, {tone, text: localText(entry.utc_s) + " " + from + entry.text});
+      item.title = timeText(entry.utc_s);
       return item;
     }));
   });
@@ -183,7 +193,7 @@ function show() {
   }
   if (status === null) return;
   const cell = status.cell || "no cell yet";
-  byId("about").textContent = cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : "");
+  byId("about").textContent = cell + (status.utc_s ? ", " + timeText(status.utc_s) : "");
   showPicture(status.picture);
   showPanels(status.panels);
   showTiles(status.tiles || [], status.points || []);
@@ -206,7 +216,7 @@ function showReports(reports) {
     const pictures = reports.filter((report) => report.kind === "alarm");
     setAlarmPictures(pictures.map((report) =>
       ({name: report.name,
-        words: "Alarm picture " + numberOf(report) + ", " + utcText(report.utc_s, true) + " UTC"})));
+        words: "Alarm picture " + numberOf(report) + ", " + timeText(report.utc_s)})));
     target.replaceChildren(...reports.map((report) => {
       const name = report.kind === "model" ? String(parseInt(report.name, 10)) :
         report.kind === "alarm" ? numberOf(report) : "";
@@ -219,7 +229,7 @@ function showReports(reports) {
           showAlarmPicture(pictures.indexOf(report));
         });
       }
-      item.append(link, ", " + utcText(report.utc_s, true) + " UTC");
+      item.append(link, ", " + timeText(report.utc_s));
       return item;
     }));
     if (reports.length === 0) target.replaceChildren(element("li", "none yet", "faded"));

@@ -160,6 +160,7 @@ function drawTrend(trend, radius_mm) {
   const empty = chart.points.length === 0;
   document.getElementById("key").hidden = empty;
   document.querySelector("#trend-section .tools").hidden = empty;
+  byId("trend-section").hidden = empty && !(status && status.model && status.model.recording);
   target.hidden = empty;
   if (empty) {
     if (chart.graph) chart.graph.destroy();

@@ -115,7 +115,7 @@ TEST_CASE("the page is complete and legible from phone to wall, light and dark")
   CHECK(browser.Evaluate("document.querySelector('#trend canvas').clientWidth === "
                          "document.getElementById('trend').clientWidth") == true);
   CHECK(browser.Becomes("document.querySelectorAll('#reports a').length === 1"));
-  CHECK(browser.Evaluate("document.querySelectorAll('#panels section').length") == 9);
+  CHECK(browser.Evaluate("document.querySelectorAll('#panels section').length") == 7);
   CHECK(browser.Evaluate("document.getElementById('about').innerText.startsWith('demo cell')") ==
         true);
   CHECK(browser.Evaluate(

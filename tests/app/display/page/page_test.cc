@@ -111,7 +111,7 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
   CHECK(json.at("tiles")[0].at("name") == "assembly 1");
   CHECK(json.at("tiles")[0].at("value") == "4.15 mm");
   CHECK(json.at("tiles")[0].at("radius") == "±0.30 mm (95 %, measured)");
-  CHECK(json.at("panels").size() == 9);
+  CHECK(json.at("panels").size() == 7);
   CHECK(json.at("panels")[0].at("title") == "Alarms and warnings");
   CHECK(json.at("robot").at("payload_kg") == 40);
   CHECK(json.at("headline").at("text") ==

@@ -26,6 +26,11 @@ struct Paneled {
     facts.now_s = ViewScene::kNow_s;
     return PanelsOf(facts);
   }
+  std::vector<std::string> Titles() {
+    std::vector<std::string> titles;
+    for (const Panel& panel : Panels()) titles.push_back(panel.title);
+    return titles;
+  }
   std::vector<PanelLine> Lines(const std::string& title) {
     for (const Panel& panel : Panels()) {
       if (panel.title.rfind(title, 0) == 0) return panel.lines;
@@ -37,22 +42,27 @@ struct Paneled {
 
 }  // namespace
 
-TEST_CASE("the panels come in a fixed order") {
+TEST_CASE("the panels come in a fixed order, without those of what is not configured") {
   Paneled p;
-  std::vector<std::string> titles;
-  for (const Panel& panel : p.Panels()) titles.push_back(panel.title);
-  CHECK(titles == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking", "Robot",
-                                           "Distances", "Camera", "Tags", "Objects", "Model"});
+  display::ObjectTable table;
+  table.distances.emplace_back();
+  CHECK(p.Titles() == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking", "Robot",
+                                               "Camera", "Tags", "Model"});
+  p.facts.table = &table;
+  CHECK(p.Titles() == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking", "Robot",
+                                               "Distances", "Camera", "Tags", "Objects", "Model"});
+  p.scene.state.cameras.clear();
+  CHECK(p.Titles() ==
+        std::vector<std::string>{"Alarms and warnings", "Robot", "Distances", "Objects", "Model"});
 }
 
 TEST_CASE("without a state the panels say why there is none") {
   ViewFacts facts;
   facts.link_problem = "plumblined does not run";
   const std::vector<Panel> panels = PanelsOf(facts);
-  REQUIRE(panels.size() == 2);
+  REQUIRE(panels.size() == 1);
   CHECK(panels[0].lines.front().text == "plumblined does not run");
   CHECK(panels[0].lines.front().tone == Tone::kBad);
-  CHECK(panels[1].lines.front().text == "none");
 }
 
 TEST_CASE("a point is good only if nothing is known that invalidates its radius") {

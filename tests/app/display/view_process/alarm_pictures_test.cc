@@ -62,8 +62,10 @@ TEST_CASE("a PNG reads back as written; a failure to write is reported") {
 TEST_CASE("an alarm stores the last pictures before it and the first after it") {
   const TemporaryFolder folder;
   const std::string kept = folder.path() + "/alarms";
+  std::vector<std::string> logged;
   {
-    AlarmPictures alarms(kept, {}, [](const log::LogEntry&) {});
+    AlarmPictures alarms(kept, {},
+                         [&](const log::LogEntry& entry) { logged.push_back(entry.text); });
     alarms.Observe(0, 1.8e9);
     for (int second = 0; second < 10; ++second) {
       CHECK(alarms.Due(second));
@@ -78,6 +80,8 @@ TEST_CASE("an alarm stores the last pictures before it and the first after it") 
   }  // the destructor writes what is queued
   const auto files = Files(kept);
   REQUIRE(files.size() == 4);
+  CHECK(logged ==
+        std::vector{"pictures of an alarm stored, the first in " + kept + "/" + files[0]});
   CHECK(files[0] == "alarm-20270115T080000Z-0002-1.png");
   CHECK(GreyOf(kept + "/" + files[0]) == 7);
   CHECK(GreyOf(kept + "/" + files[2]) == 9);
