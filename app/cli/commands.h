@@ -17,6 +17,7 @@ void AddCompletionCommand(CLI::App& app, int& exit_code);
 void AddDiagnoseCommand(CLI::App& app, int& exit_code);
 void AddDistanceCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
+void AddEffectsCommand(CLI::App& app, int& exit_code);
 void AddExportUrdfCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);
 void AddImportUrdfCommand(CLI::App& app, int& exit_code);

@@ -186,7 +186,7 @@ void AddLogCommand(CLI::App& app, int& exit_code) {
                 "List all events that exist; with --event, explain that one");
   log->add_option("--directory", options->query.directory,
                   "Read journal files from this directory, e.g. of another computer");
-  log->add_flag("--tables", options->tables, "Event tables for the manual")->group("");
+  log->add_flag("--tables", options->tables, "Event tables in Markdown")->group("");
   log->add_flag("--catalogue", options->catalogue, "Message catalogue for journalctl")->group("");
   log->footer(
       "Examples:\n  plumbline log --since 2h --level warning --explain\n"

@@ -152,6 +152,7 @@ constexpr Command kCommands[] = {
     {"check", kCommissioning, AddCheckCommand},
     {"predict", kProgramming, AddPredictCommand},
     {"diagnose", kMeasuring, AddDiagnoseCommand},
+    {"effects", kMeasuring, AddEffectsCommand},
     {"plan", kMeasuring, AddPlanCommand},
     {"import", kMeasuring, AddImportCommand},
     {"import-urdf", kCommissioning, AddImportUrdfCommand},

@@ -1,5 +1,5 @@
-// Register map of the PLC interface: the tables that the server, config/register-map.md and the
-// tests use.
+// Register map of the PLC interface: the tables that the server, docs/reference/registers.md and
+// the tests use.
 #pragma once
 
 #include <array>

@@ -26,8 +26,8 @@ std::span<const Effect* const> OneOfEach() {
 
 }  // namespace
 
-/// In the order of the table in the file-format description. A new effect needs only its line here
-/// and its struct in the file of its family.
+/// In the order of docs/effects.md. A new effect needs only its line here, its struct in the file
+/// of its family, and its picture.
 std::span<const Effect* const> Catalogue() {
   return OneOfEach<  // clang-format off
       BaseFrame,

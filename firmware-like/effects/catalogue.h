@@ -8,8 +8,8 @@
 
 namespace plumbline::effects {
 
-/// All physical effects, in the order of the table in the file-format description, which is also
-/// the order of summation. Configuration, compensation, diagnosis and report all use this list.
+/// All physical effects, in the order of summation, which is also that of docs/effects.md.
+/// Configuration, compensation, diagnosis and report all use this list.
 std::span<const Effect* const> Catalogue();
 
 /// Looks up an effect by id, in the catalogue or "empirical"; null if there is none.

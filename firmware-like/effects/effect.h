@@ -130,6 +130,10 @@ struct EffectTraits {
   std::string_view id;
   std::string_view meaning;  ///< one sentence for the report: the cause on the machine
   std::string_view remedy;   ///< one sentence for the report: what to do about it
+  // For docs/effects.md, which defines the symbols of the formula.
+  std::string_view formula{};     ///< what the effect adds to the model
+  std::string_view shown_by{};    ///< rows that separate it from what it is confused with
+  std::string_view sound_size{};  ///< on a sound machine, with its source; empty: none is known
   std::vector<ParameterSpec> parameters;
   std::vector<Signal> needs;
   std::vector<VariantSignal> word_needs{};

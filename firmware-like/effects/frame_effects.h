@@ -31,6 +31,12 @@ struct BaseFrame : AddsFrom<Entries::kBase> {
         .id = "base_frame",
         .meaning = "the robot's base is not where it was declared",
         .remedy = "align the instrument to the base again, or correct base_xyz_mm and base_rpy_deg",
+        .formula =
+            "p_WB += (x, y, z); roll, pitch and yaw are added to the declared angles of the"
+            " base",
+        .shown_by =
+            "poses on all sides of the base. With frame = \"unaligned\" it is not an effect"
+            " but estimated in every fit",
         .parameters = {{"x", "mm", 1e-3, {-20, 20}},
                        {"y", "mm", 1e-3, {-20, 20}},
                        {"z", "mm", 1e-3, {-20, 20}},
@@ -54,6 +60,10 @@ struct ToolFrame : AddsFrom<Entries::kTip> {
             .meaning = "the tool tip is not where it was declared on the flange",
             .remedy =
                 "calibrate the tool centre point again, and check for a bent or badly seated tool",
+            .formula = "p_FT += (x, y, z)",
+            .shown_by =
+                "different orientations of the tool. With tool = \"unknown\" it is not an "
+                "effect but estimated in every fit",
             .parameters = {{"x", "mm", 1e-3, {-10, 10}},
                            {"y", "mm", 1e-3, {-10, 10}},
                            {"z", "mm", 1e-3, {-10, 10}}},
@@ -66,13 +76,16 @@ struct ToolFrame : AddsFrom<Entries::kTip> {
 
 /// Gravity direction: a measurement frame that is not level.
 /// Gravity rotates about the axes of the measurement frame by the rotation vector (x, y, 0)
-/// [formats.md]. Unit: rad. The instrument, or the frame built from its reference marks, was not
+///. Unit: rad. The instrument, or the frame built from its reference marks, was not
 /// levelled; only loads change, not the geometry.
 struct GravityDirection : AddsFrom<Entries::kGravityTurnX> {
   static EffectTraits Traits() {
     return {.id = "gravity_direction",
             .meaning = "the measurement frame is not level",
             .remedy = "level the instrument, or enter gravity_m_s2 in the measurement frame",
+            .formula = "g is rotated by the rotation vector (x, y, 0) about the axes of W",
+            .shown_by =
+                "several payloads on all sides of the base: only loads change, not the geometry",
             .parameters = {{"x", "rad", 1, {-0.035, 0.035}}, {"y", "rad", 1, {-0.035, 0.035}}},
             .needs = {},
             .confused_with = {"base_frame", "pedestal_compliance", "payload_mass", "payload_cog"}};
@@ -91,6 +104,9 @@ struct BaseTilt {
             .remedy =
                 "find out what tilts it: the floor, the anchor bolts, a press beside it; with a "
                 "permanent inclinometer, let the correction compensate for it",
+            .formula = "the base is rotated by gain (tilt_x_deg, tilt_y_deg) about the axes of W",
+            .shown_by = "an inclinometer on the base whose readings vary",
+            .sound_size = "gain 1 if the base follows its inclinometer",
             .parameters = {{"gain", "1", 1, {-2, 2}}},
             .needs = {Signal::kTilt},
             .confused_with = {"tilt_event", "thermal_drift", "pedestal_compliance", "base_frame"}};
@@ -122,6 +138,8 @@ struct StepEvent {
         .meaning = "something moved at one time: a slip, a collision, an exchanged tool",
         .remedy =
             "find out what happened at that time; fasten the part, and align or calibrate again",
+        .formula = "from the moment on, the base or the tip is displaced by (x, y, z)",
+        .shown_by = "the same few poses repeated before and after the moment",
         .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
                        {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
                        {"x", "mm", 1e-3, {-10, 10}},
@@ -156,16 +174,19 @@ struct TiltEvent {
   enum Parameter { kTime, kRow, kX };
 
   static EffectTraits Traits() {
-    return {.id = "tilt_event",
-            .meaning = "the base tilted at one time: its bolts slipped, or the floor settled",
-            .remedy = "find out what happened at that time; fasten the base, and align again",
-            .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
-                           {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
-                           {"x", "deg", kRadPerDeg, {-1, 1}},
-                           {"y", "deg", kRadPerDeg, {-1, 1}}},
-            .needs = {},
-            .confused_with = {"step_event", "thermal_drift", "base_tilt", "base_frame"},
-            .name = "a tilt at one time"};
+    return {
+        .id = "tilt_event",
+        .meaning = "the base tilted at one time: its bolts slipped, or the floor settled",
+        .remedy = "find out what happened at that time; fasten the base, and align again",
+        .formula = "from the moment on, the base is rotated by x and y about the axes of W",
+        .shown_by = "the same poses on all sides of the base repeated before and after the moment",
+        .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
+                       {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
+                       {"x", "deg", kRadPerDeg, {-1, 1}},
+                       {"y", "deg", kRadPerDeg, {-1, 1}}},
+        .needs = {},
+        .confused_with = {"step_event", "thermal_drift", "base_tilt", "base_frame"},
+        .name = "a tilt at one time"};
   }
 
   template <typename T>
@@ -190,6 +211,8 @@ struct ThermalDrift {
     return {.id = "thermal_drift",
             .meaning = "the base, or the instrument, moves as the cell warms up",
             .remedy = "warm up the cell before work, or measure a fixed reference between parts",
+            .formula = "p_WB += (x, y, z) (1 - exp(-t / time_constant))",
+            .shown_by = "the same few poses repeated from the cold start to the end of the warm-up",
             .parameters = {{"x", "mm", 1e-3, {-3, 3}},
                            {"y", "mm", 1e-3, {-3, 3}},
                            {"z", "mm", 1e-3, {-3, 3}},

@@ -6,7 +6,7 @@
 namespace plumbline::effects {
 
 /// Measurement scale: an instrument with a wrong scale.
-/// The instrument reads (1 + scale) times the position   [formats.md]; for ranges, (1 + scale)
+/// The instrument reads (1 + scale) times the position; for ranges, (1 + scale)
 /// times the distance from the anchor (RangeAnchor). Unit: 1. The arm itself is not affected, so
 /// a correction ignores this effect. From points alone it is indistinguishable from an arm whose
 /// lengths all differ by the same ratio.
@@ -16,6 +16,11 @@ struct MeasurementScale : AddsFrom<Entries::kScale> {
             .meaning = "the instrument's scale is wrong",
             .remedy =
                 "calibrate the instrument against a known length; do not correct the robot for it",
+            .formula = "p read = (1 + scale) p; a range is multiplied likewise",
+            .shown_by =
+                "a known length. From points alone it looks like an arm whose lengths all "
+                "differ by one ratio",
+            .sound_size = "laser tracker: 6e-6 [6 um/m, Leica AT500 manual]",
             .parameters = {{"scale", "1", 1, {-2e-3, 2e-3}}},
             .needs = {},
             .confused_with = {"link_geometry", "thermal_growth"}};
@@ -33,6 +38,8 @@ struct RangeZero : AddsFrom<Entries::kRangeZero> {
             .remedy =
                 "check the wire's length at its zero, or the prism constant; do not correct the "
                 "robot for it",
+            .formula = "range += zero",
+            .shown_by = "short and long ranges in different directions",
             .parameters = {{"zero", "mm", 1e-3, {-50, 50}}},
             .needs = {Signal::kRange},
             .confused_with = {"range_anchor", "measurement_scale", "base_frame", "tool_frame"}};
@@ -49,6 +56,10 @@ struct RangeAnchor : AddsFrom<Entries::kRangeAnchor> {
     return {.id = "range_anchor",
             .meaning = "the anchor of the ranges is not where it was declared",
             .remedy = "measure the position of the anchor and correct anchor_mm",
+            .formula = "range = |p - anchor - (x, y, z)|",
+            .shown_by =
+                "ranges in different directions and a known base: a base displaced the opposite"
+                " way looks alike",
             .parameters = {{"x", "mm", 1e-3, {-50, 50}},
                            {"y", "mm", 1e-3, {-50, 50}},
                            {"z", "mm", 1e-3, {-50, 50}}},
@@ -73,6 +84,11 @@ struct CameraTagSize {
             .remedy =
                 "measure a tag's black border with a calliper and correct the size in the "
                 "camera's configuration; do not correct the robot for it",
+            .formula = "p read = c + (1 + scale) (p - c), c the position of the camera",
+            .shown_by =
+                "poses spread beside the optical axis as much as along it, and a known base and"
+                " tool. Not separable from measurement_scale with frame = \"unaligned\" or a "
+                "camera in the origin of W",
             .parameters = {{"scale", "1", 1, {-0.3, 0.3}}},
             .needs = {Signal::kCamera},
             .confused_with = {"measurement_scale", "camera_zoom", "link_geometry"},
@@ -110,6 +126,12 @@ struct CameraZoom {
             .remedy =
                 "calibrate the lens at this zoom, or zoom back, and measure again; do not "
                 "correct the robot for it",
+            .formula =
+                "Z read = (1 + scale) Z in the camera frame, X and Y unchanged, from the moment"
+                " on",
+            .shown_by =
+                "poses at several depths and spread beside the optical axis, before and after "
+                "the moment",
             .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
                            {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
                            {"scale", "1", 1, {-0.3, 0.3}}},
@@ -153,6 +175,10 @@ struct CameraLens {
             .remedy =
                 "calibrate the lens at this zoom and focus, and measure again; do not correct "
                 "the robot for it",
+            .formula =
+                "X, Y read = (1 - k1 r^2) X, Y; Z read = (1 - 2 k1 r^2) Z; r^2 = (X^2 + Y^2) / "
+                "Z^2",
+            .shown_by = "poses near the centre of the image and at its edge",
             .parameters = {{"k1", "1", 1, {-0.5, 0.5}}},
             .needs = {Signal::kCamera},
             .confused_with = {"camera_zoom", "camera_tag_size", "measurement_scale"},
@@ -190,6 +216,12 @@ struct CameraFrame {
             .remedy =
                 "calibrate the lens of that camera again and check its view of the reference "
                 "tags; do not correct the robot for it",
+            .formula =
+                "p read = (1 + scale) (p + (x, y, z) + (roll, pitch, yaw) x (p - p_WB)), rows "
+                "of one camera",
+            .shown_by =
+                "the same region measured by both cameras. With frame = \"unaligned\" nothing "
+                "decides which one has the wrong pose",
             .parameters = {{"x", "mm", 1e-3, {-20, 20}},
                            {"y", "mm", 1e-3, {-20, 20}},
                            {"z", "mm", 1e-3, {-20, 20}},

@@ -22,6 +22,10 @@ struct JointOffset : AddsFrom<Entries::kTurn> {
         .id = "joint_offset",
         .meaning = "the joint's zero position is off",
         .remedy = "master the joint again, or let the correction compensate for the offset",
+        .formula = "s_i += v_i",
+        .shown_by =
+            "poses in which the other joints vary. The first joint's offset acts like a "
+            "rotated base, the last one's like a rotated tool",
         .parameters = {{.name = "q#",
                         .unit = "rad",
                         .plausible = {-0.02, 0.02},
@@ -46,6 +50,9 @@ struct GearRatio {
             .remedy =
                 "check the joint's gear ratio in the controller; otherwise let the correction "
                 "compensate for it",
+            .formula = "s_i += v_i q_i",
+            .shown_by = "a wide range of the joint's angle: the error grows in proportion to it",
+            .sound_size = "0: the tooth counts fix the ratio",
             .parameters = {{"q#", "1", 1, {-5e-3, 5e-3}}},
             .needs = {},
             .confused_with = {"joint_offset", "gear_periodic", "counterbalance", "link_geometry",
@@ -76,6 +83,9 @@ struct AxisCoupling {
             .remedy =
                 "check the coupling ratio of these axes in the controller; otherwise let the "
                 "correction compensate for it",
+            .formula = "s_i += v_ij q_j, j inboard of i",
+            .shown_by = "the two joints turned independently of each other",
+            .sound_size = "0: the tooth counts fix the ratio",
             .parameters = {{"q#_of_q#", "1", 1, {-0.02, 0.02}}},
             .needs = {},
             .confused_with = {"gear_ratio", "joint_offset", "link_geometry", "gear_periodic"},
@@ -97,7 +107,7 @@ struct AxisCoupling {
 
 /// Joint compliance: a joint that winds up under its gravity torque more or less than declared.
 /// s_i += value_i tau_i, with tau_i the gravity torque about the joint, or the measured one if the
-/// arm has torque sensors   [formats.md; Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit:
+/// arm has torque sensors   [Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit:
 /// rad/(N m). For a prismatic joint m/N, with tau_i the weight along its axis: a spindle or belt
 /// that stretches, 0.1 to 1000 N/um. Valid for a linear gearbox; see joint_hardening. The plausible
 /// range includes negative values, for a declared compliance that is somewhat too large; the sum
@@ -110,6 +120,13 @@ struct JointCompliance : AddsFrom<Entries::kCompliance> {
         .remedy =
             "a property of the gearbox: let the correction compensate for it; a sudden increase "
             "indicates wear",
+        .formula = "s_i += v_i tau_i",
+        .shown_by =
+            "different torques on the joint: several payloads, arm stretched out and folded",
+        .sound_size =
+            "wind-up at the largest gravity torque: 2.2 to 3.2 mrad with cycloidal or "
+            "strain wave gears [Dumas et al. 2011; Klimchik et al. 2013; makers' "
+            "catalogues], about 7 mrad in arms with joint torque sensors",
         .parameters = {{.name = "q#",
                         .unit = "rad/(N m)",
                         .plausible = {-2e-5, 2e-4},
@@ -138,6 +155,13 @@ struct JointHardening : AddsFrom<Entries::kHardening> {
     return {.id = "joint_hardening",
             .meaning = "the joint's compliance decreases as its torque grows",
             .remedy = "a property of the gearbox: let the correction compensate for it",
+            .formula = "s_i -= v_i tau_i^3",
+            .shown_by =
+                "at least three clearly different torques on the joint, near zero and near the "
+                "largest",
+            .sound_size =
+                "the secant stiffness rises by at most 1.8 times from zero to rated torque "
+                "[strain wave gears, Harmonic Drive CSF catalogue]",
             .parameters = {{.name = "q#",
                             .unit = "rad/(N m)^3",
                             .plausible = {0, 1e-6},
@@ -156,7 +180,7 @@ struct JointHardening : AddsFrom<Entries::kHardening> {
 /// Counterbalance: a balancing spring that the model lacks.
 /// tau_i += amplitude sin(q_i + phase), a torque that moves the arm only through that joint's
 /// compliance, declared or fitted. Units: N m, rad. An absent phase is 0. Cannot be separated from
-/// gear_periodic with one cycle per turn [formats.md]. Valid for a spring or gas cylinder whose
+/// gear_periodic with one cycle per turn. Valid for a spring or gas cylinder whose
 /// lever is short compared with its length.
 struct Counterbalance {
   enum Parameter { kAmplitude, kPhase };
@@ -168,6 +192,10 @@ struct Counterbalance {
             .remedy =
                 "check the cylinder's pressure or the spring; let the correction compensate for a "
                 "constant one",
+            .formula = "tau_i += amplitude sin(q_i + phase)",
+            .shown_by =
+                "a wide range of the joint's angle with several payloads. Not separable from "
+                "one cycle per turn of gear_periodic over the same rows",
             .parameters = {{"q#_amplitude", "N m", 1, {-1e4, 1e4}},
                            {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
             .needs = {},
@@ -189,7 +217,7 @@ struct Counterbalance {
 };
 
 /// Backlash: play in a gearbox, taken up by gravity or by the last move.
-/// value_i is half the gap [rad]   [formats.md; Whitney, Lozinski & Rourke 1986, J. Dyn. Syst.
+/// value_i is half the gap [rad]   [Whitney, Lozinski & Rourke 1986, J. Dyn. Syst.
 /// Meas. Control 108(1)]. `by` states what holds the joint at one flank:
 ///   load  s_i += value_i sign(tau_i)
 ///   move  s_i += value_i sign(last nonzero move of joint i); nothing before the first one
@@ -200,6 +228,13 @@ struct Backlash {
     return {.id = "backlash",
             .meaning = "the joint's gearbox has play",
             .remedy = "approach from one side; have the gearbox adjusted if the gap grows",
+            .formula = "s_i += v_i sign(tau_i), or v_i sign(last move of joint i)",
+            .shown_by =
+                "approaches from both sides, or torques of both signs. While the sign never "
+                "changes it equals joint_offset",
+            .sound_size =
+                "gap, twice the value: below 3e-4 rad (1 arcmin) for cycloidal gears [Nabtesco "
+                "RV catalogue], 3e-4 to 6e-4 rad for strain wave gears [Harmonic Drive]",
             .parameters = {{.name = "q#",
                             .unit = "rad",
                             .plausible = {-2e-3, 2e-3},
@@ -269,6 +304,10 @@ struct GearPeriodic {
             .remedy =
                 "a property of gear or encoder: let the correction compensate for it; an increase "
                 "indicates wear",
+            .formula = "s_i += sum over terms of amplitude sin(cycles q_i + phase)",
+            .shown_by =
+                "many angles of the joint, not on a grid: equally spaced angles make several "
+                "numbers of cycles look alike",
             .parameters = {Amplitude("q#_amplitude"),
                            Cycles("q#_cycles"),
                            {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape},
@@ -340,6 +379,11 @@ struct GravitySag {
             .remedy =
                 "a property of the gearbox: let the correction compensate for it; declare "
                 "link_mass_kg and link_com_mm to separate compliance from weight",
+            .formula = "s_i += q_i tau_i + sum over k >= i of q_i_link_k_a  z_i . (a_k x g) / |g|",
+            .shown_by =
+                "as joint_compliance; separated from one cycle per turn of the same joint if "
+                "another joint outboard moved, or with another payload",
+            .sound_size = "as joint_compliance",
             .parameters = {{.name = "q#",
                             .unit = "rad/(N m)",
                             .plausible = {0, 2e-4},

@@ -6,13 +6,15 @@
 namespace plumbline::effects {
 
 /// Incomplete approach: a joint that is measured before it has fully arrived.
-/// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the fraction of the move that
+/// s_i -= value_i (last move of joint i). Unit: 1, the fraction of the move that
 /// remains. Valid if the waiting time after each move is the same.
 struct ApproachLag {
   static EffectTraits Traits() {
     return {.id = "approach_lag",
             .meaning = "the joint is measured before it has fully arrived",
             .remedy = "wait longer after a move, or tighten the controller's in-position window",
+            .formula = "s_i -= v_i (last move of joint i)",
+            .shown_by = "moves of different length: the lag grows with the move",
             .parameters = {{"q#", "1", 1, {-0.005, 0.02}}},
             .needs = {Signal::kOrder},
             .confused_with = {"backlash", "latency", "gear_ratio"},
@@ -46,6 +48,10 @@ struct FollowingError {
             .remedy =
                 "wait longer after a move, or increase the gain of the position loop; measure at "
                 "production speed",
+            .formula = "s_i -= v_i u_i, u_i = dq_i / max_j |dq_j| of the last move",
+            .shown_by =
+                "moves of different length, and moves in which the joint turns much less than "
+                "another one: the error follows the share, not the length",
             .parameters = {{.name = "q#",
                             .unit = "rad",
                             .plausible = {-5e-3, 5e-3},
@@ -79,6 +85,13 @@ struct ArrivalFriction {
             .remedy =
                 "approach from one side; check lubrication and preload if it grows; otherwise let "
                 "the correction compensate for it",
+            .formula = "s_i -= v_i u_i |tau_i|, u_i = dq_i / max_j |dq_j| of the last move",
+            .shown_by =
+                "arrivals from both sides in poses, or with payloads, of different torque on "
+                "the joint",
+            .sound_size =
+                "as lost motion and hysteresis: below 6e-4 rad (2 arcmin) [Nabtesco RV "
+                "catalogue; Harmonic Drive]",
             .parameters = {{.name = "q#",
                             .unit = "rad/(N m)",
                             .plausible = {-5e-5, 2e-4},
@@ -101,7 +114,7 @@ struct ArrivalFriction {
 };
 
 /// Latency: joints and measurement that were not sampled at the same time.
-/// s_i -= time qd_i, the same time for all joints   [formats.md]: the measurement shows the arm
+/// s_i -= time qd_i, the same time for all joints: the measurement shows the arm
 /// where it was `time` ago. Unit: s. Adds nothing if velocities are unknown. Valid if qd hardly
 /// changes within `time`.
 struct Latency {
@@ -109,6 +122,9 @@ struct Latency {
     return {.id = "latency",
             .meaning = "the arm is measured at another time than its joints are read",
             .remedy = "synchronise instrument and controller, or measure at standstill",
+            .formula = "s_i -= time qd_i, one time for all joints",
+            .shown_by = "measurements while moving, at different speeds and in both directions",
+            .sound_size = "0 at standstill",
             .parameters = {{"time", "s", 1, {-0.2, 0.5}}},
             .needs = {Signal::kVelocity},
             .confused_with = {"approach_lag", "backlash", "dynamic_inertia"}};
@@ -127,7 +143,7 @@ struct Latency {
 
 /// Dynamic deflection: a joint that lags while it is accelerated.
 /// s_i -= value_i qdd_i, value_i = compliance times inertia = 1 / (natural frequency)^2
-/// [formats.md; Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit: s^2. Adds nothing if
+/// [Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit: s^2. Adds nothing if
 /// accelerations are unknown. Valid far below the joint's natural frequency and for a nearly
 /// constant inertia.
 struct DynamicInertia {
@@ -135,6 +151,10 @@ struct DynamicInertia {
     return {.id = "dynamic_inertia",
             .meaning = "the joint winds up under the inertia of what it accelerates",
             .remedy = "measure at standstill, or lower the acceleration near the point",
+            .formula = "s_i -= v_i qdd_i",
+            .shown_by = "measurements while accelerating and while braking",
+            .sound_size =
+                "1 / (2 pi f)^2: 2.5e-4 s^2 for a natural frequency f of 10 Hz; 0 at standstill",
             .parameters = {{"q#", "s^2", 1, {0, 3e-3}}},
             .needs = {Signal::kAcceleration},
             .confused_with = {"latency", "joint_compliance", "approach_lag"},

@@ -1,8 +1,8 @@
 // Configuration table: every key of plumbline.toml with its range and description.
 //
 // Single source for reading and checking, the shipped config/plumbline.toml, the reference in
-// MANUAL.md and the manual page plumbline.toml(5). A default is the initial value of the struct
-// member that a key is stored in.
+// docs/reference/keys.md and the manual page plumbline.toml(5). A default is the initial value of
+// the struct member that a key is stored in.
 #pragma once
 
 #include <optional>

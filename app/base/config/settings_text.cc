@@ -56,7 +56,7 @@ constexpr SettingsTable kTables[] = {
     {"[payload]", "what the robot carries", ListDefaults<PayloadPolicy>},
     {"[[payload.tool]]", "for source \"table\": one entry per tool number",
      ListDefaults<PayloadPolicy::ToolLoad>},
-    {"[plc]", "the Modbus server for the PLC; registers: config/register-map.md",
+    {"[plc]", "the Modbus server for the PLC; registers: reference/registers.md",
      ListDefaults<PlcConfig>},
     {"[plc.rtu]", "the same registers on a serial line as well",
      ListDefaults<modbus::RtuSlaveOptions>},
@@ -68,7 +68,7 @@ constexpr SettingsTable kTables[] = {
      ListPushKeys},
     {"[monitoring]", "probes (measured points), drift detection, diagnosis, model updates",
      ListDefaults<MonitoringConfig>},
-    {"[[gauge]]", "a dial gauge whose button makes a probe; MANUAL.md, \"A gauge with a button\"",
+    {"[[gauge]]", "a dial gauge whose button makes a probe; measure.md, \"A gauge with a button\"",
      ListDefaults<GaugeKeys>},
     {"[camera]",
      "a camera that measures tags; without a key here there is no camera. For two cameras, write "
@@ -81,12 +81,12 @@ constexpr SettingsTable kTables[] = {
     {"[board]", "calibration board for the lens of each camera", ListBoardKeys},
     {"[tags]", "tags in the cell, shared by both cameras; required with [camera]",
      ListDefaults<TagsConfig>},
-    {"[overlay]", "what plumbline-view shows on the display; MANUAL.md, \"The display\"",
+    {"[overlay]", "what plumbline-view shows on the display; run.md, \"The display\"",
      ListDefaults<OverlayConfig>},
-    {"[page]", "read-only web page of plumbline-view; MANUAL.md, \"The page\"",
+    {"[page]", "read-only web page of plumbline-view; run.md, \"The page\"",
      ListDefaults<PageConfig>},
     {"[mqtt]",
-     "what plumbline-fleet publishes to the plant's MQTT broker; MANUAL.md, \"The plant's broker\"",
+     "what plumbline-fleet publishes to the plant's MQTT broker; run.md, \"The plant's broker\"",
      ListDefaults<MqttConfig>},
     {"[cycle]", "the control cycle", ListDefaultCycleKeys},
     {"[[frame]]", "a work object frame; \"measurement\" and \"base\" are built in",
@@ -177,7 +177,8 @@ constexpr std::string_view kManEnd = R"(.SH FILES
 .BR plumblined (8),
 .BR plumbline\-view (8),
 .BR plumbline\-fleet (8),
-.BR plumbline (1)
+.BR plumbline (1),
+.I /usr/share/doc/plumbline/commission.md
 )";
 
 }  // namespace

@@ -13,7 +13,7 @@ std::vector<std::string> HeadersWithKey(std::string_view key);
 /// config/plumbline.toml: the headers and the lines to edit for a first cell; all others are
 /// commented out.
 std::string SettingsToml();
-/// The reference of plumbline.toml in MANUAL.md, a Markdown table.
+/// The table of docs/reference/keys.md, in Markdown.
 std::string SettingsMarkdown();
 /// The manual page plumbline.toml(5).
 std::string SettingsManPage();

@@ -53,7 +53,7 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   keys.Add(
       "no_window", camera.declared.no_window,
       {"true: you declare that no pane of glass is in front of the lens, neither a window of a "
-       "housing nor a door or filter; MANUAL.md, \"Calibrating a lens\""});
+       "housing nor a door or filter; cameras.md, \"Calibrating a lens\""});
   keys.Add(
       "fixed_focus", camera.declared.fixed_focus,
       {"true: you declare that the focal length is the same in all frames of a calibration: no "
@@ -118,10 +118,11 @@ void ListKeys(Settings& keys, BoardConfig& board) {
 }
 
 void ListKeys(Settings& keys, TagsConfig& tags) {
-  keys.Document("file", "text",
-                Required("bodies and their tags: edit a copy of bodies.toml; MANUAL.md, \"Tags and "
-                         "bodies in an image\"",
-                         "\"bodies.toml\""));
+  keys.Document(
+      "file", "text",
+      Required("bodies and their tags: edit a copy of bodies.toml; cameras.md, \"Tags and "
+               "bodies in an image\"",
+               "\"bodies.toml\""));
   keys.Add("family", tags.family, {"tag family"});
   keys.Add("threshold", tags.threshold, {0, 255},
            {"darker pixels count as black", "100", "adapts to the local brightness"});

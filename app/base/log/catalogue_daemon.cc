@@ -21,8 +21,9 @@ constexpr EventEntry kEntries[] = {
     {Event::kFileWarning, "file-warning", LogLevel::kWarning, "d29dfd20f41747fb80608e2d57fbacfc",
      "service", "FILE:LINE KEY: warning: ...",
      "a configuration value is probably not what you intended",
-     "check the reported line. For `near_deg` and unreachable points see \"The posture of a "
-     "point\"; for lengths, masses, compliances and payloads the section after it"},
+     "check the reported line. For `near_deg` and unreachable points see program.md, \"The posture "
+     "of a point\"; for lengths, masses, compliances and payloads commission.md, \"Values that are "
+     "probably not intended\""},
     {Event::kReloaded, "reloaded", LogLevel::kNotice, "99bc55caa6ab45acaee3fe0e6c46269a", "service",
      "configuration ... reloaded",
      "the new configuration took effect between two cycles. Points stay valid; if [robot] or "
@@ -98,7 +99,7 @@ constexpr EventEntry kEntries[] = {
      "points are withdrawn. \"(before: ...)\": the link is still down, now for another reason",
      "check cable, address and controller, or what the line names; the daemon reconnects by "
      "itself. \"refreshes its registers faster\": "
-     "see \"Reading the robot\""},
+     "see commission.md, \"Reading the robot\""},
     {Event::kRobotLinkInterrupted, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",
      "interrupted for less than 100 ms", "check the cable if it recurs"},
@@ -151,8 +152,8 @@ constexpr EventEntry kEntries[] = {
      "unknown if nothing in the model deflects",
      ""},
     {Event::kPointRefused, "point-refused", LogLevel::kError, "390eb8e66fe547b38ec89f414d840b5d",
-     "points", "point ... has no correction: ...",
-     "see the code in the table under \"Corrected points\"", "MANUAL.md, \"Result codes\""},
+     "points", "point ... has no correction: ...", "its code has the reason",
+     "program.md, \"Result codes\""},
     {Event::kPointsWithdrawn, "points-withdrawn", LogLevel::kError,
      "40111ed0f0254cf1bc516e320f5c3a2a", "points",
      "corrected points withdrawn: the lens of camera ... is not valid",

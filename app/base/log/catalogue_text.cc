@@ -11,19 +11,16 @@
 namespace plumbline::log {
 namespace {
 
-/// Heading of a component's table in the manual.
+/// Heading of a component's table.
 std::string_view TitleOf(std::string_view component) {
   return component == "service"      ? "Start, stop and the machine"
          : component == "robot"      ? "Robot"
          : component == "points"     ? "Points"
          : component == "plc"        ? "PLC"
          : component == "monitoring" ? "Probes and models"
-         : component == "camera"
-             ? "Camera and lens (more in \"The camera in operation\"); lines of a named camera "
-               "include the name, \"camera rear stale: ...\", "
-               "\"camera rear: zoom sensor: ...\""
-         : component == "display" ? "Display and page"
-                                  : "Plant broker";
+         : component == "camera"     ? "Camera and lens"
+         : component == "display"    ? "Display and page"
+                                     : "Plant broker";
 }
 
 }  // namespace
@@ -47,9 +44,8 @@ std::string EventTables() {
   for (const EventEntry& entry : EventCatalogue()) {
     if (component != entry.component) {
       component = entry.component;
-      text += fmt::format(
-          "{}:\n\n| event | line | means | do |\n|---|---|---|---|\n",
-          text.empty() ? std::string(TitleOf(component)) : fmt::format("\n{}", TitleOf(component)));
+      text += fmt::format("{}## {}\n\n| event | line | means | do |\n|---|---|---|---|\n",
+                          text.empty() ? "" : "\n", TitleOf(component));
     }
     text +=
         fmt::format("| `{}` | {} | {} | {} |\n", entry.name, entry.line, entry.means, entry.remedy);

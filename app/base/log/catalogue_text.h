@@ -1,4 +1,4 @@
-// Renderings of the event catalogue for journalctl, the manual and programs.
+// Renderings of the event catalogue for journalctl, documents and programs.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace plumbline::log {
 /// systemd message catalogue, for `journalctl --catalog` (systemd's "Journal Message Catalogs").
 std::string JournalCatalogue();
 
-/// The manual's tables in Markdown, one for each component.
+/// The tables of docs/reference/log.md in Markdown, one for each component.
 std::string EventTables();
 
 /// JSON array of objects: event, level, id, component, line, means, do.

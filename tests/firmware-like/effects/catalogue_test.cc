@@ -12,7 +12,7 @@ using namespace plumbline::effects;
 
 namespace {
 
-/// The effect table of the file-format description: id, then parameters with units.
+/// As files have them: id, then parameters with units.
 const std::vector<std::string> kTable = {
     "base_frame: x mm, y mm, z mm, roll deg, pitch deg, yaw deg",
     "tool_frame: x mm, y mm, z mm",
@@ -69,7 +69,7 @@ std::string LineOf(const EffectTraits& traits) {
   return line;
 }
 
-TEST_CASE("The catalogue matches the effect table of the file formats, in order") {
+TEST_CASE("Ids, parameters and units of the effects are as files have them, in order") {
   std::vector<std::string> lines;
   for (const Effect* effect : Catalogue()) lines.push_back(LineOf(effect->traits()));
   CHECK(lines == kTable);
@@ -83,12 +83,15 @@ TEST_CASE("Each effect is found by its id only") {
   CHECK(FindEffect("") == nullptr);
 }
 
-TEST_CASE("Each effect has texts for the report, and the effects it is confused with exist") {
+TEST_CASE(
+    "Each effect has texts for report and document, and the effects it is confused with exist") {
   for (const Effect* effect : Catalogue()) {
     const EffectTraits& traits = effect->traits();
     CAPTURE(traits.id);
     CHECK_FALSE(traits.meaning.empty());
     CHECK_FALSE(traits.remedy.empty());
+    CHECK_FALSE(traits.formula.empty());
+    CHECK_FALSE(traits.shown_by.empty());
     CHECK_FALSE(traits.confused_with.empty());
     std::set<std::string_view> seen;
     for (const std::string_view other : traits.confused_with) {

@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "app/base/log/catalogue_text.h"
 #include "app/base/log/event.h"
@@ -33,13 +31,6 @@ TEST_CASE("every error has a remedy") {
     INFO(entry.name);
     if (entry.level == LogLevel::kError) CHECK(*entry.remedy != '\0');
   }
-}
-
-TEST_CASE("the manual's tables agree with the catalogue") {
-  std::ifstream file("MANUAL.md");
-  std::stringstream manual;
-  manual << file.rdbuf();
-  CHECK(manual.str().find(EventTables()) != std::string::npos);
 }
 
 TEST_CASE("the catalogue for journalctl has every id once, with its remedy") {
