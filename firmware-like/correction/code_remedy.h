@@ -5,8 +5,8 @@
 
 namespace plumbline::correction {
 
-/// Short instruction that names what to check; "" for kOk. The manual's table of result codes says
-/// more.
+/// Short instruction that names what to check; "" for kOk. The table of result codes in
+/// docs/program.md says more.
 const char* RemedyOf(CorrectionCode code);
 
 }  // namespace plumbline::correction

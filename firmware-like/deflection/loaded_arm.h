@@ -58,8 +58,8 @@ struct LoadedState : LoadedStateOf<double> {
 ///   X_WB = exp(tilt_x, tilt_y, 0) R(roll, pitch, yaw)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the undeflected tool) x F, and its own weight. Valid for bend/length <
-/// 0.05. The torques are defined in formats.md, "The declared model, exactly"; effects use measured
-/// torques if available.
+/// 0.05. The torques are defined in docs/reference/files.md, "The declared model"; effects use
+/// measured torques if available.
 class LoadedArm {
  public:
   /// @param cell  validated by the configuration reader

@@ -27,7 +27,7 @@ struct MeasuredPoint {
   std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]
   std::optional<double> range_m;     ///< distance from the anchor, or from `artefact`, to the tip
   std::optional<Eigen::Quaterniond> orientation_W;  ///< of the tip, unit length
-  std::string artefact;           ///< touched, or measured against (docs/reference/files.md); empty: none
+  std::string artefact;           ///< touched, or measured against (files.md); empty: none
   std::optional<double> gauge_m;  ///< reading of the dial gauge `artefact`
   std::optional<double> sigma_m;  ///< standard deviation of this point on one axis
   /// Cameras that measured it: "side", "side+rear" (their mean); empty if unnamed, or without a

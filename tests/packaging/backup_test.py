@@ -1,4 +1,4 @@
-"""The backup and the restore of MANUAL.md, by its own commands, with the daemon before and after.
+"""The backup and the restore of docs/run.md, by its own commands, with the daemon before and after.
 
     backup_test.py BUILD_BIN"""
 
@@ -21,7 +21,7 @@ def told(*words):
 
 def by_manual(what, root, archive):
     """The manual's tar command, below `root` in place of /."""
-    line = re.search(r"^ {4}(tar -C / -%s\S* .*)$" % what, open("MANUAL.md").read(), re.M).group(1)
+    line = re.search(r"^ {4}(tar -C / -%s\S* .*)$" % what, open("docs/run.md").read(), re.M).group(1)
     assert "cell-7.tar.gz" in line and " / " in line, line
     words = line.replace(" / ", " %s " % root).replace("cell-7.tar.gz", archive)
     subprocess.run(words, shell=True, check=True)

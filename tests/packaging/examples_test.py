@@ -1,4 +1,4 @@
-"""Every example command of README.md, MANUAL.md and each --help runs once, beside a virtual cell, or is listed
+"""Every example command of README.md, docs/ and each --help runs once, beside a virtual cell, or is listed
 below with the reason why it cannot run here.
 
     examples_test.py BUILD_BIN
@@ -7,6 +7,7 @@ It runs in a mount, network and process namespace of its own, where /etc/plumbli
 /usr/share/plumbline are its own. Skipped where namespaces cannot be created."""
 
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -16,7 +17,9 @@ import time
 
 ROOT = os.getcwd()
 BIN = os.path.abspath(sys.argv[1])
-DOCUMENTS = ("README.md", "MANUAL.md")
+# reference/commands.md repeats each --help; the commands of paper.md need a build's tests or the demo.
+DOCUMENTS = ["README.md", *sorted(str(path) for path in pathlib.Path("docs").rglob("*.md")
+                                  if path.name not in ("commands.md", "paper.md"))]
 INSIDE = "PLUMBLINE_EXAMPLES_INSIDE"
 # Commands that cannot run here. Each pattern must match a line of the documents, or it is removed.
 NOT_HERE = [
@@ -207,7 +210,7 @@ def main():
             subprocess.run(["umount", "-l", folder], check=True)
             subprocess.run(["umount", "-l", scratch + "/lower" + folder.replace("/", "-")], check=True)
     faults += ["no example matches %s any more: remove it from NOT_HERE" % pattern for pattern, _ in NOT_HERE if pattern not in used]
-    if ran < 40 or not all(found[name] for name in DOCUMENTS):
+    if ran < 40 or not found["README.md"] or not any(found[name] for name in DOCUMENTS[1:]):
         faults.append("hardly any example was found: %d" % ran)
     print("\n".join(faults) or "%d example commands ran, %d cannot run here" % (ran, listed))
     sys.exit(1 if faults else 0)

@@ -91,7 +91,7 @@ for name in sorted(set(needed) - {CODECS, SHEETS}):
     for library in needed[name]:
         if re.search("opencv_(imgcodecs|aruco)|cairo|avcodec", library):
             faults.append("%s is linked with %s: loaded at each start" % (name, library))
-# What README.md and MANUAL.md have somebody run after ./dev build is there then.
+# What README.md and docs/ have somebody run after ./dev build is there then.
 words = re.search(r"^programs=\((.*)\)$", open("dev").read(), re.M)
 built = set(words.group(1).split()) if words else set()
 programs = {name.split("/")[-1] for name in files if name.startswith("usr/bin/")}

@@ -74,7 +74,7 @@ Effects Nuisances(const Design& design, Generator& random) {
   return list;
 }
 
-/// Effects that formats.md declares equivalent for these rows.
+/// Effects that are equivalent for these rows.
 json Equivalents(const Cell& cell, const Cell& declared, const Effects& effects,
                  const std::vector<Row>& rows) {
   json list = json::array();

@@ -18,12 +18,12 @@ struct ExportedCsv {
   std::vector<std::int64_t> ids;   ///< of the rows written, in their order (line 2 is ids[0])
 };
 
-/// Exports journal rows as measured.csv (formats.md). A missing value must never look like zero: a
-/// column is written only if every exported row has its value. If few rows lack it (under a tenth
-/// of all, and of the newest fifty) these rows are left out, otherwise the column is. Rows without
-/// a measured point of the kind that most rows have are left out. Everything left out is noted. t_s
-/// is taken from the journal. Probes and imported rows measure it from different origins, so rows
-/// of the less frequent kind are treated as lacking it.
+/// Exports journal rows as measured.csv (docs/reference/files.md). A missing value must never look
+/// like zero: a column is written only if every exported row has its value. If few rows lack it
+/// (under a tenth of all, and of the newest fifty) these rows are left out, otherwise the column
+/// is. Rows without a measured point of the kind that most rows have are left out. Everything left
+/// out is noted. t_s is taken from the journal. Probes and imported rows measure it from different
+/// origins, so rows of the less frequent kind are treated as lacking it.
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows,
                            const std::vector<model::Joint>& joints);
 

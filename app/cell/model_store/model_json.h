@@ -18,8 +18,8 @@ std::string JsonFrom(const ModelState& state);
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text);
 std::optional<ModelState> ModelStateFromJson(const std::string& text);
 
-/// The facts in a DIAGNOSIS.json (formats.md): verdict, effects, what is implausible or
-/// unexplained, held-out error before and after (absent if nothing was held out).
+/// The facts in a DIAGNOSIS.json (docs/reference/files.md): verdict, effects, what is implausible
+/// or unexplained, held-out error before and after (absent if nothing was held out).
 /// @return  why it cannot be used
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text);
 

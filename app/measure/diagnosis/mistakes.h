@@ -29,7 +29,7 @@ struct Mistake {
   bool fits() const { return fits_tip || fits_base; }
 };
 
-/// All mistakes that are possible for these data; see MANUAL.md, section on mistakes.
+/// All mistakes that are possible for these data; see docs/measure.md, "Mistakes in cell and data".
 std::vector<Mistake> MistakesOf(const Dataset& data);
 
 }  // namespace plumbline::measure

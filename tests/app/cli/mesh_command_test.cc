@@ -105,7 +105,7 @@ TEST_CASE("the limits in the reader, the help and the manual agree") {
     return text;
   };
   const std::string help = on_one_line(RunCommand(AddMeshCommand, "mesh check --help").out);
-  const std::string manual = on_one_line(test::FileText("MANUAL.md"));
+  const std::string manual = on_one_line(test::FileText("docs/cameras.md"));
   for (const std::string& limit : {triangles, file, memory, processor, whole}) {
     CAPTURE(limit);
     CHECK(help.find(limit) != std::string::npos);

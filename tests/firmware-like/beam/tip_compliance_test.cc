@@ -20,7 +20,7 @@ Vec3 RandomVector(std::mt19937& random, double size) {
 
 }  // namespace
 
-TEST_CASE("the tip of a uniform tool matches formats.md to 1e-12") {
+TEST_CASE("the tip of a uniform tool matches docs/reference/files.md to 1e-12") {
   const model::Tool tool = UniformTool();
   const TipCompliance compliance = TipComplianceOf(tool);
   const double l = 0.9, e = 210e9;
