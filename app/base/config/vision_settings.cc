@@ -120,8 +120,7 @@ void ListKeys(Settings& keys, BoardConfig& board) {
 void ListKeys(Settings& keys, TagsConfig& tags) {
   keys.Document(
       "file", "text",
-      Required("bodies and their tags: edit a copy of bodies.toml; cameras.md, \"Tags and "
-               "bodies in an image\"",
+      Required("bodies and their tags: edit a copy of bodies.toml; cameras.md, \"Tags and bodies\"",
                "\"bodies.toml\""));
   keys.Add("family", tags.family, {"tag family"});
   keys.Add("threshold", tags.threshold, {0, 255},
