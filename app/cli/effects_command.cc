@@ -89,7 +89,7 @@ std::string LimitOf(const effects::ParameterSpec& spec) {
 }
 
 /// One row for successive parameters of the same unit and limit.
-std::string RowsOf(const std::vector<effects::ParameterSpec>& parameters) {
+std::string ParameterRows(const std::vector<effects::ParameterSpec>& parameters) {
   std::string rows, names, limit;
   const auto finish = [&] {
     if (!names.empty()) rows += fmt::format("| {} | {} |\n", names, limit);
@@ -110,7 +110,7 @@ std::string SectionOf(const effects::EffectTraits& traits) {
       "| parameter | unit | limit on a sound machine |\n|---|---|---|\n",
       traits.id, traits.meaning, static_cast<char>(std::toupper(traits.meaning.front())),
       traits.meaning.substr(1), traits.formula);
-  section += RowsOf(traits.parameters) + "\n";
+  section += ParameterRows(traits.parameters) + "\n";
   if (!traits.sound_size.empty()) section += fmt::format("- **Size**: {}.\n", traits.sound_size);
   std::vector<std::string> needs;
   for (const effects::Signal signal : traits.needs) needs.emplace_back(NeedOf(signal));
