@@ -172,7 +172,7 @@ std::string BitsAndCodes() {
              });
 }
 
-/// Text of config/register-map.md, generated from the table that drives the server.
+/// Text of docs/reference/registers.md, generated from the table that drives the server.
 std::string RegisterMapMarkdown() {
   std::string page = kIntroduction;
   page += "\n## Fixed registers (read only)\n\n";

@@ -48,7 +48,7 @@ std::string PointBody(const cell::ViewPoint& point, const FleetCell& cell, int m
 std::string LensBody(const status::CameraStatus& status);
 std::string ModelBody(const cell::ViewState& state, int before);
 std::string ProbeBody(const ProbeRow& probe);
-/// @param word  "alarms" or "warnings", as in config/register-map.md, or "fleet"
+/// @param word  "alarms" or "warnings", as in docs/reference/registers.md, or "fleet"
 std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins);
 std::string LostBody(const FleetQueue::Dropped& dropped);
 
