@@ -1,3 +1,4 @@
+// Command `plumbline effects`: prints the catalogue of effects as a document.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

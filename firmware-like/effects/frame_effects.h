@@ -75,9 +75,9 @@ struct ToolFrame : AddsFrom<Entries::kTip> {
 };
 
 /// Gravity direction: a measurement frame that is not level.
-/// Gravity rotates about the axes of the measurement frame by the rotation vector (x, y, 0)
-///. Unit: rad. The instrument, or the frame built from its reference marks, was not
-/// levelled; only loads change, not the geometry.
+/// Gravity rotates about the axes of the measurement frame by the rotation vector (x, y, 0). Unit:
+/// rad. The instrument, or the frame built from its reference marks, was not levelled; only loads
+/// change, not the geometry.
 struct GravityDirection : AddsFrom<Entries::kGravityTurnX> {
   static EffectTraits Traits() {
     return {.id = "gravity_direction",

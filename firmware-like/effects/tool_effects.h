@@ -28,7 +28,7 @@ struct ToolStiffness {
             .formula = "E I of the tool is multiplied by (1 + ratio)",
             .shown_by =
                 "different payloads and different orientations of the tool; a tool that hangs "
-                "vertically does not bend",
+                "vertically hardly bends",
             .sound_size =
                 "0 for a solid section; a joined or perforated tool may have half its nominal "
                 "stiffness",
