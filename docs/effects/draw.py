@@ -186,7 +186,7 @@ def gear_ratio():
         arm("n", q=(Q[0], q, Q[2]), with_ground=False)
         points = arm("a", q=(Q[0], q - error, Q[2]), with_ground=q == -30)
         arc(points[1], 34, Q[0] + q, Q[0] + q - error)
-    text((76, 36), "v q", "l")
+    text((128, 62), "v q", "l")
 
 
 def axis_coupling():
