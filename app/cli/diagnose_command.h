@@ -2,9 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <ostream>
+#include <string>
+#include <vector>
 
 #include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/report/report.h"
 
 namespace plumbline::cli {
 
