@@ -26,7 +26,7 @@ Answer RunLens(const std::string& arguments) {
 /// A lens calibrated with its views, and one that came without.
 void Fill(const std::string& path) {
   const target::Board board;
-  const auto views = NoisyViews(DrawViews({}, board, 3), board, 0.03, 3);
+  const auto views = vision::NoisyViews(vision::DrawViews({}, board, 3), board, 0.03, 3);
   const vision::LensCalibration solved = vision::CalibrateLens(board, views, {1920, 1080});
   REQUIRE(solved.accepted);
   vision::LensEntry entry;
