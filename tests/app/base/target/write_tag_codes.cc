@@ -55,7 +55,8 @@ std::uint64_t CodeOf(const cv::aruco::Dictionary& dictionary, int id, bool turne
 
 int main() {
   std::puts(
-      "// Written by tests/app/base/target/write_tag_codes.cc.\n#pragma once\n\n#include <cstdint>");
+      "// Written by tests/app/base/target/write_tag_codes.cc.\n#pragma once\n\n#include "
+      "<cstdint>");
   std::puts("#include <span>\n#include <string_view>\n\nnamespace plumbline::tag_codes {\n");
   std::puts("struct Dictionary {\n  std::string_view name;\n  int data_cells;");
   std::puts("  int most_correctable_bits;\n  std::span<const std::uint64_t> codes;\n};\n");
