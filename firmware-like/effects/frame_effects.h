@@ -10,10 +10,9 @@ namespace plumbline::effects {
 template <typename T>
 bool HasHappened(const EffectTerm& term, std::span<const T> values, const Conditions& conditions) {
   for (std::size_t k = 0; k < values.size(); ++k) {
-    const auto spec = static_cast<std::size_t>(term.parameters[k].spec);
-    const ParameterSpec& of = term.effect->traits().parameters[spec];
-    if (!IsEventTime(of)) continue;
-    const std::optional<double>& now = of.name == "time" ? conditions.t_s : conditions.row;
+    const ParameterSpec& spec = term.effect->traits().parameters[term.parameters[k].spec];
+    if (!IsEventTime(spec)) continue;
+    const std::optional<double>& now = spec.name == "time" ? conditions.t_s : conditions.row;
     if (now && *now >= values[k]) return true;
   }
   return false;

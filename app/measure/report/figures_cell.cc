@@ -149,7 +149,7 @@ double LargeArrow_mm(const std::vector<Vec3>& arrows) {
   sizes.reserve(arrows.size());
   for (const Vec3& arrow : arrows) sizes.push_back(1e3 * arrow.norm());
   std::ranges::sort(sizes);
-  return sizes[kLargeQuantile * static_cast<double>(sizes.size() - 1)];
+  return sizes[static_cast<std::size_t>(kLargeQuantile * static_cast<double>(sizes.size() - 1))];
 }
 
 double FactorFor(double large_mm, const CellView& view) {

@@ -34,13 +34,13 @@ std::string AddTags(const image::LumaView& image, const target::Body& body, cons
   if (!located) return fmt::format("no tag of \"{}\"", body.name);
   for (const target::BodyTag& tag : body.tags) {
     if (std::ranges::find(located->used, tag.id) == located->used.end()) continue;
-    const auto of =
+    const auto seen_tag =
         std::ranges::find_if(seen.tags, [&](const SeenTag& one) { return one.id == tag.id; });
-    if (of == seen.tags.end()) continue;
+    if (seen_tag == seen.tags.end()) continue;
     const auto corners_M = CornersInTag(tag.side_m);
     for (std::size_t k = 0; k < corners_M.size(); ++k) {
       view.points_K.push_back(tag.X_KM * corners_M[k]);
-      view.pixels.push_back(of->corners_px[k]);
+      view.pixels.push_back(seen_tag->corners_px[k]);
     }
   }
   return {};
