@@ -1,6 +1,6 @@
 """Every relative link of an installed document leads to an installed file; ./dev build makes every
 program that is installed; bash finds the completions; the bill of materials names every package that a
-program is linked with; OpenCV's image codecs and cairo are each linked to a
+program is linked with; OpenCV's image codecs, cairo and FCL are each linked to a
 module only, and libavcodec to nothing.
 
     package_files_test.py CMAKE BUILD"""
@@ -16,6 +16,8 @@ cmake, build = sys.argv[1], os.path.abspath(sys.argv[2])
 faults = []
 CODECS = "usr/lib/plumbline/plumbline-image-codecs.so"
 SHEETS = "usr/lib/plumbline/plumbline-sheets.so"
+INTERFERENCE = "usr/lib/plumbline/plumbline-interference.so"
+MODULES = {CODECS, SHEETS, INTERFERENCE}
 with tempfile.TemporaryDirectory() as root:
     installed = subprocess.run(
         [cmake, "--install", build, "--prefix", "/usr"],
@@ -49,7 +51,7 @@ with tempfile.TemporaryDirectory() as root:
             ).stdout,
         )
         for name in files
-        if name.startswith("usr/bin/") or name in (CODECS, SHEETS)
+        if name.startswith("usr/bin/") or name in MODULES
     }
     if links < 1:
         faults.append("no link was found in the installed documents")
@@ -85,11 +87,13 @@ if not any("opencv_imgcodecs" in library for library in needed.get(CODECS, [])):
     faults.append("%s is not installed, or without OpenCV's codecs" % CODECS)
 if not any("cairo" in library for library in needed.get(SHEETS, [])):
     faults.append("%s is not installed, or without cairo" % SHEETS)
-for name in sorted(set(needed) - {CODECS, SHEETS}):
+if not any("fcl" in library for library in needed.get(INTERFERENCE, [])):
+    faults.append("%s is not installed, or without FCL" % INTERFERENCE)
+for name in sorted(set(needed) - MODULES):
     if not needed[name]:
         faults.append("%s: readelf names no library of it" % name)
     for library in needed[name]:
-        if re.search("opencv_(imgcodecs|aruco)|cairo|avcodec", library):
+        if re.search("opencv_(imgcodecs|aruco)|cairo|avcodec|fcl", library):
             faults.append("%s is linked with %s: loaded at each start" % (name, library))
 # What README.md and docs/ have somebody run after ./dev build is there then.
 words = re.search(r"^programs=\((.*)\)$", open("dev").read(), re.M)

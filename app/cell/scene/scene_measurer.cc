@@ -1,16 +1,34 @@
 #include "app/cell/scene/scene_measurer.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "drivers/clock.h"
+#include "drivers/files/package_paths.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::cell {
 namespace {
 
 constexpr double kSweepPeriod_s = 1.0;
 constexpr double kSweepPauseFactor = 10;  ///< pause after a sweep, in multiples of its duration
+
+Result<std::unique_ptr<Interference>> LoadInterference() {
+  const std::string module = files::SiblingModule(kInterferenceModuleFile);
+  void* const loaded = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const make = loaded != nullptr ? dlsym(loaded, kMakeInterferenceName) : nullptr;
+  if (make == nullptr) {
+    const char* why = dlerror();
+    return Error{fmt::format(
+        "interference is not measured: the module {} cannot be loaded: {}. `sudo apt install "
+        "--reinstall plumbline` restores it and the libraries it needs; in a checkout run ./dev "
+        "build. Then restart the daemon",
+        module, why != nullptr ? why : "no reason given")};
+  }
+  return std::unique_ptr<Interference>(reinterpret_cast<MakeInterference*>(make)());
+}
 
 }  // namespace
 
@@ -34,7 +52,7 @@ status::SceneStatus SceneStatusOf(const SceneMeasurements& measured) {
 }
 
 void SceneMeasurer::SetScene(std::shared_ptr<const SceneSnapshot> scene) {
-  if (!scene || !scene->complete || scene == scene_) return;
+  if (!scene || !scene->complete || scene == scene_ || unavailable_) return;
   scene_ = std::move(scene);
   Build();
 }
@@ -48,12 +66,20 @@ bool SceneMeasurer::idle() const {
 }
 
 void SceneMeasurer::Build() {
-  solids_ = std::make_unique<Interference>();
+  solids_.reset();
   solid_.clear();
   watches_.clear();
   sweeps_.clear();
   sweep_due_s_ = -1e300;
   if (idle()) return;
+  Result<std::unique_ptr<Interference>> loaded = LoadInterference();
+  if (!loaded) {
+    unavailable_ = true;
+    scene_.reset();
+    sink_({log::Event::kViewFault, loaded.error(), {{"ABOUT", kInterferenceModuleFile}}});
+    return;
+  }
+  solids_ = std::move(loaded).value();
   const ObjectTable& table = *scene_->table;
   for (std::size_t k = 0; k < table.objects.size(); ++k) {
     const SceneObject& object = table.objects[k];

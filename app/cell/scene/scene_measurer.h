@@ -54,6 +54,7 @@ class SceneMeasurer {
   const log::LogSink sink_;
   std::shared_ptr<const SceneSnapshot> scene_;
   std::unique_ptr<Interference> solids_;
+  bool unavailable_ = false;                       ///< the module that measures cannot be loaded
   std::vector<std::optional<std::size_t>> solid_;  ///< of each object, its index in `solids_`
   std::vector<bool> placed_;
   std::vector<scene::InterferenceWatch> watches_;
