@@ -30,7 +30,7 @@ struct Counted {
   Count& count;
 };
 
-void Fields(Is<ViewImage> auto& image, auto&& field) {
+void VisitFields(Is<ViewImage> auto& image, auto&& field) {
   field("slot", image.slot);
   field("stamp", image.stamp);
   field("width", image.width);
@@ -40,7 +40,7 @@ void Fields(Is<ViewImage> auto& image, auto&& field) {
   field("sequence", image.sequence);
 }
 
-void Fields(Is<status::CameraStatus> auto& status, auto&& field) {
+void VisitFields(Is<status::CameraStatus> auto& status, auto&& field) {
   field("configured", status.configured);
   field("name", status.name);
   field("state", status.state);
@@ -69,20 +69,20 @@ void Fields(Is<status::CameraStatus> auto& status, auto&& field) {
   field("contradicting_tags", Counted{status.contradicting_tags, status.contradicting_count});
 }
 
-void Fields(Is<ViewTag> auto& tag, auto&& field) {
+void VisitFields(Is<ViewTag> auto& tag, auto&& field) {
   field("id", tag.id);
   field("corners_px", tag.corners_px);
   field("X_CM", tag.X_CM);
   field("ambiguous", tag.ambiguous);
 }
 
-void Fields(Is<ViewBody> auto& body, auto&& field) {
+void VisitFields(Is<ViewBody> auto& body, auto&& field) {
   field("name", body.name);
   field("X_CK", body.X_CK);
   field("ambiguous", body.ambiguous);
 }
 
-void Fields(Is<ViewCamera> auto& camera, auto&& field) {
+void VisitFields(Is<ViewCamera> auto& camera, auto&& field) {
   field("status", camera.status);
   field("serial", camera.serial);
   field("mode", camera.mode);
@@ -93,7 +93,7 @@ void Fields(Is<ViewCamera> auto& camera, auto&& field) {
   field("bodies", camera.bodies);
 }
 
-void Fields(Is<ViewPoint> auto& point, auto&& field) {
+void VisitFields(Is<ViewPoint> auto& point, auto&& field) {
   field("id", point.id);
   field("valid", point.valid);
   field("extrapolated", point.extrapolated);
@@ -107,7 +107,7 @@ void Fields(Is<ViewPoint> auto& point, auto&& field) {
   field("differs", point.differs);
 }
 
-void Fields(Is<ViewMotion> auto& motion, auto&& field) {
+void VisitFields(Is<ViewMotion> auto& motion, auto&& field) {
   field("state", motion.state);
   field("age_s", motion.age_s);
   field("sag", motion.sag);
@@ -118,7 +118,7 @@ void Fields(Is<ViewMotion> auto& motion, auto&& field) {
   field("radius_m", motion.radius_m);
 }
 
-void Fields(Is<status::MonitoringStatus> auto& status, auto&& field) {
+void VisitFields(Is<status::MonitoringStatus> auto& status, auto&& field) {
   field("applied", status.model.applied);
   field("proposed", status.model.proposed);
   field("declared", status.model.declared);
@@ -138,7 +138,7 @@ void Fields(Is<status::MonitoringStatus> auto& status, auto&& field) {
   field("storage_unavailable", status.storage_unavailable);
 }
 
-void Fields(Is<ViewCycle> auto& cycle, auto&& field) {
+void VisitFields(Is<ViewCycle> auto& cycle, auto&& field) {
   field("uptime_s", cycle.uptime_s);
   field("longest_s", cycle.longest_s);
   field("cycles", cycle.cycles);
@@ -147,7 +147,7 @@ void Fields(Is<ViewCycle> auto& cycle, auto&& field) {
   field("starts_sum_s", cycle.starts.sum_s);
 }
 
-void Fields(Is<ViewLine> auto& line, auto&& field) {
+void VisitFields(Is<ViewLine> auto& line, auto&& field) {
   field("number", line.number);
   field("utc_s", line.utc_s);
   field("level", line.level);
@@ -209,7 +209,7 @@ void Fields(Is<SceneMeasurements> auto& scene, auto&& field) {
 }
 
 /// All but the points, which are sent separately.
-void Fields(Is<ViewState> auto& state, auto&& field) {
+void VisitFields(Is<ViewState> auto& state, auto&& field) {
   field("now_s", state.now_s);
   field("utc_s", state.utc_s);
   field("version", state.version);
@@ -240,7 +240,7 @@ void Fields(Is<ViewState> auto& state, auto&& field) {
 
 template <typename T>
 concept Described = requires(T& value) {
-  Fields(value, [](const char*, auto&&) {});
+  VisitFields(value, [](const char*, auto&&) {});
 };
 template <typename T>
 concept Optional = requires(T& value) {
@@ -285,7 +285,7 @@ template <typename T>
 Json JsonOf(const T& value) {
   if constexpr (Described<T>) {
     Json json;
-    Fields(value, [&](const char* name, const auto& member) { json[name] = JsonOf(member); });
+    VisitFields(value, [&](const char* name, const auto& member) { json[name] = JsonOf(member); });
     return json;
   } else if constexpr (Optional<T>) {
     return value ? JsonOf(*value) : Json(nullptr);
@@ -336,7 +336,7 @@ void Check(const ViewState& state) {
 template <typename T>
 void Read(const Json& json, T& value) {
   if constexpr (Described<T>) {
-    Fields(value, [&](const char* name, auto&& member) { Read(json.at(name), member); });
+    VisitFields(value, [&](const char* name, auto&& member) { Read(json.at(name), member); });
     Check(value);
   } else if constexpr (Optional<T>) {
     if (!json.is_null()) Read(json, value.emplace());
@@ -416,7 +416,7 @@ auto Parsed(std::string_view text, Read read) -> Result<decltype(read(Json()))> 
 
 std::string JsonOfView(const ViewState& state) {
   Json json = {{"schema", kViewSchema}};
-  Fields(state, [&](const char* name, const auto& member) { json[name] = JsonOf(member); });
+  VisitFields(state, [&](const char* name, const auto& member) { json[name] = JsonOf(member); });
   // The viewer needs the sum only.
   for (std::size_t k = 0; k < state.cameras.size(); ++k) {
     const status::CameraStatus& status = state.cameras[k].status;

@@ -178,7 +178,8 @@ void AddArm(const cell::ViewState& state, const cell::ViewModel& model,
     if (i + 1 < n) solids.Sphere(to_W, radius_m, link_colour);
     const Vec3 axis_W = X_WB.R * axes->posture.axis_B[i];
     const Vec3 half_W = kHub * radius_m * axis_W;
-    if (i > 0) solids.Rod(from_W - half_W, from_W + half_W, kHub * radius_m, hub);
+    const Vec3 hub_W = X_WB * axes->posture.point_B[i];
+    if (i > 0) solids.Rod(hub_W - half_W, hub_W + half_W, kHub * radius_m, hub);
   }
 }
 

@@ -414,7 +414,7 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept
   station.cell.Tell("fault nan on");
-  REQUIRE(view.Says("picture of an alarm kept"));
+  REQUIRE(view.Says("pictures of an alarm stored"));
 
   // A faulty edit of the object table is reported.
   std::ofstream(station.folder.path() + "/objects.toml") << "schema = 1\nobjct = 1\n";
