@@ -154,7 +154,7 @@ void VisitFields(Is<ViewLine> auto& line, auto&& field) {
   field("text", line.text);
 }
 
-void Fields(Is<Separation> auto& between, auto&& field) {
+void VisitFields(Is<Separation> auto& between, auto&& field) {
   field("touching", between.touching);
   field("inside", between.inside);
   field("distance_m", between.distance_m);
@@ -164,7 +164,7 @@ void Fields(Is<Separation> auto& between, auto&& field) {
   field("penetration_direction_W", between.penetration_direction_W);
 }
 
-void Fields(Is<MeasuredPair> auto& pair, auto&& field) {
+void VisitFields(Is<MeasuredPair> auto& pair, auto&& field) {
   field("a", pair.a);
   field("b", pair.b);
   field("number_a", pair.number_a);
@@ -173,33 +173,33 @@ void Fields(Is<MeasuredPair> auto& pair, auto&& field) {
   field("separation", pair.separation);
 }
 
-void Fields(Is<MeasuredDistance> auto& distance, auto&& field) {
+void VisitFields(Is<MeasuredDistance> auto& distance, auto&& field) {
   field("name", distance.name);
   field("distance_m", distance.distance_m);
   field("p_a_W_m", distance.p_a_W);
   field("p_b_W_m", distance.p_b_W);
 }
 
-void Fields(Is<PlacedPoint> auto& point, auto&& field) {
+void VisitFields(Is<PlacedPoint> auto& point, auto&& field) {
   field("name", point.name);
   field("p_W_m", point.p_W);
 }
 
 /// Without `other`, an index that means nothing to the viewer.
-void Fields(Is<SweepResult> auto& sweep, auto&& field) {
+void VisitFields(Is<SweepResult> auto& sweep, auto&& field) {
   field("hits", sweep.hits);
   field("travelled_m", sweep.travelled_m);
   field("least_m", sweep.least_m);
   field("p_W_m", sweep.p_W);
 }
 
-void Fields(Is<MeasuredSweep> auto& sweep, auto&& field) {
+void VisitFields(Is<MeasuredSweep> auto& sweep, auto&& field) {
   field("name", sweep.name);
   field("other", sweep.other);
   field("result", sweep.result);
 }
 
-void Fields(Is<SceneMeasurements> auto& scene, auto&& field) {
+void VisitFields(Is<SceneMeasurements> auto& scene, auto&& field) {
   field("time_s", scene.time_s);
   field("took_s", scene.took_s);
   field("pairs", scene.pairs);
