@@ -226,8 +226,8 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
   if (!without) return Error{without.error()};
   Diagnosis answer = *without;
   const auto finish = [&] {
-    const std::string arms = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
-    notes.insert(notes.begin(), fmt::format("siblings{}: {}", arms, evidence.reason));
+    const std::string named = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
+    notes.insert(notes.begin(), fmt::format("siblings{}: {}", named, evidence.reason));
     answer.notes.insert(answer.notes.begin(), notes.begin(), notes.end());
     answer.siblings = evidence;
     return answer;
