@@ -26,7 +26,7 @@ DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_prob
       now.joints.push_back(joint.type);
     }
   }
-  if (facts.measured != nullptr && facts.now_s - facts.measured->time_s <= kMeasuredFresh_s) {
+  if (facts.measured != nullptr && facts.now_s - facts.measured->time_s <= cell::kMeasuredFresh_s) {
     now.pairs = facts.measured->pairs;
   }
   now.frames_per_s = facts.frames_per_s;

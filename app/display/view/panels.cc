@@ -172,7 +172,7 @@ Panel DistancePanel(const ViewFacts& facts) {
   const cell::SceneMeasurements* const measured = facts.measured;
   const bool configured =
       facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
-  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
+  if (measured == nullptr || facts.now_s - measured->time_s > cell::kMeasuredFresh_s) {
     if (configured) panel.lines.push_back({"no current measurement", Tone::kFaded});
     return panel;
   }
