@@ -183,11 +183,6 @@ std::vector<int> NamedColumns(const CandidateSet& candidate_set, const Explanati
   return chosen;
 }
 
-std::string AngleColumn(int joint) {
-  return model::JointColumnName(model::JointQuantity::kPosition, model::JointType::kRevolute,
-                                joint);
-}
-
 constexpr double kMinEffective = 0.5;  // effective parameters of a group with a variance
 
 /// Sum over the rows of the variances of the written effects, taken as independent.
@@ -276,6 +271,11 @@ double ChoiceCost(const CandidateSet& candidate_set, const Explanation& named) {
 }
 
 }  // namespace
+
+std::string AngleColumn(int joint) {
+  return model::JointColumnName(model::JointQuantity::kPosition, model::JointType::kRevolute,
+                                joint);
+}
 
 double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
   const RecordedSignal& signal = data.signals[term.signal];

@@ -44,7 +44,7 @@ struct Paneled {
 
 TEST_CASE("the panels come in a fixed order, without those of what is not configured") {
   Paneled p;
-  display::ObjectTable table;
+  cell::ObjectTable table;
   table.distances.emplace_back();
   CHECK(p.Titles() == std::vector<std::string>{"Alarms and warnings", "Lens", "Tracking", "Robot",
                                                "Camera", "Tags", "Model"});

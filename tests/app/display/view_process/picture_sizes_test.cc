@@ -212,11 +212,11 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
   }
   if (state.starts_with("drawn")) {
     wall.scene.state.cameras.clear();
-    wall.objects = std::make_shared<display::SceneSnapshot>();
+    wall.objects = std::make_shared<cell::SceneSnapshot>();
     wall.objects->table.emplace();
     if (state == "drawn-stale") {  // with a mesh of the forearm
-      display::SceneObject forearm;
-      forearm.on = {display::Carrier::Kind::kLink, "", 0, 3};
+      cell::SceneObject forearm;
+      forearm.on = {cell::Carrier::Kind::kLink, "", 0, 3};
       wall.objects->table->objects = {forearm};
       wall.objects->meshes = {CuboidMesh({0.3F, 0.3F, 0.3F})};
     }
