@@ -63,7 +63,7 @@ inline renderer::Image DrawBoard(const renderer::Camera& camera, const target::B
   const Mat3 rolled = RotationFromVector(Vec3(0, 0, roll_rad * U(random)));
   X = Pose{rolled * X.R, centre + rolled * (X.p - centre)};
   renderer::Sheet sheet;
-  sheet.print = PrintOf(board);
+  sheet.print = vision::PrintOf(board);
   sheet.X_CK = IsometryOf(X);
   sheet.centre_x_m = board.Centre().x();
   sheet.centre_y_m = board.Centre().y();
