@@ -29,6 +29,8 @@ struct Counted {
   Array& values;
   Count& count;
 };
+template <typename Array, typename Count>
+Counted(Array&, Count&) -> Counted<Array, Count>;  // clang 14 deduces none for an aggregate
 
 void VisitFields(Is<ViewImage> auto& image, auto&& field) {
   field("slot", image.slot);

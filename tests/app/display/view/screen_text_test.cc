@@ -188,7 +188,7 @@ TEST_CASE("without faults the strip says OK; tiles, details and messages are sho
   ViewScene scene;
   const Drawn drawn(scene, {1920, 1080});
   CHECK(drawn.Says("● OK"));
-  for (const char* title : {"Camera", "Distances", "Robot and model", "Messages"}) {
+  for (const char* title : {"Camera", "Robot and model", "Messages"}) {
     CAPTURE(title);
     CHECK(drawn.Says(title));
   }
@@ -198,6 +198,7 @@ TEST_CASE("without faults the strip says OK; tiles, details and messages are sho
   CHECK(drawn.Says("±0.30 mm (95 %, measured)"));
   CHECK(drawn.Says("drift not monitored"));
   CHECK(drawn.Says("the zoom changed"));
+  CHECK_FALSE(drawn.Says("Distances"));  // none is configured
   CHECK_FALSE(drawn.Says("STALE"));
   CHECK_FALSE(drawn.Says("exaggerated"));
 }
