@@ -51,6 +51,11 @@ status::SceneStatus SceneStatusOf(const SceneMeasurements& measured) {
   return scene;
 }
 
+SceneMeasurer::SceneMeasurer(double near_m, log::LogSink sink)
+    : near_m_(near_m), sink_(std::move(sink)) {}
+
+SceneMeasurer::~SceneMeasurer() = default;
+
 void SceneMeasurer::SetScene(std::shared_ptr<const SceneSnapshot> scene) {
   if (!scene || !scene->complete || scene == scene_ || unavailable_) return;
   scene_ = std::move(scene);

@@ -28,7 +28,10 @@ class SceneMeasurer {
  public:
   /// @param near_m  warning distance of pairs that state none [m]
   /// @param sink    receives begin and end of interference and nearness
-  SceneMeasurer(double near_m, log::LogSink sink) : near_m_(near_m), sink_(std::move(sink)) {}
+  SceneMeasurer(double near_m, log::LogSink sink);
+  ~SceneMeasurer();
+  SceneMeasurer(const SceneMeasurer&) = delete;
+  SceneMeasurer& operator=(const SceneMeasurer&) = delete;
 
   /// Switches to another scene once it is complete; building its trees takes 3 us per triangle.
   void SetScene(std::shared_ptr<const SceneSnapshot> scene);
