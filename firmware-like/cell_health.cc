@@ -81,9 +81,10 @@ constexpr std::array kEntries = {
           Warning<warning::kLensStale>},
     Entry{HealthReason::kCameraLost, "camera or zoom sensor lost", "check its cable",
           Warning<warning::kCameraLost>},
-    Entry{HealthReason::kSceneLost, "interference is no longer monitored",
-          "simplify the meshes of the object table: measuring takes longer than a second",
-          [](const HealthInputs& facts) { return facts.scene_lost; }},
+    Entry{
+        HealthReason::kSceneLost, "interference is no longer monitored",
+        "plumbline log --level warning says why: correct the object table, or simplify its meshes",
+        [](const HealthInputs& facts) { return facts.scene_lost; }},
     Entry{HealthReason::kStorage, "the state directory is not writable",
           "free disk space, or check its permissions", Warning<warning::kStorage>},
     Entry{HealthReason::kMonitoringFault, "the journal or the diagnosis has failed",

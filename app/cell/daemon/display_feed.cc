@@ -82,18 +82,18 @@ void DisplayFeed::Configure(const ConfigInForce& in_force) {
                             model_->config.overlay.near_m == overlay.near_m;
   model_.emplace(ViewModel{config, deflection::LoadedArm(config.machine.cell)});
   if (!same_objects) {
-    if (scene_) {
-      ending_ =
-          std::async(std::launch::async, [old = std::move(scene_)]() mutable { old.reset(); });
+    if (scene_) scene_->End(), ending_.push_back(std::move(scene_));
+    measured_.reset();
+    if (overlay.objects_file.empty()) {
+      PublishSceneStatus(
+          {});  // nothing is monitored; otherwise the old status ages until it is lost
+    } else {
+      const bool tags_known = !config.vision.cameras.empty();
+      scene_ = std::make_unique<SceneWorker>(
+          overlay.objects_file,
+          tags_known ? std::optional(config.vision.tags.database) : std::nullopt, overlay.near_m,
+          log::Log);
     }
-    NoteMeasured();
-  }
-  if (!same_objects && !overlay.objects_file.empty()) {
-    const bool tags_known = !config.vision.cameras.empty();
-    scene_ = std::make_unique<SceneWorker>(
-        overlay.objects_file,
-        tags_known ? std::optional(config.vision.tags.database) : std::nullopt, overlay.near_m,
-        log::Log);
   }
   point_ids_.clear();
   point_changes_.reset();
@@ -148,19 +148,22 @@ void DisplayFeed::PublishIfDue() {
   if (cycle_ == nullptr) return;
   NoteLink(cycle_->parts().link->Status());
   NoteMeasured();
+  std::erase_if(ending_, [](const auto& old) { return old->ended(); });
   if (MonotonicSeconds() - sent_s_ < kPeriodWithoutImages_s) return;
   if (const bool has_viewers = HasViewers(); Needed(has_viewers)) Send(has_viewers);
 }
 
 void DisplayFeed::NoteMeasured() {
   std::shared_ptr<const SceneMeasurements> newest = scene_ ? scene_->Newest() : nullptr;
-  if (newest == measured_) return;
+  if (!newest || newest == measured_) return;
   measured_ = std::move(newest);
-  status::SceneStatus status;
-  if (measured_ && !measured_->pairs.empty()) {
-    status = SceneStatusOf(*measured_);
-    status.time_s = MonotonicSeconds();
-  }
+  if (measured_->pairs.empty()) return;
+  status::SceneStatus status = SceneStatusOf(*measured_);
+  status.time_s = MonotonicSeconds();
+  PublishSceneStatus(status);
+}
+
+void DisplayFeed::PublishSceneStatus(const status::SceneStatus& status) {
   mailboxes_.scene.Begin() = status;
   mailboxes_.scene.Publish();
 }
@@ -170,7 +173,11 @@ void DisplayFeed::MeasureIn(ViewState& state) {
   for (std::size_t k = 0; k < trackers_.size(); ++k) {
     carriers.push_back(trackers_[k].Update(state, k, &*model_, state.now_s));
   }
-  scene_->Submit({state.now_s, MergeInMeasurementFrame(carriers)});
+  Carriers merged = MergeInMeasurementFrame(carriers);
+  merged.world =
+      PlacedCarrier{};  // the arm's place is declared, whether a camera sees the cell or not
+  merged.PlaceArm(*model_);
+  scene_->Submit({state.now_s, std::move(merged)});
   NoteMeasured();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -48,6 +47,7 @@ class DisplayFeed {
   void MeasureIn(ViewState& state);
   /// Passes a new measurement to the control cycle.
   void NoteMeasured();
+  void PublishSceneStatus(const status::SceneStatus& status);
   /// By the main thread only, which also replaces the link.
   void NoteLink(const robot::RobotLinkStatus& link);
   void CopyPoints(const Snapshot& snapshot);
@@ -65,9 +65,9 @@ class DisplayFeed {
   std::optional<std::uint64_t> point_changes_;  ///< Snapshot::point_changes of these points
   double sent_s_ = -1e300;
   double start_s_ = 0;
-  std::vector<CarrierTracker> trackers_;  ///< of each camera; at least one
-  std::unique_ptr<SceneWorker> scene_;    ///< null without an object table
-  std::future<void> ending_;  ///< end of a replaced scene worker, which may take seconds
+  std::vector<CarrierTracker> trackers_;               ///< of each camera; at least one
+  std::unique_ptr<SceneWorker> scene_;                 ///< null without an object table
+  std::vector<std::unique_ptr<SceneWorker>> ending_;   ///< replaced ones, which may need seconds
   std::shared_ptr<const SceneMeasurements> measured_;  ///< the newest
 };
 

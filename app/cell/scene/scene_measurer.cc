@@ -56,10 +56,11 @@ SceneMeasurer::SceneMeasurer(double near_m, log::LogSink sink)
 
 SceneMeasurer::~SceneMeasurer() = default;
 
-void SceneMeasurer::SetScene(std::shared_ptr<const SceneSnapshot> scene) {
+void SceneMeasurer::SetScene(std::shared_ptr<const SceneSnapshot> scene,
+                             const std::atomic<bool>* end) {
   if (!scene || !scene->complete || scene == scene_ || unavailable_) return;
   scene_ = std::move(scene);
-  Build();
+  Build(end);
 }
 
 bool SceneMeasurer::idle() const {
@@ -70,7 +71,7 @@ bool SceneMeasurer::idle() const {
                        [](const SceneLine& line) { return line.sweep.has_value(); }));
 }
 
-void SceneMeasurer::Build() {
+void SceneMeasurer::Build(const std::atomic<bool>* end) {
   solids_.reset();
   solid_.clear();
   watches_.clear();
@@ -89,6 +90,7 @@ void SceneMeasurer::Build() {
   for (std::size_t k = 0; k < table.objects.size(); ++k) {
     const SceneObject& object = table.objects[k];
     const MeshOfObject& mesh = scene_->meshes[k];
+    if (end != nullptr && *end) return;
     solid_.push_back(
         mesh ? std::optional(solids_->Add(*mesh, object.X_KO, object.scale, object.bends))
              : std::nullopt);

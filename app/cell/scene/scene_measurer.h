@@ -1,6 +1,7 @@
 // Measurement of distances, interference and sweeps of the scene's objects in the newest state.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,13 +35,14 @@ class SceneMeasurer {
   SceneMeasurer& operator=(const SceneMeasurer&) = delete;
 
   /// Switches to another scene once it is complete; building its trees takes 3 us per triangle.
-  void SetScene(std::shared_ptr<const SceneSnapshot> scene);
+  /// @param end  set by another thread: nothing will be measured, stop as soon as possible
+  void SetScene(std::shared_ptr<const SceneSnapshot> scene, const std::atomic<bool>* end = nullptr);
 
   SceneMeasurements Measure(const MeasureInput& input, double now_s);
   bool idle() const;  ///< the table requests no measurement
 
  private:
-  void Build();
+  void Build(const std::atomic<bool>* end);
   bool Place(const Carriers& carriers);
   MeasuredPair MeasurePair(std::size_t index);
   MeasuredDistance MeasureNamed(const SceneDistance& asked) const;

@@ -1,5 +1,6 @@
 #include "app/cell/scene/scene_worker.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sys/resource.h>
@@ -7,6 +8,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <exception>
 
 #include "drivers/clock.h"
 
@@ -20,19 +22,21 @@ constexpr int kMeasuringNice = 10;
 
 SceneWorker::SceneWorker(std::string objects_file, std::optional<target::TagDatabase> tags,
                          double near_m, const log::LogSink& sink)
-    : loader_(std::move(objects_file), std::move(tags), sink),
+    : sink_(sink),
+      loader_(std::move(objects_file), std::move(tags), sink),
       measurer_(near_m, sink),
       thread_([this] { Run(); }) {
   pthread_setname_np(thread_.native_handle(), "objects");
 }
 
 SceneWorker::~SceneWorker() {
-  {
-    const std::lock_guard lock(mutex_);
-    end_ = true;
-  }
-  wake_.notify_one();
+  End();
   thread_.join();
+}
+
+void SceneWorker::End() {
+  end_ = true;
+  wake_.notify_one();  // the thread looks at end_ at least every kLongestWait
 }
 
 void SceneWorker::Submit(MeasureInput input) {
@@ -54,6 +58,20 @@ std::shared_ptr<const SceneMeasurements> SceneWorker::Newest() const {
 }
 
 void SceneWorker::Run() {
+  try {
+    RunUntilEnd();
+  } catch (const std::exception& why) {  // of memory, or of the library that measures
+    sink_(
+        {log::Event::kViewFault,
+         fmt::format("interference is not measured any more: {}. Check the machine's free memory, "
+                     "simplify the meshes of the object table, then restart the daemon",
+                     why.what()),
+         {{"ABOUT", "objects"}}});
+  }
+  ended_ = true;
+}
+
+void SceneWorker::RunUntilEnd() {
   // On Linux this affects the calling thread only.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kMeasuringNice);
   for (;;) {
@@ -70,7 +88,7 @@ void SceneWorker::Run() {
       scene_ = scene;
     }
     const bool other = scene != taken_;
-    if (input) measurer_.SetScene(scene);
+    if (input) measurer_.SetScene(scene, &end_);
     if (other) malloc_trim(0);  // loading needs many times the memory that remains in use
     taken_ = scene;
     if (!input) continue;

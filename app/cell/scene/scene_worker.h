@@ -1,6 +1,7 @@
 // Background thread that loads the scene and measures in it.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -23,6 +24,10 @@ class SceneWorker {
   SceneWorker(const SceneWorker&) = delete;
   SceneWorker& operator=(const SceneWorker&) = delete;
 
+  /// Ends the thread without waiting for it: building trees may take seconds.
+  void End();
+  bool ended() const { return ended_; }
+
   void Submit(MeasureInput input);
   std::shared_ptr<const SceneSnapshot> Scene() const;
   /// @return  null before the first measurement
@@ -30,13 +35,15 @@ class SceneWorker {
 
  private:
   void Run();
+  void RunUntilEnd();
 
+  const log::LogSink sink_;
   SceneLoader loader_;
   std::shared_ptr<const SceneSnapshot> taken_;  ///< in use by measurer_; accessed by thread_ only
   SceneMeasurer measurer_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  bool end_ = false;
+  std::atomic<bool> end_ = false, ended_ = false;
   std::optional<MeasureInput> input_;
   std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
   std::shared_ptr<const SceneMeasurements> measured_;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <concepts>
+#include <limits>
 
 #include "app/base/text/json_integer.h"
 #include "app/base/text/json_text.h"
@@ -317,11 +319,20 @@ Json JsonOf(const T& value) {
 /// Checks beyond the types.
 void Check(const auto&) {}
 
+void RequireTime(double time_s) {
+  if (!std::isfinite(time_s)) throw std::out_of_range("a time is missing");
+}
+
 void Check(const ViewImage& image) {
   const bool slot = image.slot >= 0 && image.slot < kMaxSlots;
   const bool size = image.width > 0 && image.width <= kMaxSide_px && image.height > 0 &&
                     image.height <= kMaxSide_px;
   if (!slot || !size) throw std::out_of_range("an image's slot or size is implausible");
+  RequireTime(image.time_s);
+}
+
+void Check(const ViewLine& line) {
+  RequireTime(line.utc_s);
 }
 
 void Check(const ViewCamera& camera) {
@@ -331,6 +342,10 @@ void Check(const ViewCamera& camera) {
 
 void Check(const ViewState& state) {
   if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
+  if (state.tool < 0 || state.tool > std::numeric_limits<std::uint16_t>::max())
+    throw std::out_of_range("a tool's number is implausible");
+  RequireTime(state.now_s);
+  RequireTime(state.utc_s);
 }
 
 /// @param json  untrusted
