@@ -152,7 +152,7 @@ void GaugeWorker::SetOutcome(ReadGauge& gauge, status::GaugeOutcome outcome) {
 
 void GaugeWorker::Refuse(ReadGauge& gauge, status::GaugeOutcome outcome, const std::string& text) {
   sink_({log::Event::kGaugeRefused, fmt::format("gauge {}: {}", gauge.config.artefact, text)});
-  SetOutcome(gauge, outcome);  // whoever sees it finds its reason in the log
+  SetOutcome(gauge, outcome);  // its reason is already in the log
 }
 
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
