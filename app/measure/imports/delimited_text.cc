@@ -205,6 +205,8 @@ void TakeHeader(std::vector<Record>& records, const LayoutHints& hints, Delimite
   if (header) {
     layout.header_line = records[*header].line;
     layout.names = records[*header].fields;
+    // A name is one line: TextOfMapping() writes it, and TOML's reader refuses line breaks.
+    for (std::string& name : layout.names) std::ranges::replace(name, '\r', ' ');
     if (data < records.size() && TextsIn(records[data], layout.decimal) > 0 &&
         std::ranges::all_of(records[data].fields, IsUnit)) {
       layout.units = records[data++].fields;

@@ -286,8 +286,8 @@ unit = "m"
 }
 
 TEST_CASE("names of columns with control characters survive in a mapping file") {
-  // tests/fuzz/corpus/import/control_characters
-  const UnderstoodFile file = Understood("a\x7f\x01;x_mm\n1;2\n");
+  // tests/fuzz/corpus/import/control_characters, carriage_return
+  const UnderstoodFile file = Understood("a\x7f\x01\rb;x_mm\n1;2\n");
   config::FaultList faults;
   const auto kept = MappingFromText(TextOfMapping({{}, {{file.layout.names[0], 0, "t_s", "s"}}}),
                                     "m.toml", faults);
