@@ -6,7 +6,7 @@
 #include "firmware-like/cycle_status.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/loads/numbered_load.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline {
 namespace {

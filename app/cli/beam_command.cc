@@ -17,10 +17,9 @@
 #include "app/cli/beam_options.h"
 #include "app/cli/beam_paper.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/rounded.h"
 #include "firmware-like/beam/beam.h"
-#include "firmware-like/beam/stress.h"
 #include "firmware-like/deflection/linear_range.h"
 
 namespace plumbline::cli {

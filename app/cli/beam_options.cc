@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "app/base/config/cell_reader.h"
-#include "app/base/config/tool_reader.h"
 #include "app/cli/number_option.h"
 #include "app/cli/tool_option.h"
 #include "firmware-like/model/materials.h"

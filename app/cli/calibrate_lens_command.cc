@@ -12,16 +12,13 @@
 #include <vector>
 
 #include "app/base/terminal/terminal_output.h"
-#include "app/base/text/printed_digits.h"
-#include "app/cli/board_option.h"
+#include "app/base/text/text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/board_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
-#include "app/cli/same_file.h"
 #include "app/vision/lens/board_detection.h"
 #include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration.h"

@@ -14,9 +14,8 @@
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "drivers/camera/v4l2_capabilities.h"
+#include "drivers/camera/v4l2_device.h"
 
 namespace plumbline::cli {
 namespace {

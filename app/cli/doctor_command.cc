@@ -6,12 +6,11 @@
 #include <iostream>
 #include <memory>
 
-#include "app/base/terminal/terminal.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/cli/commands.h"
 #include "app/cli/doctor/examine.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 
 namespace plumbline::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "firmware-like/effects/catalogue.h"
 
 namespace plumbline::cli {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <iostream>
 
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "drivers/files/package_paths.h"
 
 namespace plumbline::cli {

@@ -9,16 +9,15 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/output_file.h"
-#include "app/cli/same_file.h"
 #include "app/cli/tool_option.h"
 #include "app/cli/urdf_options.h"
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/corrected_urdf.h"
 #include "app/measure/urdf/static_geometry.h"
 #include "firmware-like/deflection/loaded_arm.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::cli {
 namespace {

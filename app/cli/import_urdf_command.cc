@@ -8,15 +8,14 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/output_file.h"
-#include "app/cli/same_file.h"
 #include "app/cli/urdf_options.h"
 #include "app/measure/urdf/cell_text.h"
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/dh_table.h"
 #include "app/measure/urdf/ur_kinematics.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::cli {
 namespace {

@@ -13,15 +13,13 @@
 #include "app/base/log/journal_reader.h"
 #include "app/base/log/level_text.h"
 #include "app/base/service/utc_clock.h"
-#include "app/base/terminal/terminal.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
-#include "app/base/text/utc_text.h"
+#include "app/base/text/text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 
 namespace plumbline::cli {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "app/base/terminal/help_formatter.h"
 #include "app/base/terminal/terminal_output.h"
-#include "app/base/text/nearest_word.h"
+#include "app/base/text/text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/version.h"
 
 namespace plumbline::cli {

@@ -11,7 +11,7 @@
 #include "app/base/text/json_text.h"
 #include "app/cell/scene/mesh_summary.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 
 namespace plumbline::cli {

@@ -18,7 +18,7 @@
 #include "app/cell/model_store/point_moves.h"
 #include "drivers/plc/codec.h"
 #include "drivers/robot/modbus_client.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::cli {
 namespace {

@@ -9,12 +9,11 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
-#include "app/cli/same_file.h"
 #include "app/measure/plan/plan_text.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cli {

@@ -5,10 +5,9 @@
 #include <iterator>
 #include <sstream>
 
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/cli/rounded.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cli {

@@ -13,17 +13,15 @@
 #include "app/base/config/carried_numbers.h"
 #include "app/base/config/cell_reader.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/cli/rounded.h"
-#include "app/cli/same_file.h"
 #include "app/cli/tip_prediction.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/table/conditions.h"
 #include "app/measure/table/csv.h"
-#include "app/measure/table/numbered_rows.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/priors.h"
 #include "firmware-like/effects/needed_columns.h"
@@ -91,7 +89,7 @@ std::vector<std::string> Assumptions(const deflection::DeflectionPriors& priors,
 }
 
 /// Lists what the cell and the poses do not declare, and the remedy. If all of it is declared,
-/// lists what the radii rest on instead: see deflection/assumed_error.h.
+/// lists what the radii rest on instead: see deflection/landing_uncertainty.h.
 /// @param deviation_stated  the user stated the deviation of the declared deflections
 std::string AssumedBasisText(const model::CellModel& cell, const measure::MeasuredTable& poses,
                              bool deviation_stated) {

@@ -7,7 +7,7 @@
 
 #include "app/base/text/json_text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline::cli {

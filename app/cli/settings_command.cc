@@ -4,7 +4,7 @@
 
 #include "app/base/config/settings_text.h"
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 
 namespace plumbline::cli {
 

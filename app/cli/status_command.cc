@@ -12,15 +12,14 @@
 #include <string_view>
 #include <vector>
 
-#include "app/base/terminal/terminal.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/cell/view_link/view_client.h"
 #include "app/cli/commands.h"
 #include "app/cli/daemon_option.h"
 #include "app/cli/daemon_registers.h"
-#include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
 #include "app/cli/status_devices.h"

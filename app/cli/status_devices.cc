@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/cli/rounded.h"
 #include "firmware-like/correction/correct.h"
 

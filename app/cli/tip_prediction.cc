@@ -9,13 +9,13 @@
 #include <string>
 #include <utility>
 
-#include "app/base/config/linear_theory.h"
+#include "app/base/config/point_solutions.h"
 #include "app/measure/table/conditions.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
 #include "firmware-like/loads/numbered_load.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::cli {
 namespace {

@@ -14,11 +14,10 @@
 #include <utility>
 
 #include "app/cli/commands.h"
-#include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
-#include "app/cli/interruption.h"
 #include "app/cli/lens_option.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 #include "app/vision/lens/lens_json.h"
 #include "app/vision/tracking/track_json.h"
 #include "app/vision/tracking/tracker.h"
@@ -26,7 +25,7 @@
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/registry.h"
 #include "drivers/clock.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 

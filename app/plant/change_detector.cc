@@ -8,8 +8,7 @@
 #include "app/base/text/json_text.h"
 #include "app/version.h"
 #include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/snapshot.h"
 
 namespace plumbline::plant {

@@ -7,7 +7,7 @@
 
 #include "app/cell/journal/journal_schema.h"
 #include "app/cell/journal/row_checksum.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::plant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "app/base/sqlite/store_identity.h"
+#include "app/base/sqlite/database.h"
 
 namespace plumbline::plant {
 namespace {

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "app/base/config/daemon_config_reader.h"
-#include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"

@@ -1,13 +1,42 @@
 // Enumeration and selection of V4L2 capture devices.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "drivers/camera/v4l2_modes.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::camera {
+
+// V4L2 controls: exposure, gain, white balance and focus, each verified after setting.
+
+/// Settings to apply; absent ones are left unchanged. The automatic mode of every setting that is
+/// applied is switched off. Autofocus is always switched off, because focusing changes the lens
+/// model.
+struct CameraSettings {
+  std::optional<double> exposure_s = {};
+  std::optional<int> gain_counts = {};
+  std::optional<double> white_balance_K = {};
+  std::optional<int> focus_counts = {};
+};
+
+/// A control of the camera with its range.
+struct V4l2Control {
+  /// "exposure_s", "gain_counts", "white_balance_K", "focus_counts" or "zoom_counts".
+  std::string name;
+  double smallest = 0, largest = 0, standard = 0, value = 0;
+};
+
+/// Sets the controls of an open device and reads each back.
+/// @return one sentence for each control that was rejected, is missing, or has another value
+std::vector<std::string> ApplySettings(int fd, const CameraSettings& settings);
+
+/// Controls of the device with their ranges.
+std::vector<V4l2Control> ControlsOf(int fd);
 
 /// Root directories of the kernel's video devices; replaced in tests.
 struct DeviceTree {
@@ -54,5 +83,16 @@ std::string StableName(const V4l2Device& device, const std::vector<V4l2Device>& 
 /// @return the device, or an error if none matches or two cameras have the same serial number
 Result<V4l2Device> SelectV4l2Device(std::string_view selector,
                                     const std::vector<V4l2Device>& devices);
+
+// Capabilities of a camera: its modes and controls.
+
+struct V4l2Capabilities {
+  std::vector<V4l2Mode> modes;
+  std::vector<V4l2Control> controls;
+};
+
+/// Queries the device. Opens it briefly; does not disturb another program that is streaming from
+/// it.
+Result<V4l2Capabilities> QueryV4l2Capabilities(const V4l2Device& device);
 
 }  // namespace plumbline::camera

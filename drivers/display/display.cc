@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/display/no_display.h"
-#include "drivers/display/pace.h"
-
 namespace plumbline::display {
 
 NoDisplay::NoDisplay(const NoDisplayOptions& options, Clock clock, Sleep sleep)

@@ -2,12 +2,23 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string_view>
 
+#include "drivers/clock.h"
 #include "drivers/display/picture.h"
 #include "firmware-like/image/image_size.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::display {
+
+// Pacing for displays without a refresh event.
+
+/// Due time of the next picture [s]: one period after the previous due time, so that small delays
+/// do not accumulate, or one period from now if that has already passed.
+inline double NextPictureDue_s(double due_s, double now_s, double period_s) {
+  return due_s + period_s > now_s ? due_s + period_s : now_s + period_s;
+}
 
 enum class DisplayResult : std::uint8_t {
   kReady,         ///< from Wait(): a picture of size() can be shown
@@ -41,6 +52,35 @@ class Display {
   /// Error of the last call that returned kWaiting, kLost or kSizeMismatch, with the location and
   /// the remedy; valid until the next call.
   virtual std::string_view problem() const = 0;
+};
+
+// Display without a screen, for snapshots and remote viewers only.
+
+struct NoDisplayOptions {
+  image::ImageSize size{1280, 720};
+  double rate_hz = 30;
+};
+
+/// Becomes ready `rate_hz` times a second and discards the pictures.
+class NoDisplay : public Display {
+ public:
+  /// Fails for sizes outside 16..8192 pixels and rates outside 0.1..240 Hz.
+  static Result<std::unique_ptr<Display>> Create(const NoDisplayOptions& options, Clock clock,
+                                                 Sleep sleep = SleepSeconds);
+
+  DisplayResult Wait(double timeout_s) override;
+  image::ImageSize size() const override { return options_.size; }
+  DisplayResult Show(DrawnPicture& picture) override;
+  std::string_view problem() const override { return problem_; }
+
+ private:
+  NoDisplay(const NoDisplayOptions& options, Clock clock, Sleep sleep);
+
+  const NoDisplayOptions options_;
+  const Clock clock_;
+  const Sleep sleep_;
+  double next_s_ = 0;
+  std::string_view problem_;
 };
 
 }  // namespace plumbline::display

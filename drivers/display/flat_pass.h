@@ -10,7 +10,6 @@
 
 #include "drivers/display/font.h"
 #include "drivers/display/gl_objects.h"
-#include "drivers/display/triangle_stream.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-#include "drivers/display/pace.h"
+#include "drivers/display/display.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 

@@ -1,7 +1,11 @@
 // Display on a monitor without a desktop, through KMS with atomic mode setting and page flips.
 #pragma once
 
+#include <xf86drmMode.h>
+
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,13 +13,72 @@
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/display/display.h"
-#include "drivers/display/dumb_buffer.h"
-#include "drivers/display/kms_output.h"
+#include "drivers/display/pixel_packing.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/image/image_size.h"
+#include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
+
+// KMS output: a monitor with the CRTC and plane that drive it, and page flips on it.
+
+/// A connected monitor with its CRTC and primary plane.
+struct KmsOutput {
+  std::string name;  ///< connector name, "HDMI-A-1"
+  std::uint32_t connector = 0, crtc = 0, plane = 0;
+  drmModeModeInfo mode{};
+
+  /// Ids of the KMS properties.
+  struct {
+    std::uint32_t connector_crtc, crtc_active, crtc_mode;
+    std::uint32_t plane_framebuffer, plane_crtc;
+    std::uint32_t plane_src_x, plane_src_y, plane_src_w, plane_src_h;
+    std::uint32_t plane_crtc_x, plane_crtc_y, plane_crtc_w, plane_crtc_h;
+  } property{};
+
+  image::ImageSize size() const { return {mode.hdisplay, mode.vdisplay}; }
+};
+
+/// Probes the connectors of an open card, which can take up to a second, and chooses an output.
+/// @param connector  name; if empty, the first one with a monitor
+/// @param size       of the mode; {0, 0} or a size that the monitor lacks: its preferred mode
+/// @return           the output, or why there is none
+Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector, image::ImageSize size);
+
+/// Connection state known to the kernel, without probing the monitor.
+bool IsStillConnected(int card, std::uint32_t connector);
+
+/// Requests a page flip to a framebuffer at the next refresh, without waiting. When it is complete
+/// the card sends a page-flip event with `user`.
+/// @param with_mode  also sets the mode, as required for the first picture
+/// @return           0, or the positive errno of the kernel
+int FlipTo(int card, const KmsOutput& output, std::uint32_t framebuffer, bool with_mode,
+           void* user);
+
+// DRM dumb buffer: scan-out memory that every card provides, with or without a GPU.
+
+/// XRGB, 32 bits per pixel, mapped for writing.
+class DumbBuffer {
+ public:
+  /// @param card  open card; must outlive the buffer
+  static Result<std::unique_ptr<DumbBuffer>> Make(int card, image::ImageSize size);
+  ~DumbBuffer();
+  DumbBuffer(const DumbBuffer&) = delete;
+  DumbBuffer& operator=(const DumbBuffer&) = delete;
+
+  void Fill(DrawnPicture& picture) { PackDrawn(picture, layout_, {memory_, bytes_}); }
+  std::uint32_t framebuffer() const { return framebuffer_; }
+
+ private:
+  explicit DumbBuffer(int card) : card_(card) {}
+
+  const int card_;
+  PixelLayout layout_;
+  std::uint32_t handle_ = 0, framebuffer_ = 0;
+  std::uint8_t* memory_ = nullptr;
+  std::size_t bytes_ = 0;
+};
 
 struct KmsOptions {
   std::string card = "/dev/dri/card0";

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "drivers/display/gl_objects.h"
-#include "drivers/display/triangle_stream.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {

@@ -8,7 +8,6 @@
 #include "drivers/display/display.h"
 #include "drivers/display/framebuffer_display.h"
 #include "drivers/display/kms_display.h"
-#include "drivers/display/no_display.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {

@@ -9,10 +9,62 @@
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/gauge/gauge_codec.h"
-#include "drivers/gauge/gauge_port.h"
+#include "drivers/hid/hid_device.h"
 #include "drivers/hid/hid_name.h"
+#include "drivers/hid/keyboard_grab.h"
 
 namespace plumbline::gauge {
+
+// Interface of the connection over which a dial gauge sends its text.
+
+/// Not thread-safe. Does not reconnect by itself.
+class GaugePort {
+ public:
+  GaugePort() = default;
+  virtual ~GaugePort() = default;
+  GaugePort(const GaugePort&) = delete;
+  GaugePort& operator=(const GaugePort&) = delete;
+
+  /// @return  false if it cannot be opened; see problem()
+  virtual bool Open() = 0;
+  virtual void Close() = 0;
+  virtual bool is_open() const = 0;
+  /// Waits up to `timeout_s` for data and appends them to `text`. Requires an open port.
+  /// @return  false if the connection was lost; see problem()
+  virtual bool Receive(double timeout_s, std::string& text) = 0;
+
+  /// Device, as messages name it.
+  virtual std::string name() const = 0;
+  /// What to check if the data are not of the configured format.
+  virtual std::string settings_to_check() const = 0;
+  /// Why Open() or Receive() failed, with the remedy.
+  const std::string& problem() const { return problem_; }
+
+ protected:
+  std::string problem_;
+};
+
+// Dial gauge, or the interface of one, as a HID device.
+
+/// A device that types is opened only if its keys can be taken exclusively.
+class HidPort : public GaugePort {
+ public:
+  explicit HidPort(hid::HidName id, hid::InputFolders folders = {});
+
+  bool Open() override;
+  void Close() override;
+  bool is_open() const override { return static_cast<bool>(device_); }
+  bool Receive(double timeout_s, std::string& text) override;
+  std::string name() const override { return NameText(id_); }
+  std::string settings_to_check() const override { return "`format` of [[gauge]]"; }
+
+ private:
+  const hid::HidName id_;
+  hid::HidDevice device_;
+  hid::KeyboardGrab grab_;
+  bool keyboard_ = false;
+  KeyReports keys_;
+};
 
 enum class GaugeKind : std::uint8_t { kSerial, kHid };
 

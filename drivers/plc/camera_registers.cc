@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "drivers/plc/register_values.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::plc {
 namespace {

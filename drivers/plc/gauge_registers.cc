@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::plc {
 namespace {

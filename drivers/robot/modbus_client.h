@@ -3,7 +3,7 @@
 // libmodbus opens the connection or the serial line. Requests are sent and responses received here,
 // because libmodbus checks neither unit id nor header length of a response, and its requests with
 // raw bytes all have transaction id 0. Each response is compared with its request as a whole
-// (drivers/modbus/response.h). Every error except an exception response closes the connection.
+// (drivers/modbus/adu.h). Every error except an exception response closes the connection.
 #pragma once
 
 #include <array>
@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "drivers/modbus/adu.h"
-#include "drivers/modbus/response.h"
 #include "drivers/robot/robot.h"
 #include "firmware-like/result.h"
 

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "drivers/robot/modbus_client.h"
+#include "drivers/robot/modbus_robot.h"
 #include "drivers/robot/profile.h"
-#include "drivers/robot/push_gate.h"
 #include "drivers/robot/replay_robot.h"
 #include "drivers/robot/robot.h"
 #include "firmware-like/result.h"

@@ -7,13 +7,81 @@
 // effect. Bending along x is governed by iy_m4, bending along y by ix_m4.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
-#include "firmware-like/beam/plane_bending.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::beam {
+
+// Beam element for bending in one plane: stiffness, nodal loads and the exact interior solution.
+//
+// s runs along the element from its inboard end (nearer the root), u is the transverse
+// displacement, theta the rotation of the section. The shear force V (along u) and the moment M act
+// on a face whose normal points outboard:
+//   V' = -w,  M' = -V,  EI theta' = M,  u' = theta + V / (kappa G A)
+
+/// One element in one plane.
+struct PlaneElement {
+  double length_m = 0;
+  double stiffness_Nm2 = 0;           ///< EI
+  double shear_compliance_per_N = 0;  ///< 1 / (kappa G A); 0: Euler-Bernoulli
+};
+
+/// A force along u and a moment along theta at s, 0 < s < length.
+struct PlanePointLoad {
+  double s_m = 0;
+  double force_N = 0;
+  double moment_Nm = 0;
+};
+
+/// Loads on one element: a distributed load w(s) = w0 + w1 s and point loads.
+struct PlaneLoad {
+  double w0_N_m = 0;
+  double w1_N_m2 = 0;
+  std::vector<PlanePointLoad> points = {};
+};
+
+/// State of a section: displacement, rotation and internal forces.
+struct PlaneState {
+  double u_m = 0;
+  double theta_rad = 0;
+  double shear_N = 0;
+  double moment_Nm = 0;
+};
+
+/// The system of equations is assembled and solved in extended precision, because rounding errors
+/// grow with the fourth power of the number of elements.
+using BeamReal = long double;
+using BeamMatrix4 = Eigen::Matrix<BeamReal, 4, 4>;
+using BeamVector2 = Eigen::Matrix<BeamReal, 2, 1>;
+
+/// Stiffness matrix of a Timoshenko element for [u1, theta1, u2, theta2], with
+/// phi = 12 EI / (kappa G A l^2):
+///   EI / (l^3 (1 + phi)) [K]         [Przemieniecki, Theory of Matrix Structural Analysis, 5.6]
+/// phi = 0 gives the Euler-Bernoulli element, {F} = EI/l^3 [K] {d}.
+BeamMatrix4 StiffnessMatrix(const PlaneElement& element);
+
+/// Consistent nodal loads equivalent to the loads between the nodes: the negated fixed-end
+/// reactions. With them, node values do not depend on the number of elements.
+Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load);
+
+/// Section at s, integrated from the section at s = 0 by the equations above; exact for the loads
+/// of the element. Where s is the position of a point load, the section is the one just inboard of
+/// the load.
+PlaneState StateAt(const PlaneElement& element, const PlaneLoad& load, const PlaneState& start,
+                   double s_m);
+
+/// Solves a row of elements that is clamped at the inboard end of the first one.
+/// @param loads       one entry per element
+/// @param node_loads  force [N] and moment [N m] at each node from the root outwards; the first
+///                    entry acts on the clamp
+/// @return            the section at the inboard end of each element
+std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& elements,
+                                        const std::vector<PlaneLoad>& loads,
+                                        const std::vector<Eigen::Vector2d>& node_loads);
 
 /// A force [N] and a moment [N m] acting on the section at z, in F.
 struct PointLoad {
@@ -109,5 +177,45 @@ class Beam {
 
   BeamSolution unloaded_;
 };
+
+// Stress in the beam from bending moments and shear forces.
+
+/// Stress in one section; magnitudes without sign.
+struct SectionStress {
+  double normal_Pa = 0;     ///< at the outermost fibre
+  double shear_Pa = 0;      ///< at the neutral axis
+  double von_mises_Pa = 0;  ///< upper bound: sqrt(normal^2 + 3 shear^2)
+};
+
+/// Stress of a section under a shear force and a bending moment.
+///   normal = |My| reach_x / Iy + |Mx| reach_y / Ix   (at a corner; round: root of sum of squares)
+///   shear  = hypot(Vx / peak_x, Vy / peak_y)         [Gere & Timoshenko, ch. 5]
+/// Normal and shear stress peak at different fibres, so within beam theory the von Mises value is
+/// an upper bound. Stress concentrations at notches, welds and the clamp are not included.
+/// @return nullopt if the outermost fibre of the section is unknown
+std::optional<SectionStress> StressOf(const model::Section& section, const SectionState& state);
+
+/// The most loaded section of an element.
+struct ElementStress {
+  SectionState largest_moment;  ///< where |M| is largest
+  SectionState largest_shear;   ///< where |V| is largest
+  struct Peak {
+    double z_m = 0;
+    SectionStress stress;
+  };
+  std::optional<Peak> peak;  ///< where the von Mises stress is largest; nullopt if unknown
+};
+
+/// Largest moment, shear force and stress of one element, evaluated at both ends, on both sides of
+/// each load, at zeros of the shear force, and at nine intermediate stations.
+ElementStress StressInElement(const BeamSolution& solution, int element);
+
+/// Largest stress of the beam and its location.
+struct LargestStress {
+  std::optional<ElementStress::Peak> peak;  ///< nullopt if unknown in every element
+  int element = 0;                          ///< index of the element
+  bool complete = true;  ///< false if the outermost fibre of a section is unknown
+};
+LargestStress LargestStressOf(const BeamSolution& solution);
 
 }  // namespace plumbline::beam

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "firmware-like/correction/assembly_point.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline::correction {

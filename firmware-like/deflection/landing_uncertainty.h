@@ -2,12 +2,26 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
-#include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/loads/gravity.h"
 #include "firmware-like/model/radius_basis.h"
 
 namespace plumbline::deflection {
+
+// Load used by the model, and which of its properties were stated.
+
+struct LoadStatement {
+  loads::Payload modelled;        ///< used by the model
+  std::optional<double> mass_kg;  ///< stated by the robot, the configuration or a table
+  bool centre_stated = false;     ///< the centre of gravity was stated
+
+  /// A payload whose mass and centre of gravity were both stated.
+  static LoadStatement Stated(const loads::Payload& payload) {
+    return {payload, payload.mass_kg, payload.mass_kg > 0};
+  }
+};
 
 class AssumedError;
 

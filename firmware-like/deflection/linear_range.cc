@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "firmware-like/beam/stress.h"
+#include "firmware-like/beam/beam.h"
 
 namespace plumbline::deflection {
 namespace {

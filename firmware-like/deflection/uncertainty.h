@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "firmware-like/deflection/loaded_arm.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::deflection {
 
@@ -28,7 +28,7 @@ struct EffectScratch {
 /// cell's effects:
 ///   C = share^2 sum_e J_e Sigma_e J_e^T
 /// with J_e the derivative of the tip with respect to the parameters of effect e, and share the
-/// part of the effects that applies at this distance from the fitted poses (distance_growth.h). An
+/// part of the effects that applies at this distance from the fitted poses (loaded_arm.h). An
 /// effect without a covariance contributes nothing. Zero if the deflected posture does not
 /// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,

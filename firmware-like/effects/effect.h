@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "firmware-like/effects/influence.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::effects {
 

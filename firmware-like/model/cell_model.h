@@ -196,7 +196,7 @@ struct Domain {
   double reach_rad = 0;
   /// Standard deviation per axis of the declared model's error. Present if the causes of the
   /// correction are not confirmed; the correction then fades with distance towards the declared
-  /// model, see distance_growth.h.
+  /// model, see loaded_arm.h.
   std::optional<double> declared_sigma_m;
   /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent if unknown;
   /// time-dependent effects are then meaningless outside those rows.

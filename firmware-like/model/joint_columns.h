@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::model {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::monitor {
 namespace {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "firmware-like/beam/beam.h"
-#include "firmware-like/beam/stress.h"
 
 namespace plumbline::scene {
 namespace {

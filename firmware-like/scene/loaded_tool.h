@@ -25,7 +25,7 @@ struct FlangeAcceleration {
 /// point 0.5 m from the axis this is 0.01 mm for a tip displacement of 5 % of the length, and less
 /// than 0.002 mm for 1 %.
 ///
-/// The stress is that of the beam with its declared sections (beam/stress.h), the larger value at a
+/// The stress is that of the beam with its declared sections (beam/beam.h), the larger value at a
 /// step; 0 if the outermost fibre of the section is unknown.
 ///
 /// A rigid tool on a compliant coupling rotates about the coupling; there is no effect if its tip

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "app/vision/lens/calibration.h"
-#include "app/vision/lens/lens_start.h"
+#include "app/vision/lens/lens_fit.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/lens_captures/camera_model.h"
 #include "tests/lens_captures/measured_captures.h"

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "firmware-like/correction/taught_tool.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/statistics/statistics.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace plumbline::machine_test {

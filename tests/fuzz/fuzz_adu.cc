@@ -7,7 +7,6 @@
 #include <span>
 
 #include "drivers/modbus/adu.h"
-#include "drivers/modbus/response.h"
 
 namespace {
 

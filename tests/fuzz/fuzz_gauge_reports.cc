@@ -6,7 +6,6 @@
 #include <string>
 
 #include "drivers/gauge/gauge_codec.h"
-#include "drivers/gauge/report_text.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   namespace gauge = plumbline::gauge;

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "app/vision/lens_files/opencv_file.h"
-#include "app/vision/lens_store/lens_row.h"
+#include "app/vision/lens_store/lens_store.h"
 #include "app/vision/lens_store/stored_views.h"
 #include "firmware-like/lens/lens_curve.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/cell/scene/mesh_message.h"
+#include "app/cell/scene/mesh_format.h"
 #include "firmware-like/scene/mesh_facts.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

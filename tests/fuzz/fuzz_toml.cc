@@ -15,7 +15,7 @@
 #include "app/base/config/daemon_config_reader.h"
 #include "app/base/config/robot_profile_reader.h"
 #include "app/base/config/zoom_profile_reader.h"
-#include "app/base/text/nesting.h"
+#include "app/base/text/text.h"
 #include "app/cell/scene/object_table.h"
 
 namespace {

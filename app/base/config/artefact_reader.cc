@@ -1,11 +1,10 @@
-#include "app/base/config/artefact_reader.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "app/base/config/cell_reader.h"
 #include "app/base/config/limits.h"
-#include "app/base/text/nearest_word.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::config {
 namespace {

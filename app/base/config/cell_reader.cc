@@ -7,14 +7,10 @@
 #include <map>
 #include <vector>
 
-#include "app/base/config/artefact_reader.h"
-#include "app/base/config/domain_reader.h"
-#include "app/base/config/effect_reader.h"
 #include "app/base/config/file_kind.h"
 #include "app/base/config/limits.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/toml_reader.h"
-#include "app/base/config/tool_reader.h"
 #include "app/base/config/unlikely_values.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"

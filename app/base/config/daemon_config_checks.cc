@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/base/config/limits.h"
-#include "drivers/robot/read_plan.h"
+#include "drivers/robot/codec.h"
 #include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::config {

@@ -15,7 +15,6 @@
 #include "app/base/config/daemon_config_checks.h"
 #include "app/base/config/daemon_settings.h"
 #include "app/base/config/file_kind.h"
-#include "app/base/config/gauge_reader.h"
 #include "app/base/config/posture_check.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/robot_profile_reader.h"

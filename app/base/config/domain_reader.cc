@@ -1,13 +1,12 @@
-#include "app/base/config/domain_reader.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/config/cell_reader.h"
 #include "app/base/config/limits.h"
 #include "app/base/config/model_fingerprint.h"
-#include "app/base/text/utc_text.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::config {
 namespace {

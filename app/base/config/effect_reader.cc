@@ -1,11 +1,10 @@
-#include "app/base/config/effect_reader.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/config/cell_reader.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/parameter_name.h"

@@ -6,9 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline::config {
+
+// Text on a tool that is loaded beyond linear beam theory.
+
+/// Says by how much the tip deflection exceeds the range of linear theory (linear_range.h), or that
+/// the material yields, and what to do. Empty if neither.
+/// @param state  converged state of `arm`, which is that of `cell`
+std::string BeyondLinearTheory(const model::CellModel& cell, const deflection::LoadedArm& arm,
+                               const deflection::LoadedState& state);
 
 /// A configured payload of a point.
 struct PointLoad {

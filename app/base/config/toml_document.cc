@@ -9,8 +9,7 @@
 #include "app/base/config/header_lines.h"
 #include "app/base/config/toml_error.h"
 #include "app/base/config/toml_reader.h"
-#include "app/base/text/nearest_word.h"
-#include "app/base/text/nesting.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::config {
 

@@ -20,9 +20,8 @@
 #include <vector>
 
 #include "app/base/config/fault.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::config {
 

@@ -1,10 +1,9 @@
-#include "app/base/config/tool_reader.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
+#include "app/base/config/cell_reader.h"
 #include "app/base/config/limits.h"
 
 namespace plumbline::config {

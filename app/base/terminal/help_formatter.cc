@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/base/terminal/terminal.h"
+#include "app/base/terminal/terminal_output.h"
 
 namespace plumbline::terminal {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/base/text/nesting.h"
+#include "app/base/text/text.h"
 
 template class nlohmann::basic_json<>;
 template class nlohmann::basic_json<nlohmann::ordered_map>;

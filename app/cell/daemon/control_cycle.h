@@ -6,19 +6,77 @@
 #include <functional>
 #include <memory>
 #include <thread>
+#include <vector>
 
+#include "app/base/config/daemon_config.h"
 #include "app/base/service/utc_clock.h"
 #include "app/cell/daemon/cycle_mailboxes.h"
-#include "app/cell/daemon/setup.h"
-#include "app/cell/daemon/taught_branch_search.h"
 #include "drivers/lateness.h"
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
+#include "drivers/modbus/register_image.h"
 #include "drivers/plc/codec.h"
 #include "drivers/robot/robot_link.h"
 #include "drivers/thread_heartbeat.h"
+#include "firmware-like/machine.h"
 
 namespace plumbline::cell {
+
+// Conversion of the configuration to the robot setup and the Modbus address ranges.
+
+/// Everything that a robot link, and the push of points over it, is created from. If a reloaded
+/// configuration has an equal setup, the running link is reused.
+struct RobotSetup {
+  std::string transport;
+  robot::RobotConnection connection;  ///< including the rows of a replay
+  std::vector<int> push_ids;
+
+  bool operator==(const RobotSetup&) const = default;
+};
+/// Fails if a replay file has faults, which are logged.
+Result<RobotSetup> RobotSetupFrom(const config::DaemonConfig& config);
+
+/// The addresses of the register map that clients may read if there are this many points.
+std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);
+
+/// The registers that clients may write, all zero.
+modbus::CommandArea EmptyCommandArea();
+
+// Background search for the inverse-kinematics branches of taught points.
+
+/// Finds, for each point that was taught with joint values, the branch it belongs to. The points
+/// are searched one after another on a separate low-priority thread, because a thousand points take
+/// ten seconds. The control cycle takes results as they become available.
+///
+/// The thread works on its own Machine with the same configuration. Each result is written once,
+/// before `found_` counts it, and only read afterwards: no locks, and the reader allocates nothing.
+class TaughtBranchSearch {
+ public:
+  /// Branches delivered in one cycle: each requires a correction to be computed in that cycle.
+  static constexpr std::size_t kMaxPerCycle = 2;
+
+  explicit TaughtBranchSearch(const MachineConfig& config);
+  ~TaughtBranchSearch();
+  TaughtBranchSearch(const TaughtBranchSearch&) = delete;
+  TaughtBranchSearch& operator=(const TaughtBranchSearch&) = delete;
+
+  void Start();
+  bool finished() const { return found_.load(std::memory_order_acquire) == branches_.size(); }
+
+  /// Passes at most `max_count` new branches to the machine. One thread at a time.
+  void DeliverTo(Machine& machine, std::size_t max_count = kMaxPerCycle);
+
+ private:
+  void Run();
+
+  Machine searching_;
+  std::vector<std::optional<model::JointVector>>
+      branches_;  ///< one per point; the first found_ are final
+  std::atomic<std::size_t> found_{0};
+  std::size_t delivered_ = 0;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
 
 /// Everything of one configuration that the cycle uses; replaced as a whole on reload.
 struct CycleParts {

@@ -11,11 +11,9 @@
 #include <optional>
 #include <string>
 
-#include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"
-#include "app/cell/daemon/boot_counter.h"
 #include "app/cell/daemon/camera_supervisors.h"
 #include "app/cell/daemon/control_cycle.h"
 #include "app/cell/daemon/cycle_setup.h"
@@ -23,7 +21,6 @@
 #include "app/cell/daemon/running.h"
 #include "app/cell/daemon/state_storage.h"
 #include "app/cell/daemon/thread_watchdog.h"
-#include "app/cell/daemon/watched_threads.h"
 #include "app/cell/model_store/configuration_note.h"
 #include "app/version.h"
 #include "drivers/os/port_file.h"

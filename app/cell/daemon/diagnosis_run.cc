@@ -1,15 +1,20 @@
 #include "app/cell/daemon/diagnosis_run.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/service/utc_clock.h"
-#include "app/base/text/utc_text.h"
-#include "app/cell/daemon/probe_row.h"
+#include "app/base/text/text.h"
+#include "app/cell/daemon/row_drift_monitor.h"
 #include "app/cell/journal/journal_csv.h"
 #include "app/cell/model_store/model_change.h"
 #include "app/cell/model_store/model_json.h"
@@ -19,12 +24,58 @@
 #include "drivers/files/package_paths.h"
 #include "drivers/files/replace_file.h"
 #include "drivers/files/text_file.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/loads/numbered_load.h"
-#include "firmware-like/statistics/containment_radius.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::cell {
+namespace {
+
+constexpr int kLowestPriority = 19;  ///< the highest nice value
+
+/// The last non-empty line of a file, at most 300 characters.
+std::string LastLine(const std::string& file) {
+  std::ifstream input(file);
+  std::string line, last;
+  while (std::getline(input, line)) {
+    if (!line.empty()) last = line;
+  }
+  return last.substr(0, 300);
+}
+
+}  // namespace
+
+Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>& arguments,
+                                                 const std::string& output_file) {
+  const os::Descriptor output(open(
+      output_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (!output) {
+    return Error{fmt::format("{}: {}", output_file,
+                             files::WriteErrorText(output_file, std::strerror(errno)))};
+  }
+  auto child = os::ChildProcess::Start(
+      {.arguments = arguments,
+       .descriptors = {{STDOUT_FILENO, output.get()}, {STDERR_FILENO, output.get()}},
+       .nice = kLowestPriority,
+       .own_group = true});
+  if (!child) return Error{fmt::format("cannot create a process: {}", child.error())};
+  return DiagnosisProcess(std::move(child).value(), output_file);
+}
+
+std::optional<std::string> DiagnosisProcess::Poll() {
+  if (!child_.started()) return "was stopped";
+  const std::optional<os::ExitStatus> end = child_.Poll();
+  if (!end) return std::nullopt;
+  if (end->ok()) return std::string();
+  std::string how = "exit status unknown";
+  if (end->exit_code) how = fmt::format("exit code {}", *end->exit_code);
+  if (end->signal != 0) how = fmt::format("signal {}", end->signal);
+  std::string last_line = LastLine(output_file_);
+  if (last_line.empty() && end->exit_code == os::ExitStatus::kNotRun) last_line = "cannot be run";
+  return last_line.empty() ? how : fmt::format("{}: {}", how, last_line);
+}
+
 namespace {
 
 constexpr std::int64_t kMaxDiagnosedRows = 12000;  // the newest; they take about a minute

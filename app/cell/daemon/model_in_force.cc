@@ -13,7 +13,7 @@
 #include "app/cell/model_store/cell_difference.h"
 #include "app/cell/model_store/configuration_note.h"
 #include "app/cell/model_store/daemon_signal.h"
-#include "app/cell/model_store/superseded_text.h"
+#include "app/cell/model_store/model_store.h"
 #include "app/cell/model_store/usable_model.h"
 #include "drivers/files/text_file.h"
 

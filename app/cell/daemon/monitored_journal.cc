@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "app/base/service/utc_clock.h"
-#include "app/cell/daemon/probe_row.h"
+#include "app/cell/daemon/row_drift_monitor.h"
 
 namespace plumbline::cell {
 namespace {

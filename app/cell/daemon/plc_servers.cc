@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "app/base/log/log.h"
-#include "app/base/service/descriptors.h"
+#include "app/base/service/signals.h"
 #include "app/cell/daemon/device_wait.h"
 #include "app/version.h"
 

@@ -9,13 +9,12 @@
 #include <stop_token>
 #include <string>
 
-#include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
 #include "app/base/service/utc_clock.h"
 #include "app/cell/daemon/camera_supervisors.h"
 #include "app/cell/daemon/cycle_setup.h"
 #include "app/cell/daemon/model_in_force.h"
-#include "app/cell/daemon/watched_threads.h"
+#include "app/cell/daemon/thread_watchdog.h"
 #include "app/cell/model_store/cell_difference.h"
 #include "app/cell/model_store/point_moves.h"
 

@@ -8,12 +8,31 @@
 #include <string>
 #include <vector>
 
+#include "app/base/config/camera_config.h"
 #include "app/base/config/monitoring_config.h"
 #include "app/base/log/log_entry.h"
+#include "app/cell/daemon/cycle_mailboxes.h"
 #include "app/cell/journal/journal.h"
+#include "app/cell/journal/journal_row.h"
 #include "firmware-like/monitor/drift_monitor.h"
 
 namespace plumbline::cell {
+
+// Conversion of the control cycle's probes to journal rows, and their use for monitoring.
+
+/// @param epoch_utc_s  the journal's epoch, UTC seconds since 1970
+/// @param artefacts    of the cell, whose names are recorded with a probe on one
+/// @param cameras      the configured cameras, whose names are recorded with a camera probe
+JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
+                               double epoch_utc_s, const std::vector<model::Artefact>& artefacts,
+                               const std::vector<config::CameraConfig>& cameras);
+
+/// Whether a camera probe's largest standard deviation exceeds that of other probes [m]. Such a
+/// probe is recorded, but its noise alone would raise drift alarms.
+bool IsTooUncertain(const JournalRow& row, double probe_sigma_m);
+
+/// Whether the drift monitor may use the row: measured and predicted, finite, not too uncertain.
+bool IsUsableForMonitoring(const JournalRow& row, double probe_sigma_m);
 
 /// The monitor's verdict on one row.
 struct RowVerdict {

@@ -1,8 +1,52 @@
 #include "app/cell/daemon/thread_watchdog.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "app/cell/daemon/device_wait.h"
+#include "drivers/robot/host_name.h"
+
 namespace plumbline::cell {
+namespace {
+
+/// The monitoring worker may wait for another program's lock on
+/// the journal; the robot thread for a name server, if the controller is configured by name.
+constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTimeout_s = 60;
+
+}  // namespace
+
+double RobotTimeout_s(const config::DaemonConfig& config) {
+  constexpr int kRequestsPerPush = 7, kPassesPerReading = 3;
+  const robot::RobotConnection& link = config.robot.connection;
+  if (config.robot.transport == "tcp" && !robot::IsAddress(link.tcp.host)) {
+    return kNameLookupTimeout_s;
+  }
+  const int per_pass = static_cast<int>(link.profile.blocks.size()) + 1;  // and a marker
+  const double requests = std::max(kRequestsPerPush, kPassesPerReading * per_pass);
+  if (config.robot.transport != "rtu") return kThreadTimeout_s + requests * link.timeout_s;
+  // The line is synchronised first: three times silence, a marker, silence. See ModbusClient.
+  constexpr double kLongestFrame_bits = 256 * 11, kSynchronisations = 3;
+  const double frame_s = kLongestFrame_bits / link.serial.baud;
+  const double request_s = link.timeout_s + frame_s;
+  return kThreadTimeout_s + requests * request_s +
+         kSynchronisations * (2 * request_s + 4 * frame_s);
+}
+
+void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
+                const MonitoringWorker& worker, const GaugeWorker& gauges,
+                ThreadWatchdog& watchdog) {
+  watchdog.Add("control cycle", kThreadTimeout_s, [&cycle] { return cycle.heartbeat().beats(); });
+  watchdog.Add(
+      kRobotLink, RobotTimeout_s(config),
+      [&cycle] { return cycle.parts().link->heartbeat().beats(); },
+      [&cycle] { return IsWaitingForDevice(cycle.parts().link->heartbeat().thread()); });
+  watchdog.Add(
+      "monitoring worker", kMonitoringTimeout_s, [&worker] { return worker.heartbeat().beats(); },
+      [&worker] { return IsWaitingForDevice(worker.heartbeat().thread()); });
+  watchdog.Add(
+      "gauges", kThreadTimeout_s, [&gauges] { return gauges.beats(); },
+      [&gauges] { return IsWaitingForDevice(gauges.heartbeat().thread()); });
+}
 
 namespace {
 

@@ -6,6 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "app/cell/daemon/control_cycle.h"
+#include "app/cell/daemon/gauge_worker.h"
+#include "app/cell/daemon/monitoring_worker.h"
+
 namespace plumbline::cell {
 
 /// Finds threads whose heartbeat counter has stopped, except while they wait for a device. Pure:
@@ -47,5 +51,19 @@ class ThreadWatchdog {
   };
   std::vector<Thread> threads_;
 };
+
+// Threads of the daemon that the watchdog monitors, with their timeouts.
+
+/// Name of the robot link's thread; its timeout changes with the configuration.
+inline constexpr char kRobotLink[] = "robot link";
+
+/// Watchdog timeout of the robot link: pushing one point takes seven requests, each of which may
+/// take nearly its own timeout.
+double RobotTimeout_s(const config::DaemonConfig& config);
+
+/// Adds the control cycle, the robot link, the monitoring worker and the gauges.
+void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
+                const MonitoringWorker& worker, const GaugeWorker& gauges,
+                ThreadWatchdog& watchdog);
 
 }  // namespace plumbline::cell

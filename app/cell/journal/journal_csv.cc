@@ -8,7 +8,7 @@
 #include <map>
 
 #include "app/base/config/toml_reader.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cell {

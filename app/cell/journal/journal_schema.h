@@ -1,7 +1,7 @@
 // SQL schema of the journal.
 #pragma once
 
-#include "app/base/sqlite/store_identity.h"
+#include "app/base/sqlite/database.h"
 
 namespace plumbline::cell {
 

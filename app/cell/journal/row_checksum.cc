@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "app/base/sqlite/store_identity.h"
+#include "app/base/sqlite/database.h"
 
 namespace plumbline::cell {
 namespace {

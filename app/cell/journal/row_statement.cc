@@ -3,7 +3,7 @@
 #include "app/base/config/toml_reader.h"
 #include "app/base/text/json_text.h"
 #include "app/cell/journal/row_checksum.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cell {

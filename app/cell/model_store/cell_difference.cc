@@ -8,9 +8,8 @@
 #include <optional>
 
 #include "app/base/config/cell_reader.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::cell {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "app/base/config/out_of_range.h"
 #include "app/base/config/point_solutions.h"
-#include "app/cell/model_store/superseded_text.h"
+#include "app/cell/model_store/model_store.h"
 #include "firmware-like/correction/point_posture.h"
 #include "firmware-like/correction/taught_tool.h"
 #include "firmware-like/deflection/loaded_arm.h"

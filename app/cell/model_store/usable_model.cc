@@ -9,7 +9,6 @@
 #include "app/base/config/cell_reader.h"
 #include "app/cell/model_store/cell_difference.h"
 #include "app/cell/model_store/model_store.h"
-#include "app/cell/model_store/superseded_text.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/cell/scene/mesh_format.h"
-#include "app/cell/scene/mesh_message.h"
 #include "drivers/os/child_process.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/scene/mesh_facts.h"

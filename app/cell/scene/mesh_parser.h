@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "app/cell/scene/mesh_message.h"
+#include "app/cell/scene/mesh_format.h"
 
 namespace plumbline::cell {
 

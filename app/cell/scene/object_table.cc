@@ -8,7 +8,7 @@
 #include <set>
 
 #include "app/base/config/toml_reader.h"
-#include "app/base/text/nearest_word.h"
+#include "app/base/text/text.h"
 #include "app/cell/scene/mesh_format.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/cell_model.h"

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "app/display/page/camera_facts.h"
-#include "app/display/view/silent_daemon.h"
+#include "app/display/view/status_text.h"
 #include "app/version.h"
 #include "drivers/plc/register_map.h"
 

@@ -4,7 +4,7 @@
 
 #include "app/base/text/json_text.h"
 #include "app/cell/journal/journal.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::display {
 namespace {

@@ -4,11 +4,10 @@
 #include "app/cell/view_link/json_values.h"
 #include "app/display/page/camera_facts.h"
 #include "app/display/page/metrics.h"
-#include "app/display/view/silent_daemon.h"
+#include "app/display/view/status_text.h"
 #include "app/version.h"
 #include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::display {

@@ -1,7 +1,7 @@
 #include "app/display/view/display_mailbox.h"
 
-#include "app/display/view/health_message.h"
-#include "app/display/view/silent_daemon.h"
+#include "app/display/view/state_strip.h"
+#include "app/display/view/status_text.h"
 
 namespace plumbline::display {
 

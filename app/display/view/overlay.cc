@@ -10,7 +10,7 @@
 
 #include "app/display/view/cell_view.h"
 #include "app/display/view/palette.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/known_lens.h"
 

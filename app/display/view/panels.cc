@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/display/view/health_message.h"
 #include "app/display/view/point_tiles.h"
-#include "app/display/view/silent_daemon.h"
+#include "app/display/view/state_strip.h"
+#include "app/display/view/status_text.h"
 #include "drivers/plc/register_map.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::display {
 namespace {

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/display/view/health_message.h"
 #include "app/display/view/palette.h"
-#include "app/display/view/silent_daemon.h"
+#include "app/display/view/state_strip.h"
+#include "app/display/view/status_text.h"
 #include "firmware-like/correction/code_remedy.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/radius_coverage.h"
 
 namespace plumbline::display {

@@ -4,11 +4,22 @@
 
 #include <vector>
 
+#include "app/display/view/label_placement.h"
 #include "app/display/view/overlay.h"
 #include "app/display/view/picture_layout.h"
+#include "app/display/view/picture_writer.h"
 #include "app/display/view/status_text.h"
 
 namespace plumbline::display {
+
+// Colour scale of the tool's bending stress, with ticks.
+
+/// Adds the scale in a corner of the image if stress is shown: round ticks from 0 to the upper end
+/// of the scale, and a mark at the largest stress in the tool.
+void AddStressScale(const OverlayInput& input, LabelPlacer& placer, PictureWriter& writer);
+
+/// Round values from 0 to at most `full` > 0, four to eight of them.
+std::vector<double> ScaleTicks(double full);
 
 /// Layout for the displayed cameras and the size of their images.
 PictureLayout LayoutFor(const ViewFacts& facts, image::ImageSize size);

@@ -7,7 +7,7 @@
 
 #include "app/display/view/palette.h"
 #include "app/display/view/point_tiles.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::display {
 namespace {

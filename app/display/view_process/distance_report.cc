@@ -9,7 +9,7 @@
 
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
-#include "app/display/view/health_message.h"
+#include "app/display/view/state_strip.h"
 #include "app/display/view_process/await_state.h"
 
 namespace plumbline::display {

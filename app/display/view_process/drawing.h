@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/base/log/log_entry.h"
-#include "app/cell/scene/scene_loader.h"
+#include "app/cell/scene/scene_worker.h"
 #include "app/display/view/picture_layout.h"
 #include "drivers/display/gl_context.h"
 #include "drivers/display/renderer.h"

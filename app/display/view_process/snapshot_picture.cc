@@ -9,7 +9,6 @@
 
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
-#include "app/display/view/health_message.h"
 #include "app/display/view/panels.h"
 #include "app/display/view/screen_text.h"
 #include "app/display/view/state_strip.h"

@@ -8,7 +8,6 @@
 #include <csignal>
 
 #include "app/base/config/daemon_config_reader.h"
-#include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "app/base/log/fault_log.h"
 #include "app/base/log/log.h"
 #include "app/display/view_process/view_entries.h"
 #include "drivers/clock.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "firmware-like/statistics/student.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -13,7 +13,7 @@
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/whitener.h"
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

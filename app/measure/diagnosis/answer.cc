@@ -5,8 +5,7 @@
 
 #include "app/base/text/json_text.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

@@ -1,6 +1,9 @@
 // Blocks: catalogue effects and empirical terms as columns of a linear model.
 #pragma once
 
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -99,5 +102,57 @@ double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
 /// @param out  shape (residuals of the row, columns)
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out);
+
+// Cache of block columns at one linearisation, shared by all passes and folds.
+
+/// Columns over all rows for blocks without a searched shape. Every fold, and every pass that does
+/// not change the frames, uses the same ones. Thread-safe; a mutex is locked during the
+/// computation.
+class BlockColumns {
+ public:
+  /// The columns of a block, shape (residuals of all rows, columns); computed on first use.
+  std::shared_ptr<const Eigen::MatrixXd> Of(const Dataset& data, const Linearisation& linear,
+                                            const Block& block, int threads);
+
+ private:
+  struct Entry {
+    Block block;
+    std::shared_ptr<const Eigen::MatrixXd> columns;
+  };
+  std::mutex mutex_;
+  std::vector<Entry> entries_;
+};
+
+// Conversion of fitted blocks to effects.
+
+/// Fitted values of columns of several blocks, SI.
+using Coefficients = std::map<std::pair<BlockIndex, BlockColumnIndex>, double>;
+/// Fitted values of columns of one block, SI.
+using ColumnSizes = std::map<BlockColumnIndex, double>;
+
+/// The effects represented by fitted columns. Blocks of one effect that form one entry of a file
+/// (harmonics, for example) are joined. Effects without a coefficient are omitted.
+std::vector<effects::ActiveEffect> EffectsFrom(const Dataset& data,
+                                               const Indexed<BlockIndex, Block>& blocks,
+                                               const Coefficients& coefficients);
+
+/// Identifies columns of a block that are kept or dropped together.
+struct BlockUnit {
+  BlockIndex block;
+  int number = 0;                                      ///< within the block
+  auto operator<=>(const BlockUnit&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+/// Effects, and for each value of each effect the unit that it comes from; empty for empirical
+/// ones.
+struct EffectsOfUnits {
+  std::vector<effects::ActiveEffect> effects;
+  std::vector<std::vector<BlockUnit>> units;
+};
+EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
+                               const Coefficients& coefficients);
+
+/// The effect of one catalogue block: with the fitted sizes and all shapes of the block.
+effects::ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values);
 
 }  // namespace plumbline::measure

@@ -1,10 +1,9 @@
-#include "app/measure/diagnosis/candidate_outcomes.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/thresholds.h"

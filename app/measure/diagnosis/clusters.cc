@@ -1,10 +1,10 @@
-#include "app/measure/diagnosis/clusters.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <tuple>
+
+#include "app/measure/diagnosis/dataset_preparation.h"
 
 namespace plumbline::measure {
 namespace {

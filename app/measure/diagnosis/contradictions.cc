@@ -8,7 +8,7 @@
 
 #include "app/measure/diagnosis/explanation_checks.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -1,10 +1,9 @@
-#include "app/measure/diagnosis/corrected_model.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/discrepancy.h"
 #include "app/measure/diagnosis/held_out.h"

@@ -12,20 +12,18 @@
 #include <string>
 #include <tuple>
 
-#include "app/measure/diagnosis/clusters.h"
 #include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_noise.h"
 #include "app/measure/diagnosis/fahrenheit.h"
-#include "app/measure/diagnosis/impossible_values.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/payload_unit_changes.h"
+#include "app/measure/diagnosis/unit_segment.h"
 #include "app/measure/table/conditions.h"
-#include "app/measure/table/numbered_rows.h"
-#include "firmware-like/geometry/angle.h"
+#include "app/measure/table/csv.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/joint_columns.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -10,7 +10,7 @@
 #include "app/measure/diagnosis/explanation_checks.h"
 #include "app/measure/diagnosis/support_fit.h"
 #include "app/measure/diagnosis/thresholds.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

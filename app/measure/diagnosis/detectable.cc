@@ -1,5 +1,3 @@
-#include "app/measure/diagnosis/detectable.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <tuple>
 
 #include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/shape_search.h"

@@ -6,31 +6,23 @@
 #include <map>
 
 #include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/candidate_outcomes.h"
 #include "app/measure/diagnosis/contradictions.h"
-#include "app/measure/diagnosis/corrected_model.h"
 #include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/declared_errors.h"
-#include "app/measure/diagnosis/detectable.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/diagnosis_stages.h"
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/driver_rivals.h"
 #include "app/measure/diagnosis/explanation_checks.h"
 #include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/gross_errors.h"
-#include "app/measure/diagnosis/hidden_mistakes.h"
 #include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/next_poses.h"
-#include "app/measure/diagnosis/reference_checks.h"
-#include "app/measure/diagnosis/rivals.h"
 #include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/stated_domain.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unit_change_search.h"
 #include "app/measure/diagnosis/verdict.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

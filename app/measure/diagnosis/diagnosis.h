@@ -31,7 +31,7 @@ struct Finding {
   /// from the same rows is not corrected for.
   double p_value = 1;
   /// RMS displacement of the measured point at the rows [m]: by the effect, and by each of its
-  /// values alone, 0 for a shape (tip_displacement.h); empty if not computed.
+  /// values alone, 0 for a shape (findings.h); empty if not computed.
   double tip_rms_m = 0;
   std::vector<double> tip_rms_of_each_m{};
   double share_of_residual = 0;  ///< increase of chi2 on removal over chi2 without any effect

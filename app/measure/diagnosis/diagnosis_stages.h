@@ -4,8 +4,8 @@
 #include <string>
 
 #include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/held_out.h"
 #include "app/measure/diagnosis/refit.h"
-#include "app/measure/diagnosis/validation.h"
 
 namespace plumbline::measure {
 

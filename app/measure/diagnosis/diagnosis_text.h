@@ -1,6 +1,7 @@
 // Text of a diagnosis shared by the terminal summary, the JSON answer and the report.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -9,6 +10,16 @@
 #include "app/measure/diagnosis/diagnosis.h"
 
 namespace plumbline::measure {
+
+// Unit and label of a recorded signal, from its column name.
+
+/// "bar" for "air_pressure_bar", "deg/s" for "qd2_deg_s", "unit of counter" for "counter".
+/// Temperature differences are in K.
+std::string UnitOfSignal(std::string_view column);
+
+/// The column as text with its unit: "q5 (deg)" for "q5_deg", "time (s)" for "t_s", "air pressure
+/// (bar)" for "air_pressure_bar". The column itself if it does not end with a known unit.
+std::string SignalLabel(std::string_view column);
 
 /// Display name of an effect: "joint compliance". The id with spaces if the effect has no name.
 std::string EffectName(std::string_view id);
@@ -61,5 +72,27 @@ bool HasEmpiricalTerm(const Diagnosis& diagnosis);
 /// Measuring conditions of a proposed pose other than joints and payload: "wait 20 min, q3 rising";
 /// empty if there are none.
 std::string MeasuringText(const NextPose& pose);
+
+// Parameters of effects as the summary, the report and the certificate show them.
+
+/// Scale and unit in which a parameter is shown: lengths that files have in metres are shown in mm.
+struct ShownUnit {
+  double scale = 1;
+  std::string unit;
+};
+
+inline ShownUnit ShownUnitOf(const model::EffectParameter& parameter) {
+  if (parameter.unit == "m") return {1e3, "mm"};
+  return {1, parameter.unit};
+}
+
+/// Value of a parameter in its shown unit, with `deviations` times its standard deviation, or its
+/// word.
+inline ValueText ShownValueOf(const model::EffectParameter& parameter, double deviations = 1) {
+  if (!parameter.word.empty()) return {parameter.word, ""};
+  const double scale = ShownUnitOf(parameter).scale;
+  const auto sd = parameter.sd ? std::optional(scale * deviations * *parameter.sd) : std::nullopt;
+  return ValueTextOf(scale * parameter.value, sd);
+}
 
 }  // namespace plumbline::measure

@@ -2,10 +2,21 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <vector>
 
+#include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/search.h"
 
 namespace plumbline::measure {
+
+// Prior standard deviations of effect parameters, for the design of measurements.
+
+/// Standard deviation of a zero-mean prior of each column of a block [SI of its parameter]: from a
+/// published value on real machines if there is one (EffectTraits::largest_observed_rotation_rad),
+/// otherwise the largest plausible value. Published values are rotations of a joint; the parameter
+/// is scaled so that it causes this rotation at the row where it rotates the joint most.
+/// @param problem  linearised with the gradients of all entries of the influence
+Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block);
 
 /// T-optimal discrimination [Atkinson & Fedorov 1975, Biometrika 62(1)] over every ordered pair of
 /// explanations (truth, rival): the lack of fit of the rival, refitted with all columns of its

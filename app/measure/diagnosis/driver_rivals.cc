@@ -1,10 +1,9 @@
-#include "app/measure/diagnosis/driver_rivals.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
 
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/unknown.h"
 

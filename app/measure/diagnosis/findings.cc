@@ -6,17 +6,156 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
-#include "app/measure/diagnosis/empirical_bounds.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/plausibility.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
-#include "app/measure/diagnosis/tip_displacement.h"
+#include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/parameter_name.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
+namespace {
+
+/// Values and displacements of one carrier's curve at the accepted rows, SI.
+struct CurveAtRows {
+  struct Lever {
+    double payload_kg = 0;
+    double square = 0;  ///< |J|^2
+  };
+  double low = 1e300, high = -1e300;  ///< range of the curve
+  double largest_m = 0;               ///< largest displacement of the tip
+  std::vector<Lever> levers;          ///< of each row
+};
+
+CurveAtRows EvaluateAtRows(const FitProblem& problem, const Linearisation& linear,
+                           const effects::ActiveEffect& effect, std::size_t carrier) {
+  std::vector<double> values(effect.values.size(), 0.0);
+  values[carrier] = 1;
+  CurveAtRows seen;
+  for (const RowIndex row : linear.rows.indices()) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    const effects::Conditions& moment = problem.data.conditions[row];
+    effects::Influence<double> influence;
+    effect.term.effect->Add(effect.term, std::span<const double>(values), moment, influence);
+    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
+      if (influence[entry] == 0) continue;
+      const double lever = LengthsOf(linear.gradients[row].col(entry)).norm();
+      seen.low = std::min(seen.low, influence[entry]);
+      seen.high = std::max(seen.high, influence[entry]);
+      seen.largest_m = std::max(seen.largest_m, std::abs(influence[entry]) * lever);
+      seen.levers.push_back({moment.payload_kg, lever * lever});
+    }
+  }
+  return seen;
+}
+
+/// RMS lever arm of the rows with payloads from `low` to `high` [kg]; 0 if there are none.
+double LeverBetween(const CurveAtRows& seen, double low, double high) {
+  double sum = 0, count = 0;
+  for (const CurveAtRows::Lever& lever : seen.levers) {
+    if (lever.payload_kg < low || lever.payload_kg > high) continue;
+    sum += lever.square;
+    count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// RMS lever arm by which a node moves the tip: over all rows, since any pose may occur at the
+/// node's value; if the payload is a driver, over the rows with payloads near the node's.
+double LeverOfNode(const CurveAtRows& seen, const effects::ActiveEffect& effect,
+                   Eigen::Index node) {
+  constexpr std::string_view kPayloadColumn = "payload_kg";
+  const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
+  const auto& drivers = effect.term.drivers;
+  const auto payload = std::ranges::find(drivers, kPayloadColumn);
+  if (payload == drivers.end()) return of_all;
+  const auto loads_kg = effect.term.nodes.col(payload - drivers.begin());
+  double low = -HUGE_VAL, high = HUGE_VAL;  // of the neighbours
+  for (const double load_kg : loads_kg) {
+    if (load_kg < loads_kg[node]) low = std::max(low, load_kg);
+    if (load_kg > loads_kg[node]) high = std::min(high, load_kg);
+  }
+  const double near_node = LeverBetween(seen, low, high);
+  return near_node > 0 ? near_node : of_all;
+}
+
+}  // namespace
+
+void BoundToRows(const FitProblem& problem, const Linearisation& linear,
+                 effects::ActiveEffect& effect) {
+  if (effect.term.nodes.rows() == 0) return;
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const CurveAtRows seen = EvaluateAtRows(problem, linear, effect, k);
+    auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k + effect.term.drivers.size()));
+    if (seen.largest_m == 0) {
+      nodes.setZero();
+      continue;
+    }
+    const double to_SI = effects::EmpiricalNodeToSI(effect.term.parameters[k]);
+    for (Eigen::Index node = 0; node < nodes.size(); ++node) {
+      const double largest = seen.largest_m / LeverOfNode(seen, effect, node);
+      const double low = std::max(seen.low, -largest), high = std::min(seen.high, largest);
+      nodes[node] = std::clamp(nodes[node], low / to_SI, std::max(low, high) / to_SI);
+    }
+  }
+}
+
+namespace {
+
+constexpr int kMostRows = 500;
+
+bool IsSize(const effects::EffectTerm& term, std::size_t value) {
+  const auto spec = static_cast<std::size_t>(term.parameters[value].spec);
+  return term.effect->traits().parameters[spec].role == effects::ParameterRole::kSize;
+}
+
+}  // namespace
+
+TipDisplacement TipDisplacementOf(const FitProblem& problem, const effects::ActiveEffect& effect) {
+  const Dataset& data = problem.data;
+  const deflection::LoadedArm arm(data.cell);
+  const std::size_t values = effect.values.size();
+  std::vector<effects::ActiveEffect> alone(values, effect);
+  for (std::size_t k = 0; k < values; ++k) {
+    for (std::size_t other = 0; other < values; ++other) {
+      if (other != k && IsSize(effect.term, other)) alone[k].values[other] = 0;
+    }
+  }
+  double all = 0;
+  std::vector<double> each(values, 0.0);
+  int used = 0;
+  deflection::LoadedState state;
+  for (const RowIndex row : EvenlySpacedRows(data, kMostRows)) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    const effects::Conditions& moment = data.conditions[row];
+    const effects::Influence<double> declared = arm.EffectsAt(moment);
+    const auto at = [&](const effects::ActiveEffect* added) -> std::optional<Vec3> {
+      effects::Influence<double> influence = declared;
+      if (added != nullptr) effects::AddEffects({added, 1}, moment, influence);
+      if (!arm.AtCommanded(data.measured(row).q, data.payloads[row], &influence, moment.tau, state))
+        return std::nullopt;
+      return state.p_read_W;
+    };
+    const auto without = at(nullptr), with = at(&effect);
+    if (!without || !with) continue;
+    ++used;
+    all += (*with - *without).squaredNorm();
+    for (std::size_t k = 0; k < values; ++k) {
+      if (!IsSize(effect.term, k)) continue;
+      const auto by_it = values == 1 ? with : at(&alone[k]);
+      if (by_it) each[k] += (*by_it - *without).squaredNorm();
+    }
+  }
+  TipDisplacement displacement{0, std::vector<double>(values, 0.0)};
+  if (used == 0) return displacement;
+  displacement.all_m = std::sqrt(all / used);
+  for (std::size_t k = 0; k < values; ++k) displacement.each_m[k] = std::sqrt(each[k] / used);
+  return displacement;
+}
+
 namespace {
 
 /// Number of shapes and choices of joints among which the blocks of an effect were selected.

@@ -9,9 +9,9 @@
 #include "app/measure/diagnosis/mistakes.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/unit_change_search.h"
-#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/geometry/units.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

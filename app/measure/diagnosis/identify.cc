@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "app/measure/diagnosis/candidate_set.h"
-#include "app/measure/diagnosis/elimination.h"
 #include "app/measure/diagnosis/explained_effects.h"
+#include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/row_correlation.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unknown.h"

@@ -1,5 +1,3 @@
-#include "app/measure/diagnosis/impossible_values.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,10 +7,10 @@
 #include <functional>
 #include <map>
 
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "app/measure/diagnosis/dataset_preparation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -7,12 +7,57 @@
 #include <mutex>
 #include <typeindex>
 #include <utility>
+#include <vector>
 
 #include "app/measure/diagnosis/blocks.h"
-#include "app/measure/diagnosis/nuisance_projection.h"
+#include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
+
+// Projection of a least squares problem onto the complement of its nuisance parameters.
+
+/// Orthonormal basis of the whitened nuisance columns of a fit, and the projection that removes
+/// them. Each component of artefact positions has columns only at its own rows and is
+/// orthogonalised there; the frames of the sessions are orthogonalised to all of them. Directions
+/// that the rows do not determine are not in the basis.
+class NuisanceProjection {
+ public:
+  /// The part of the basis that belongs to one component.
+  struct Part {
+    std::vector<FitRowIndex> rows;  ///< that depend on it
+    std::vector<int> residuals;  ///< positions in the stacked vectors: of the rows, then equations
+    Eigen::MatrixXd basis;       ///< shape (residuals, rank)
+  };
+
+  /// @param layout  of the fit, its equations included
+  NuisanceProjection(const FitProblem& fit, const Linearisation& linear, const Model& model,
+                     const Whitener& whitener, const FitLayout& layout);
+
+  /// Removes the nuisances from columns of shape (residuals, any).
+  void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  const std::vector<Part>& parts() const { return parts_; }
+  /// The part of the basis that belongs to the frames of the sessions, shape (residuals, any).
+  const Eigen::MatrixXd& frames() const { return frames_; }
+  Eigen::Index rank() const;
+  /// Squared length of the projection of one residual's axis on the nuisances, 0..1: the share of
+  /// the residual that they absorb.
+  double Leverage(int residual) const;
+
+ private:
+  /// Whitened columns of the frames of the sessions, then of what floats with the artefact
+  /// positions.
+  Eigen::MatrixXd FrameColumns(const FitProblem& fit, const Linearisation& linear,
+                               const Whitener& whitener, const FitLayout& layout) const;
+  void ProjectParts(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  void AddPart(const FitProblem& fit, const Linearisation& linear, const Model& model,
+               const Whitener& whitener, const FitLayout& layout, ComponentIndex component,
+               const std::vector<FitRowIndex>& rows, int& equation);
+
+  Nuisances nuisances_;
+  std::vector<Part> parts_;
+  Eigen::MatrixXd frames_;
+};
 
 class CarriedColumns;
 
@@ -82,5 +127,21 @@ class LinearProblem {
   mutable std::mutex mutex_;  ///< of what is computed on first use
   mutable std::map<KeptKey, std::shared_ptr<const void>> kept_;
 };
+
+// Correlation of the noise of successive rows, and the variance inflation that it causes.
+
+/// Lag-1 autocorrelation of the residuals, pooled over all axes and sessions, 0..0.95; 0 unless
+/// significant at the 0.1 % level. Pairs within one cluster are ignored, since both rows share the
+/// model error at their pose, and so are pairs with a rejected row.
+double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
+                      const PerRow<double>& weights);
+
+/// Factor by which AR(1) noise with the fit's row correlation rho increases the variance of a
+/// column's coefficient over independent noise:
+///   sum_ij rho^|i-j| x_i . x_j / sum_i x_i . x_i,   i and j in one session; at least 1.
+/// About (1 + rho) / (1 - rho) for a step, and 1 for a column in random order.
+/// @param column  whitened and projected, shape (residuals)
+double VarianceInflation(const LinearProblem& problem,
+                         const Eigen::Ref<const Eigen::VectorXd>& column);
 
 }  // namespace plumbline::measure

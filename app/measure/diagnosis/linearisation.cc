@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "app/measure/diagnosis/block_columns.h"
+#include "app/measure/diagnosis/blocks.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::measure {

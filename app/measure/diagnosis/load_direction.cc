@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/measure/diagnosis/thresholds.h"
-#include "firmware-like/statistics/student.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/thresholds.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

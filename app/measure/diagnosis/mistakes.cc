@@ -8,10 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/measure/diagnosis/column_units.h"
-#include "app/measure/diagnosis/unit_changes.h"
-#include "firmware-like/geometry/angle.h"
+#include "app/measure/diagnosis/unit_segment.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

@@ -1,16 +1,14 @@
-#include "app/measure/diagnosis/next_poses.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/pose_design.h"
 #include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/base/text/nearest_word.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::measure {
 namespace {

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/statistics.h"
+#include "app/measure/diagnosis/robust.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/numbered_load.h"
 

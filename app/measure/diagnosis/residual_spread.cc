@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/measure/diagnosis/thresholds.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

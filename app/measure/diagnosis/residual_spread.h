@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
-#include "app/measure/diagnosis/validation.h"
+#include "app/measure/diagnosis/held_out.h"
 
 namespace plumbline::measure {
 
 /// Standard deviation of one axis at a distance d [rad] from the measured poses (pose_distance.h):
 ///   sigma^2(d) = near^2 + (distant d)^2
-/// For a correction that fades, see distance_growth.h.
+/// For a correction that fades, see loaded_arm.h.
 struct ResidualSpread {
   double near_m = 0;
   double distant_m = 0;  ///< per radian

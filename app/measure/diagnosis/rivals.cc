@@ -1,5 +1,3 @@
-#include "app/measure/diagnosis/rivals.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/periodic_search.h"

@@ -6,9 +6,7 @@
 #include <queue>
 #include <set>
 
-#include "app/measure/diagnosis/elimination.h"
 #include "app/measure/diagnosis/explained_effects.h"
-#include "app/measure/diagnosis/shape_refit.h"
 #include "app/measure/diagnosis/shape_search.h"
 
 namespace plumbline::measure {

@@ -1,15 +1,52 @@
 // Interface of shape searches: cycles, time constants, event times and phases of effects.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
-#include "app/measure/diagnosis/block_effects.h"
+#include "app/measure/diagnosis/blocks.h"
+#include "app/measure/diagnosis/candidate_set.h"
 #include "app/measure/diagnosis/linear_problem.h"
+#include "app/measure/diagnosis/refit.h"
 
 namespace plumbline::measure {
+
+// Backward elimination among refitted effects.
+
+/// An explanation and its refit.
+struct RefittedExplanation {
+  Explanation explanation;
+  Refit refit;
+};
+
+/// Refits an explanation from its linear values.
+using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
+
+/// Explanations with more blocks than this are not refitted during the search. They have no
+/// nameable cause, and refitting each of their parts would take longer than the search.
+inline constexpr std::size_t kMaxRefittedBlocks = 6;
+
+/// Drops units whose removal raises the refitted chi2 by less than their cost. The linear search
+/// cannot find them: only when time constants, cycles and frames are free can the other effects
+/// absorb what such a unit explained. A unit is kept if the refit without it needs a value that is
+/// beyond kDiscardRatio or has an excluded sign. Explanations with more than kMaxRefittedBlocks
+/// blocks are returned unchanged.
+/// @param refitted  as columns of the candidate set
+RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
+                                              RefittedExplanation refitted,
+                                              const RefitExplanation& refit);
+
+// Joint nonlinear refit of the shapes and sizes of an explanation.
+
+/// Refits an explanation to the rows of the candidate set's problem. Searched shapes are replaced
+/// by the refitted ones, so that, for example, a time constant and a step are estimated jointly
+/// instead of one after the other; units that become superfluous are removed. Adds the refitted
+/// blocks to the candidate set. Returns the given explanation if the refit fails or does not score
+/// better.
+Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& chosen);
 
 /// Treatment of an effect that is not linear in all of its parameters. One stateless object per
 /// effect, registered in shape_search_table.cc. An effect without one has only sizes and uses

@@ -7,9 +7,7 @@
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/empirical_curve.h"
 #include "app/measure/diagnosis/headline.h"
-#include "app/measure/diagnosis/shown_parameter.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

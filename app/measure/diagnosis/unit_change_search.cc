@@ -9,7 +9,7 @@
 #include "app/measure/diagnosis/gross_errors.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unit_segment.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

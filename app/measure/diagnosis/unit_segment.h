@@ -1,13 +1,65 @@
 // Part of a table in which a column is in another unit: from one line on, or up to it.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "app/measure/diagnosis/column_units.h"
 #include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/mistakes.h"
 
 namespace plumbline::measure {
+
+// Detection of a change of the payload's unit within the table: converted, the values repeat those
+// of the other rows.
+
+/// Payloads in pounds or grams on one side of a change. Requires recorded payloads.
+std::vector<Mistake> PayloadUnitChanges(const Dataset& data);
+
+/// Detects payloads entered in grams: read as kilograms, they exceed what any robot carries. The
+/// reader has excluded their rows (MeasuredTable::excessive_payloads).
+/// @return  a sentence with the evidence and a remedy
+std::optional<std::string> PayloadsInGrams(const MeasuredTable& table);
+
+// Units that the numbers of a column may really be in, other than the unit of its name.
+
+/// A column, or several that are wrong together, and the unit its numbers may really be in.
+struct OtherUnit {
+  std::string columns;   ///< "q2_deg", "x_mm, y_mm, z_mm"
+  std::string unit;      ///< of the numbers: "radians"
+  std::string declared;  ///< stated by the column name: "degrees"
+  std::vector<std::function<double(const MeasuredRow&)>> numbers;
+  /// Converts the numbers of one row to the declared unit.
+  std::function<void(Dataset&, RowIndex)> convert;
+};
+
+/// Angles of a revolute joint (0-based) in radians.
+OtherUnit InRadians(int joint);
+OtherUnit PayloadIn(const std::string& unit, double factor);
+
+/// Payload units other than kilograms, with their size in kilograms.
+inline constexpr std::array<std::pair<double, const char*>, 2> kPayloadUnits = {
+    {{0.45359237, "pounds"}, {1e-3, "grams"}}};
+
+/// True if the joint (0-based) is revolute; its column is then in degrees.
+bool IsRevolute(const Dataset& data, int joint);
+/// True if the model uses the payload's weight: it is recorded, and the cell has a [payload].
+bool UsesPayload(const Dataset& data);
+
+/// Every column that affects the predicted or measured tip, in each unit commonly mistaken for it.
+std::vector<OtherUnit> OtherUnits(const Dataset& data);
+
+// Detection of columns whose unit changes within the table, from their numbers alone.
+
+/// Unit changes that are visible in a column's numbers alone: of the payload (pounds, grams), if
+/// the rows on one side of the change, converted, repeat the payloads of the other side; of a
+/// revolute joint (radians), if no angle on one side exceeds a turn in radians and those of the
+/// other side do by far. Each is subtle (Mistake::subtle): a light payload, or a joint whose axis
+/// passes through the tool, moves the tip by less than effects do.
+std::vector<Mistake> UnitChanges(const Dataset& data);
 
 /// Fewer rows on one side of a change are single wrong rows instead of another unit.
 inline constexpr int kMinRowsPerSide = 4;

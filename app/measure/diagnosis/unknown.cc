@@ -9,8 +9,8 @@
 #include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/legendre.h"
+#include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/shape_search.h"
-#include "app/measure/diagnosis/statistics.h"
 #include "app/measure/diagnosis/thresholds.h"
 
 namespace plumbline::measure {

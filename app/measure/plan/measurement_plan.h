@@ -1,6 +1,7 @@
 // Postures to be measured first, chosen so that they identify the catalogue's effects best.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,20 @@
 #include "firmware-like/result.h"
 
 namespace plumbline::measure {
+
+// D-optimal selection of rows.
+
+/// Information matrix of a selection: identity (the prior) plus sum X_i^T X_i.
+Eigen::MatrixXd Information(const std::vector<Eigen::MatrixXd>& rows,
+                            const std::vector<int>& selected);
+
+/// Indices of `count` different rows that maximise log det of their information: greedy, then
+/// exchanges of single rows until no exchange gains, at most `passes` times through the selection.
+/// @param rows  X_i, shape (numbers measured by row i, parameters); 0 <= count <= rows.size()
+std::vector<int> DOptimalRows(const std::vector<Eigen::MatrixXd>& rows, int count, int passes);
+
+/// log det of a positive definite matrix.
+double LogDeterminant(const Eigen::MatrixXd& matrix);
 
 struct PlanTask {
   int rows = 30;

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::measure {

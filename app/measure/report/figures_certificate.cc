@@ -8,7 +8,6 @@
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/signal_unit.h"
 #include "app/measure/report/plot.h"
 #include "app/measure/report/signal_bins.h"
 

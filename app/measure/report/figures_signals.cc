@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/signal_unit.h"
 #include "app/measure/report/figures.h"
 #include "app/measure/report/plot.h"
 #include "app/measure/report/signal_bins.h"

@@ -8,7 +8,7 @@
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::measure {

@@ -8,7 +8,6 @@
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/empirical_curve.h"
 #include "app/measure/diagnosis/headline.h"
-#include "app/measure/diagnosis/shown_parameter.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
 

@@ -9,7 +9,7 @@
 #include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/refit.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

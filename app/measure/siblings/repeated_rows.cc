@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "app/base/config/cell_reader.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 

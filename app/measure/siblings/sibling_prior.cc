@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "firmware-like/effects/catalogue.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

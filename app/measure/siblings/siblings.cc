@@ -12,8 +12,8 @@
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/residual_layout.h"
-#include "firmware-like/geometry/length.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/geometry/units.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {

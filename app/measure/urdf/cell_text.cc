@@ -6,9 +6,8 @@
 #include <cmath>
 
 #include "app/base/text/json_text.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
 namespace {

@@ -7,8 +7,8 @@
 #include "app/base/config/xml_document.h"
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/dh_table.h"
-#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/model/link_twist.h"
 

@@ -7,9 +7,195 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
+#include "app/base/target/declared_facts.h"
+#include "app/base/text/text.h"
+#include "app/vision/camera/lens_messages.h"
+#include "app/vision/lens_store/stored_views.h"
+#include "drivers/clock.h"
+#include "drivers/files/text_file.h"
+
 namespace plumbline::vision {
+bool SharedLensStore::Open() {
+  if (store_) return true;
+  const double now_s = MonotonicSeconds();
+  if (now_s - last_attempt_s_ < kRetryInterval_s) return false;
+  last_attempt_s_ = now_s;
+  auto opened = LensStore::Open(path_);
+  if (!opened) {
+    problem_ = opened.error();
+    return false;
+  }
+  store_.emplace(std::move(opened).value());
+  if (!store_->notice().empty())
+    sink_({log::Event::kLensStoreRestored, "lens store: " + store_->notice()});
+  return true;
+}
+
+Result<std::optional<LensFound>> SharedLensStore::Find(const LensKey& key,
+                                                       const LensTolerance& tolerance,
+                                                       const target::DeclaredFacts& declared) {
+  const std::lock_guard lock(mutex_);
+  if (!Open()) return Error{problem_};
+  auto found = store_->Find(key, tolerance, declared);
+  if (!found) {
+    problem_ = found.error();
+    store_.reset();
+  }
+  return found;
+}
+
+std::optional<LensEntry> SharedLensStore::Withheld(const LensKey& key,
+                                                   const LensTolerance& tolerance,
+                                                   const target::DeclaredFacts& declared) {
+  const std::lock_guard lock(mutex_);
+  if (!Open()) return std::nullopt;
+  auto withheld = store_->Withheld(key, tolerance, declared);
+  return withheld ? *std::move(withheld) : std::nullopt;
+}
+
+Result<std::int64_t> SharedLensStore::Append(const LensEntry& entry) {
+  const std::lock_guard lock(mutex_);
+  if (!store_) last_attempt_s_ = -1e300;  // a new lens is always worth an attempt
+  if (!Open()) return Error{problem_};
+  return store_->Append(entry);
+}
+
+CameraStores::CameraStores(const std::string& state_directory, const target::Body& cell,
+                           const log::LogSink& sink)
+    : lenses(state_directory + "/lenses.sqlite", sink),
+      baselines(state_directory + "/fixed_marks.json", cell, baselines_problem) {
+  if (!baselines_problem.empty())
+    sink({log::Event::kTagFileFault, "reference tags: " + baselines_problem});
+}
+
+namespace {
+
+/// Dead band of a lens, as a relative change of its focal length: this moves the corner of a 1080p
+/// image by 0.3 px. It is converted to zoom counts by the slope of the lens curve.
+constexpr double kRelativeFocalBand = 3e-4;
+/// Limit on that conversion, in configured dead bands, where the curve is flat by chance.
+constexpr std::int32_t kMaxBands = 10;
+
+LensKey LensKeyFor(const camera::CameraIdentity& camera, const FrameContext& context) {
+  return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
+}
+
+}  // namespace
+
+CameraLenses::CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
+                           const target::DeclaredFacts& declared, log::LogSink sink)
+    : stores_(stores), zoom_(zoom), declared_(declared), sink_(std::move(sink)) {}
+
+Result<CameraLenses::Found> CameraLenses::Find(const camera::CameraIdentity& camera,
+                                               const FrameContext& context) {
+  const LensKey key = LensKeyFor(camera, context);
+  const LensTolerance tolerance{zoom_.zoom_band_counts, zoom_.focus_band_counts};
+  const auto found = stores_.lenses.Find(key, tolerance, declared_);
+  if (!found) return Error{found.error()};
+  if (!*found || (*found)->how != LensFound::How::kCalibrated) {
+    if (const auto withheld = stores_.lenses.Withheld(key, tolerance, declared_))
+      sink_(LensWithheldEntry(withheld->id, MissingOf(withheld->declared, declared_)));
+  }
+  if (!*found) return Found{};
+  const LensFound& stored = **found;
+  auto lens = std::make_shared<ActiveLens>();
+  lens->known = static_cast<const lens::KnownLens&>(stored.entry);
+  lens->declared = stored.entry.declared;
+  lens->calibrated = stored.how == LensFound::How::kCalibrated;
+  lens->log_focal_sd = stored.log_focal_sd;
+  if (stored.log_focal_per_count) {
+    lens->band_counts =
+        std::min(lens::DeadBandCounts(*stored.log_focal_per_count, kRelativeFocalBand),
+                 kMaxBands * std::max(1, zoom_.zoom_band_counts));
+  }
+  if (!lens->calibrated) return Found{lens, nullptr};
+  lens->id = stored.entry.id;
+  lens->contradicted = stores_.baselines.IsContradicted(lens->id);
+  return Found{lens, stores_.baselines.Find(lens->id)};
+}
+
+Result<std::int64_t> CameraLenses::Store(const camera::CameraIdentity& camera,
+                                         const FrameContext& context, const BoardSession& session,
+                                         double temp_C) {
+  const LensCalibration& solved = *session.calibration();
+  LensEntry entry;
+  entry.key = LensKeyFor(camera, context);
+  static_cast<lens::KnownLens&>(entry) = static_cast<const lens::KnownLens&>(solved);
+  entry.rms_px = solved.rms_px;
+  entry.uncertainty_px = solved.uncertainty.max_px;
+  entry.board = WordsOf(solved.board);
+  entry.declared = solved.declared;
+  entry.corners = EncodeViews({solved.board, session.views()});
+  if (std::isfinite(temp_C)) entry.temp_C = temp_C;
+  entry.utc = text::TextOfUtcNow();
+  const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));
+  const int decimals = text::DecimalsFor({fx_sd}, 2);
+  sink_({log::Event::kCalibrated,
+         fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
+                     "{:.2g} px (both 1 sd), {} views{}",
+                     solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
+                     solved.frames_used.size(),
+                     solved.notes.empty() ? "" : "; " + solved.notes.front())});
+  return stores_.lenses.Append(entry);
+}
+
+void CameraLenses::StoreContradiction(const ActiveLens& lens) {
+  if (lens.id == 0 || stores_.baselines.IsContradicted(lens.id)) return;
+  if (const auto kept = stores_.baselines.StoreContradiction(lens.id); !kept) {
+    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
+  }
+}
+
+void CameraLenses::StoreBaseline(const ActiveLens& lens, const TagBaseline& baseline) {
+  if (!lens.calibrated || lens.id == 0) return;
+  if (const auto kept = stores_.baselines.Store(lens.id, baseline); !kept) {
+    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
+  }
+}
+
+namespace {
+
+Result<std::unique_ptr<zoom::ZoomSensor>> ZoomFrom(const config::ZoomConfig& config) {
+  if (config.kind.empty()) {  // a lens without zoom is always at 0
+    zoom::ZoomRow still;
+    still.reading.zoom_counts = 0;
+    return zoom::ReplayZoom::Create({still}, MonotonicSeconds);
+  }
+  zoom::ZoomConnection connection = config.connection;
+  if (config.kind == "replay") {
+    const Result<std::string> text = files::ReadFileUpTo(files::kTableSize, config.replay_file);
+    if (!text) return Error{fmt::format("{}: {}", config.replay_file, text.error())};
+    auto rows = zoom::ZoomRowsFromCsv(*text);
+    if (!rows) return Error{fmt::format("{}: {}", config.replay_file, rows.error())};
+    connection.replay = std::move(rows).value();
+  }
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(config.kind);
+  if (kind == nullptr) return Error{fmt::format("unknown zoom sensor \"{}\"", config.kind)};
+  return kind->make(connection);
+}
+
+}  // namespace
+
+Result<CameraDevices> MakeCameraDevices(const config::CameraConfig& config,
+                                        const config::TagsConfig& tags) {
+  CameraDevices devices;
+  auto camera = camera::MakeCamera(config.kind, config.connection);
+  if (!camera) return Error{fmt::format("[camera]: {}", camera.error())};
+  devices.camera = std::move(camera).value();
+  auto zoom = ZoomFrom(config.zoom);
+  if (!zoom) return Error{fmt::format("[zoom]: {}", zoom.error())};
+  devices.zoom = std::move(zoom).value();
+  auto family = target::TagFamilyOfName(tags.family);
+  if (!family) return Error{fmt::format("tags.family: {}", family.error())};
+  TrackerSettings settings;
+  settings.detector.threshold = tags.threshold;
+  devices.tracker = std::make_unique<Tracker>(std::move(family).value(), tags.database, settings);
+  return devices;
+}
+
 namespace {
 
 constexpr double kFrameTimeout_s = 0.1;

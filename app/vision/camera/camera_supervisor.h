@@ -3,22 +3,123 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "app/base/config/camera_config.h"
 #include "app/vision/camera/board_session.h"
 #include "app/vision/camera/board_worker.h"
-#include "app/vision/camera/camera_devices.h"
-#include "app/vision/camera/camera_lenses.h"
 #include "app/vision/camera/camera_link.h"
 #include "app/vision/camera/lens_supervisor.h"
 #include "app/vision/camera/supervision_settings.h"
+#include "app/vision/camera/tag_baseline_store.h"
+#include "app/vision/lens_store/lens_store.h"
+#include "app/vision/tracking/tracker.h"
 #include "drivers/thread_heartbeat.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::vision {
+
+// Lenses and tag baselines of one camera, in the stores that all cameras share.
+
+// Stores shared by the supervisors of all cameras: lenses and reference-tag baselines.
+
+/// Thread-safe lens store that is opened on first use and, after a failure, reopened at most every
+/// kRetryInterval_s. All cameras share one connection, so that no camera keeps a damaged file open
+/// after it has been replaced by its backup. Callers block on disk access.
+class SharedLensStore {
+ public:
+  static constexpr double kRetryInterval_s = 5;
+
+  /// @param sink  receives a message if opening had to repair or replace the file
+  SharedLensStore(std::string path, log::LogSink sink)
+      : path_(std::move(path)), sink_(std::move(sink)) {}
+
+  Result<std::optional<LensFound>> Find(const LensKey& key, const LensTolerance& tolerance,
+                                        const target::DeclaredFacts& declared);
+  /// See LensStore::Withheld(). For the log only: nullopt if the store cannot be read.
+  std::optional<LensEntry> Withheld(const LensKey& key, const LensTolerance& tolerance,
+                                    const target::DeclaredFacts& declared);
+  Result<std::int64_t> Append(const LensEntry& entry);
+
+ private:
+  bool Open();
+
+  const std::string path_;
+  const log::LogSink sink_;
+  std::mutex mutex_;
+  std::optional<LensStore> store_;
+  double last_attempt_s_ = -1e300;
+  std::string problem_;  ///< of the last failed attempt
+};
+
+struct CameraStores {
+  /// Logs if the baseline file cannot be read.
+  /// @param cell  the reference tags
+  CameraStores(const std::string& state_directory, const target::Body& cell,
+               const log::LogSink& sink);
+
+  SharedLensStore lenses;
+  std::string baselines_problem;  ///< why the baseline file could not be read; empty if it could
+  TagBaselineStore baselines;
+};
+
+/// Calls block on disk access. Not thread-safe; the stores are.
+class CameraLenses {
+ public:
+  /// A lens for a zoom; both null if the store has none.
+  struct Found {
+    std::shared_ptr<const ActiveLens> lens;
+    std::shared_ptr<const TagBaseline> baseline;  ///< null for an interpolated lens
+  };
+
+  /// @param stores    must outlive this object
+  /// @param declared  a lens that was calibrated under further declarations is not used
+  CameraLenses(CameraStores& stores, const lens::ZoomSupervisorSettings& zoom,
+               const target::DeclaredFacts& declared, log::LogSink sink);
+
+  /// The lens of a camera for the zoom and focus of `context`. Logs if the store has one that is
+  /// not used because a declaration was withdrawn.
+  Result<Found> Find(const camera::CameraIdentity& camera, const FrameContext& context);
+
+  /// Logs an accepted calibration and appends it to the store.
+  /// @param temp_C  of the robot; NaN if unknown
+  /// @return        the id of the lens
+  Result<std::int64_t> Store(const camera::CameraIdentity& camera, const FrameContext& context,
+                             const BoardSession& session, double temp_C);
+
+  /// Stores the residuals of the reference tags when the lens was last verified. A lens that is
+  /// interpolated or not stored has no baseline.
+  void StoreBaseline(const ActiveLens& lens, const TagBaseline& baseline);
+
+  /// Stores that the reference tags contradict the lens, so that a restart does not request the
+  /// same calibration again.
+  void StoreContradiction(const ActiveLens& lens);
+
+ private:
+  CameraStores& stores_;
+  const lens::ZoomSupervisorSettings zoom_;
+  const target::DeclaredFacts declared_;
+  const log::LogSink sink_;
+};
+
+// The configured devices of one camera: the camera itself, its zoom sensor and its tag tracker.
+
+struct CameraDevices {
+  std::unique_ptr<camera::Camera> camera;
+  std::unique_ptr<zoom::ZoomSensor> zoom;
+  std::unique_ptr<Tracker> tracker;
+};
+
+/// Creates the devices without connecting to them.
+/// @return  an error that names the configuration key if one cannot be created
+Result<CameraDevices> MakeCameraDevices(const config::CameraConfig& config,
+                                        const config::TagsConfig& tags);
 
 /// The zoom thread only reads the sensor, so a zoom change is reported within one sensor period
 /// (plus the sensor's response time) however long the images take. The image thread captures

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/base/target/declared_facts.h"
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::vision {
 namespace {

@@ -6,8 +6,107 @@
 #include <limits>
 
 #include "app/vision/camera/lens_messages.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
+namespace {
+
+const SeenBody* FindBody(const std::vector<SeenBody>& bodies, const std::string& name) {
+  for (const SeenBody& body : bodies) {
+    if (body.body->name == name) return &body;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void TrackedBodies::Take(const LensSupervisorSettings& settings, const std::vector<SeenBody>& seen,
+                         const lens::LensCovariance& lens, double image_s) {
+  const SeenBody* const cell = FindBody(seen, settings.cell.name);
+  const auto places = [&settings](const SeenBody& body) {
+    return TagPositionSd{settings.tag_check.place_sd_m,
+                         body.body->place_sd_m.value_or(target::kPlaceSdOnOnePlate_m)};
+  };
+  for (std::size_t k = 0; k < settings.bodies.size() && k < bodies_.size(); ++k) {
+    const SeenBody* const body = FindBody(seen, settings.bodies[k]);
+    status::CameraStatus::Body& status = bodies_[k];
+    status.valid = body != nullptr && cell != nullptr;
+    if (!status.valid) continue;
+    status.ambiguous = body->ambiguous || cell->ambiguous;
+    status.X_WK = settings.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
+    const CameraPoint origin = MeasurePoint(cell->estimate, body->estimate, settings.X_WK,
+                                            Vec3::Zero(), lens, image_s, places(*body));
+    status.radius_m =
+        statistics::RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
+    status.time_s = image_s;
+  }
+  const SeenBody* const tool = settings.tool.empty() ? nullptr : FindBody(seen, settings.tool);
+  const bool reliable = tool != nullptr && cell != nullptr && !tool->ambiguous &&
+                        !cell->ambiguous && cell->used.size() >= 2;
+  if (reliable) {
+    tip_.Take(MeasurePoint(cell->estimate, tool->estimate, settings.X_WK, settings.tip_T, lens,
+                           image_s, places(*tool)));
+  } else {
+    tip_.Reset();
+  }
+}
+
+void TrackedBodies::Invalidate() {
+  tip_.Reset();
+  for (status::CameraStatus::Body& body : bodies_) body.valid = false;
+}
+
+void TrackedBodies::AddTo(status::CameraStatus& status, bool lens_valid) const {
+  status.bodies = bodies_;
+  const auto tip = tip_.Point();
+  if (!tip || !lens_valid) return;
+  status.tip_valid = true;
+  status.tip_W = tip->p_W;
+  status.tip_covariance_W = tip->covariance_W;
+  status.tip_tag_covariance_W = tip->tag_covariance_W;
+  status.tip_time_s = tip->time_s;
+}
+
+void DeviceFaults::OnSensor(zoom::ZoomResult result, std::string_view problem) {
+  if (result == zoom::ZoomResult::kWaiting || sensor_ == result) return;
+  if (result != zoom::ZoomResult::kOk) {
+    sink_({log::Event::kSensorFault,
+           fmt::format("zoom sensor: {}: {}", zoom::ZoomResultText(result), problem)});
+  } else if (sensor_) {
+    sink_({log::Event::kSensorBack, "zoom sensor responds again"});
+  }
+  sensor_ = result;
+}
+
+bool DeviceFaults::OnCamera(camera::CameraResult result, std::string_view problem, double now_s) {
+  if (result == camera::CameraResult::kWaiting || result == camera::CameraResult::kNoFrame ||
+      camera_ == result) {
+    return false;
+  }
+  const bool ok = result == camera::CameraResult::kFrame;
+  if (ok && camera_) {
+    sink_({log::Event::kCameraBack,
+           fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
+  } else if (!ok) {
+    if (!camera_ || *camera_ == camera::CameraResult::kFrame) camera_lost_s_ = now_s;
+    sink_({result == camera::CameraResult::kEnded ? log::Event::kCameraEnded
+                                                  : log::Event::kCameraLost,
+           fmt::format("camera: {}: {}", camera::CameraResultText(result), problem)});
+  }
+  camera_ = result;
+  return !ok;
+}
+
+void DeviceFaults::OnStore(const std::string& fault) {
+  if (fault == store_) return;
+  if (fault.empty()) {
+    sink_({log::Event::kLensStoreWorks, "lens store works again"});
+  } else {
+    sink_({log::Event::kLensStoreFault, "lens store: " + fault});
+  }
+  store_ = fault;
+}
+
 namespace {
 
 lens::ZoomEvent EventOf(lens::ZoomEvent::Kind kind, double now_s) {

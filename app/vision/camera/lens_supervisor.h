@@ -2,22 +2,71 @@
 // bodies.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/base/log/log_entry.h"
-#include "app/vision/camera/device_faults.h"
+#include "app/vision/camera/measured_tip.h"
 #include "app/vision/camera/supervision_settings.h"
 #include "app/vision/camera/tag_check.h"
-#include "app/vision/camera/tracked_bodies.h"
 #include "app/vision/lens_store/lens_entry.h"
+#include "app/vision/tracking/bodies.h"
+#include "drivers/camera/camera.h"
+#include "drivers/zoom/zoom.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline::vision {
+
+// Poses of the tracked bodies and the position of the tool tip, for the status of a camera.
+
+class TrackedBodies {
+ public:
+  /// The bodies of one image.
+  /// @param lens  covariance of the lens that they were located with
+  void Take(const LensSupervisorSettings& settings, const std::vector<SeenBody>& seen,
+            const lens::LensCovariance& lens, double image_s);
+  /// No body is valid until the next image.
+  void Invalidate();
+  /// Restarts the measurement of the tip; the bodies stay valid.
+  void ResetTip() { tip_.Reset(); }
+
+  /// Sets the bodies of the status, and its tip if the lens is valid.
+  void AddTo(status::CameraStatus& status, bool lens_valid) const;
+
+ private:
+  std::array<status::CameraStatus::Body, status::CameraStatus::kMaxBodies> bodies_;
+  StationaryPointFilter tip_;
+};
+
+// Faults of a camera, its zoom sensor and the lens store; each change is logged once.
+
+class DeviceFaults {
+ public:
+  explicit DeviceFaults(log::LogSink sink) : sink_(std::move(sink)) {}
+
+  /// Results that say nothing about the device (waiting, no new frame) are ignored.
+  void OnSensor(zoom::ZoomResult result, std::string_view problem);
+  /// @return  whether this result is a fault that the one before was not
+  bool OnCamera(camera::CameraResult result, std::string_view problem, double now_s);
+  /// @param fault  empty if the store works
+  void OnStore(const std::string& fault);
+
+  bool camera_lost() const { return camera_ != camera::CameraResult::kFrame; }
+  bool store_fault() const { return !store_.empty(); }
+
+ private:
+  log::LogSink sink_;
+  std::optional<camera::CameraResult> camera_;  ///< last logged result
+  std::optional<zoom::ZoomResult> sensor_;      ///< last logged result
+  double camera_lost_s_ = 0;
+  std::string store_;
+};
 
 /// Snapshot for the image thread: what to do with the next frame. Passed back with each result, so
 /// that results for an earlier lens or zoom are recognized and dropped.

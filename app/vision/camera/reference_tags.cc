@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/vision/camera/tag_fit.h"
-#include "firmware-like/statistics/chi_square.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

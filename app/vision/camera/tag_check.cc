@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/vision/lens/projection_uncertainty.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::vision {
 namespace {

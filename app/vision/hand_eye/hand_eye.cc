@@ -9,7 +9,7 @@
 
 #include "app/vision/hand_eye/hand_eye_fit.h"
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "app/base/text/json_text.h"
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/vision/lens/lens_model.h"
 #include "app/vision/tracking/pose_json.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::vision {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

@@ -6,8 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::vision {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/vision/lens/board_shading.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

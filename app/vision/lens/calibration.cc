@@ -16,9 +16,8 @@
 #include "app/vision/lens/capture_diagnosis.h"
 #include "app/vision/lens/unproved_effects.h"
 #include "app/vision/lens/usable_region.h"
-#include "app/vision/lens/view_consistency.h"
 #include "app/vision/lens/view_selection.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

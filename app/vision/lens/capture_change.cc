@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

@@ -6,13 +6,70 @@
 #include <string>
 #include <vector>
 
+#include "app/base/target/declared_facts.h"
 #include "app/vision/lens/board_view.h"
-#include "app/vision/lens/capture_cause.h"
+#include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/rival_fit.h"
 #include "app/vision/lens/usable_region.h"
-#include "app/vision/lens/view_consistency.h"
 
 namespace plumbline::vision {
+
+// Consistency of the views of a capture: repeated frames, wrong detections, and views that a
+// physical change has displaced.
+
+/// Residuals of a fit, separated into noise and smooth patterns. The noise is estimated from second
+/// differences along rows and columns, because they are insensitive to smooth displacements (a
+/// moved lens, a bent board).
+struct ViewConsistency {
+  double noise_px = 0;                  ///< median over the views, of a coordinate
+  std::vector<double> view_noise_px;    ///< per view
+  std::vector<std::vector<bool>> used;  ///< corners seen that do not deviate from their neighbours
+  std::vector<std::size_t> wrong;       ///< views detected wrongly: rough residuals
+  std::vector<std::size_t> displaced;   ///< views that do not fit, but whose residuals are smooth
+};
+ViewConsistency ConsistencyOf(const target::Board& board, const LensFit& fit,
+                              std::span<const BoardView> views);
+
+/// Indices of views whose corners equal those of an earlier view: a driver delivered a frame twice.
+std::vector<std::size_t> RepeatedViews(std::span<const BoardView> views);
+
+// Causes of a spoilt capture, and which of them a declaration excludes.
+
+/// What spoilt a capture.
+enum class CaptureCause {
+  kNone,
+  kFocalLength,     ///< changed at some view, or steadily
+  kPrincipalPoint,  ///< likewise
+  kCameraVaries,    ///< focal length, or also the principal point, differ from view to view
+  kBoardBends,      ///< at some view, or in every view
+  kRollingShutter,
+  kPixelAspect,
+  kStretchedPrint,
+  kUnevenPrint,
+  kBoardNotFlat,
+  kWindowPane,
+  kBoardGlass,
+  kOtherLensModel,  ///< fisheye, rational or thin prism
+};
+
+/// Whether an explanation holds for the whole capture and leaves a lens that is the same in all
+/// views and at all distances.
+bool LeavesOneLens(CaptureCause cause);
+
+/// Whether a declaration says that there is no such cause.
+bool DeclaredAbsent(const target::DeclaredFacts& declared, CaptureCause cause);
+
+/// Largest of the errors within each candidate radius. A lens that changes with time is no lens
+/// anywhere: its error counts over the whole image.
+void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest);
+
+/// An effect that the residuals neither show nor exclude.
+struct UnprovedEffect {
+  CaptureCause cause = CaptureCause::kNone;
+  double probability = 0;
+  double variation = 0;     ///< RMS of the focal length (1), if it differs from view to view
+  RadiusErrors error_px{};  ///< error of the lens within each candidate radius
+};
 
 struct CaptureDiagnosis {
   /// The best explanation, and others that the residuals do not exclude; empty if the plain model

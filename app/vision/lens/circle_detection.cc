@@ -18,7 +18,7 @@
 #include "app/vision/lens/point_grid.h"
 #include "firmware-like/image/luma_view.h"
 #include "firmware-like/lens/lens.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/base/text/json_text.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::vision {
 namespace {

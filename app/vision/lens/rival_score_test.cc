@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/vision/lens/rival_fit.h"
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

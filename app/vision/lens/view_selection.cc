@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "firmware-like/statistics/median.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
 namespace {

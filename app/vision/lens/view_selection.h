@@ -7,7 +7,7 @@
 
 #include "app/vision/lens/board_view.h"
 #include "app/vision/lens/calibration.h"
-#include "app/vision/lens/view_consistency.h"
+#include "app/vision/lens/capture_diagnosis.h"
 
 namespace plumbline::vision {
 

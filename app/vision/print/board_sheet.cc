@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/vision/print/cell_outlines.h"
 #include "app/vision/print/numbers.h"
 #include "app/vision/print/sheet_frame.h"
 #include "app/vision/print/tag_cells.h"

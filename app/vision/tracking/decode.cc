@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/vision/tracking/luma_sampling.h"
-
 namespace plumbline::vision {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/vision/tracking/decode.h"
-#include "app/vision/tracking/luma_sampling.h"
 #include "app/vision/tracking/quads.h"
 #include "firmware-like/image/luma_view.h"
 #include "firmware-like/lens/lens.h"

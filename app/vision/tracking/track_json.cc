@@ -6,8 +6,7 @@
 
 #include "app/base/text/json_text.h"
 #include "app/vision/tracking/pose_json.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/geometry/length.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::vision {
 namespace {

@@ -4,7 +4,7 @@
 #include "app/cli/commands.h"
 #include "app/measure/table/csv.h"
 #include "drivers/files/text_file.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 

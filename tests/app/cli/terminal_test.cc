@@ -1,6 +1,4 @@
 // Wrapped lines, colours and progress on a terminal.
-#include "app/base/terminal/terminal.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <sstream>

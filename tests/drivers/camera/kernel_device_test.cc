@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "drivers/camera/v4l2_camera.h"
-#include "drivers/camera/v4l2_capabilities.h"
+#include "drivers/camera/v4l2_device.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::kernel_device_test {

@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "drivers/display/background_pass.h"
+#include "drivers/display/renderer.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/drivers/display/drawing_fixture.h"
 

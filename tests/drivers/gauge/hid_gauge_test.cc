@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "drivers/gauge/gauge.h"
-#include "drivers/gauge/hid_port.h"
 
 using namespace plumbline;
 

@@ -1,5 +1,3 @@
-#include "drivers/gauge/report_text.h"
-
 #include <catch2/catch.hpp>
 #include <random>
 #include <vector>

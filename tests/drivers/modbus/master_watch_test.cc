@@ -1,8 +1,7 @@
-#include "drivers/modbus/master_watch.h"
-
 #include <catch2/catch.hpp>
 #include <mutex>
 
+#include "drivers/modbus/image_handler.h"
 #include "drivers/modbus/tcp_server.h"
 #include "tests/drivers/modbus/raw_client.h"
 #include "tests/drivers/modbus/test_image.h"

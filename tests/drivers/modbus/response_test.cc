@@ -1,8 +1,7 @@
-#include "drivers/modbus/response.h"
-
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "drivers/modbus/adu.h"
 #include "tests/drivers/modbus/rtu_frame.h"
 
 namespace plumbline::response_test {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "drivers/robot/push_gate.h"
+#include "drivers/robot/modbus_robot.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/drivers/robot/small_profile.h"
 

@@ -1,7 +1,6 @@
-#include "drivers/robot/read_plan.h"
-
 #include <catch2/catch.hpp>
 
+#include "drivers/robot/codec.h"
 #include "tests/drivers/robot/small_profile.h"
 
 namespace plumbline::read_plan_test {

@@ -1,7 +1,6 @@
-#include "firmware-like/beam/stress.h"
-
 #include <catch2/catch.hpp>
 
+#include "firmware-like/beam/beam.h"
 #include "tests/firmware-like/beam/beams.h"
 
 namespace plumbline::stress_test {

@@ -1,9 +1,8 @@
-#include "firmware-like/motion/dynamic_deflection.h"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "firmware-like/beam/beam.h"
+#include "firmware-like/motion/motion_observer.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace plumbline::dynamic_deflection_test {

@@ -1,9 +1,9 @@
-#include "firmware-like/motion/joint_motion.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+
+#include "firmware-like/motion/motion_observer.h"
 
 namespace plumbline::joint_motion_test {
 

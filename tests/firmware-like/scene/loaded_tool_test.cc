@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "firmware-like/beam/beam.h"
-#include "firmware-like/beam/stress.h"
 #include "firmware-like/model/materials.h"
 #include "tests/firmware-like/test_cell.h"
 

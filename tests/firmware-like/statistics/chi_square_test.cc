@@ -1,7 +1,7 @@
-#include "firmware-like/statistics/chi_square.h"
-
 #include <catch2/catch.hpp>
 #include <cmath>
+
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::chi_square_test {
 

@@ -1,7 +1,7 @@
-#include "firmware-like/statistics/containment_radius.h"
-
 #include <catch2/catch.hpp>
 #include <random>
+
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::containment_radius_test {
 

@@ -1,9 +1,9 @@
 // Coverage factors against closed forms and the table of the GUM.
-#include "firmware-like/statistics/student.h"
-
 #include <catch2/catch.hpp>
 #include <limits>
 #include <numbers>
+
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::student_test {
 

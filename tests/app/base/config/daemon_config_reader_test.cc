@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "app/base/config/artefact_reader.h"
-#include "app/base/config/gauge_reader.h"
+#include "app/base/config/cell_reader.h"
+#include "app/base/config/daemon_settings.h"
 #include "app/base/config/toml_reader.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/base/config/wrong_line.h"

@@ -1,7 +1,6 @@
-#include "app/base/config/effect_reader.h"
-
 #include <catch2/catch.hpp>
 
+#include "app/base/config/cell_reader.h"
 #include "tests/app/base/config/wrong_line.h"
 
 namespace plumbline::effect_reader_test {

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
 #include "app/base/config/camera_config.h"
+#include "app/base/config/daemon_config.h"
 #include "app/base/config/named_files.h"
-#include "app/base/config/overlay_config.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::overlay_reader_test {

@@ -1,6 +1,4 @@
 // A receiver of log lines may hang; the writer never blocks.
-#include "app/base/log/log_writer.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/socket.h>
@@ -13,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/base/log/log.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::log_writer_test {

@@ -1,6 +1,6 @@
-#include "app/base/log/repeat_filter.h"
-
 #include <catch2/catch.hpp>
+
+#include "app/base/log/log.h"
 
 namespace plumbline::repeat_filter_test {
 

@@ -1,11 +1,10 @@
-#include "app/base/text/nesting.h"
-
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 
 #include "app/base/config/toml_reader.h"
 #include "app/base/text/json_text.h"
+#include "app/base/text/text.h"
 
 namespace plumbline::nesting_test {
 

@@ -1,6 +1,6 @@
-#include "app/base/text/visible.h"
-
 #include <catch2/catch.hpp>
+
+#include "app/base/text/text.h"
 
 namespace plumbline::visible_test {
 

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/cell/daemon/boot_counter.h"
+#include "app/cell/daemon/state_storage.h"
 #include "tests/app/cell/daemon/daemon_process.h"
 
 namespace plumbline::reporter_test {

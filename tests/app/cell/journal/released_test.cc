@@ -7,7 +7,7 @@
 
 #include "app/cell/journal/journal.h"
 #include "app/cell/journal/journal_schema.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::released_test {

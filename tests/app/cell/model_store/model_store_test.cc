@@ -18,7 +18,6 @@
 #include "app/cell/model_store/model_change.h"
 #include "app/cell/model_store/model_json.h"
 #include "app/cell/model_store/point_moves.h"
-#include "app/cell/model_store/superseded_text.h"
 #include "app/cell/model_store/usable_model.h"
 #include "drivers/files/file_lock.h"
 #include "drivers/files/replace_file.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "app/cell/scene/triangle_pair.h"
+#include "app/cell/scene/mesh_pair.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/cell/scene/shapes.h"
 

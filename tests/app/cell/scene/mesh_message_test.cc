@@ -1,9 +1,8 @@
 // Codec of plumbline-mesh's response, complete and damaged.
-#include "app/cell/scene/mesh_message.h"
-
 #include <catch2/catch.hpp>
 #include <cstring>
 
+#include "app/cell/scene/mesh_format.h"
 #include "tests/app/cell/scene/shapes.h"
 
 namespace plumbline::mesh_message_test {

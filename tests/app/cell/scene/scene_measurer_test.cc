@@ -1,8 +1,7 @@
 // SceneMeasurer with two cuboids, one on the flange and one in the cell.
-#include "app/cell/scene/scene_measurer.h"
-
 #include <catch2/catch.hpp>
 
+#include "app/cell/scene/scene_worker.h"
 #include "tests/app/cell/scene/shapes.h"
 #include "tests/app/display/view/view_scene.h"
 

@@ -1,11 +1,10 @@
-#include "app/cli/doctor/account.h"
-
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "app/cli/doctor/examine.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::account_test {

@@ -6,8 +6,6 @@
 
 #include "app/base/text/json_text.h"
 #include "app/cell/journal/journal.h"
-#include "app/cli/doctor/cell.h"
-#include "app/cli/doctor/computer.h"
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 

@@ -3,7 +3,6 @@
 
 #include "app/base/text/json_text.h"
 #include "app/cell/journal/journal.h"
-#include "app/display/page/camera_list.h"
 #include "app/display/page/residual_trend.h"
 #include "app/display/page/status_json.h"
 #include "drivers/camera/jpeg_image.h"

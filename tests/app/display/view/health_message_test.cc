@@ -1,5 +1,3 @@
-#include "app/display/view/health_message.h"
-
 #include <catch2/catch.hpp>
 
 #include "app/cell/view_link/view_client.h"

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "app/display/view/stress_scale.h"
+#include "app/display/view/screen_text.h"
 #include "app/display/view/tip_inset.h"
 
 namespace plumbline::label_placement_test {

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "app/measure/diagnosis/dataset_preparation.h"
-#include "firmware-like/geometry/angle.h"
-#include "firmware-like/statistics/containment_radius.h"
+#include "firmware-like/geometry/units.h"
+#include "firmware-like/statistics/statistics.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::alignment_test {

@@ -9,7 +9,7 @@
 
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/robust.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::dataset_test {

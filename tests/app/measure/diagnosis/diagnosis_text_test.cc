@@ -5,8 +5,6 @@
 #include <limits>
 
 #include "app/measure/diagnosis/headline.h"
-#include "app/measure/diagnosis/shown_parameter.h"
-#include "app/measure/diagnosis/signal_unit.h"
 #include "app/measure/diagnosis/summary.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"

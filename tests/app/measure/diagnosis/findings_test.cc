@@ -14,9 +14,8 @@
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/headline.h"
 #include "app/measure/diagnosis/summary.h"
-#include "app/measure/diagnosis/tip_displacement.h"
-#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 

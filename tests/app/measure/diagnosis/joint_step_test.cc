@@ -1,13 +1,12 @@
 // Detection of the joint resolution from readings written to a file.
-#include "app/measure/diagnosis/joint_step.h"
-
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "firmware-like/geometry/angle.h"
+#include "app/measure/diagnosis/dataset_noise.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::joint_step_test {
 

@@ -10,8 +10,8 @@
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/gross_errors.h"
-#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::mistakes_test {

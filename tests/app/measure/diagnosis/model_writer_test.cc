@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "app/base/config/cell_reader.h"
-#include "app/measure/diagnosis/toml_statements.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/loaded_arm.h"

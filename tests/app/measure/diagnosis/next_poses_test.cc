@@ -5,11 +5,10 @@
 
 #include "app/measure/diagnosis/alignment.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/discrimination.h"
 #include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/pose_design.h"
-#include "app/measure/diagnosis/prior_sizes.h"
 #include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/statistics.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/firmware-like/test_cell.h"
 

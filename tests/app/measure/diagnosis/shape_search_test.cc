@@ -9,7 +9,6 @@
 #include "app/measure/diagnosis/candidates.h"
 #include "app/measure/diagnosis/carried_columns.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/line_sums.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/simulated.h"

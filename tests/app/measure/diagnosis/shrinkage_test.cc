@@ -1,9 +1,9 @@
-#include "app/measure/diagnosis/shrinkage.h"
-
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+
+#include "app/measure/diagnosis/discrepancy.h"
 
 namespace plumbline::shrinkage_test {
 

@@ -1,6 +1,4 @@
 // Held-out rows: fold plans, acceptance of model parts, and the checks of an explanation.
-#include "app/measure/diagnosis/validation.h"
-
 #include <catch2/catch.hpp>
 #include <map>
 #include <random>
@@ -8,11 +6,12 @@
 #include <stdexcept>
 
 #include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/empirical_bounds.h"
 #include "app/measure/diagnosis/explanation_checks.h"
 #include "app/measure/diagnosis/farthest_poses.h"
-#include "app/measure/diagnosis/lack_of_fit.h"
+#include "app/measure/diagnosis/findings.h"
+#include "app/measure/diagnosis/held_out.h"
 #include "app/measure/diagnosis/shape_search.h"
+#include "app/measure/diagnosis/verdict.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
 #include "tests/app/measure/diagnosis/simulated.h"

@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/measure/imports/import_table.h"
 #include "app/measure/imports/text_encoding.h"
-#include "app/measure/imports/time_stamp.h"
 
 namespace plumbline::delimited_text_test {
 

@@ -1,8 +1,8 @@
-#include "app/measure/plan/d_optimal.h"
-
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <random>
+
+#include "app/measure/plan/measurement_plan.h"
 
 namespace plumbline::d_optimal_test {
 

@@ -7,7 +7,7 @@
 
 #include "app/measure/siblings/repeated_rows.h"
 #include "app/measure/siblings/sibling_folder.h"
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"

@@ -4,8 +4,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/measure/table/csv_fields.h"
-
 namespace plumbline::table_header_test {
 
 using namespace plumbline::measure;

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "app/vision/camera/view_gain.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/app/vision/lens/rendered_views.h"

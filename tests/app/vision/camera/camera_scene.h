@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "app/vision/camera/view_gain.h"
+#include "app/vision/camera/board_session.h"
 #include "tests/app/vision/camera/reference_tag_scene.h"
 #include "tests/app/vision/lens/rendered_views.h"
 #include "tests/renderer/pgm.h"

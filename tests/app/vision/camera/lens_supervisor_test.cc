@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/vision/camera/camera_lenses.h"
+#include "app/vision/camera/camera_supervisor.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/app/vision/camera/reference_tag_scene.h"
 

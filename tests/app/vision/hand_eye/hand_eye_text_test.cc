@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "app/base/text/printed_digits.h"
+#include "app/base/text/text.h"
 #include "app/vision/hand_eye/hand_eye_json.h"
 
 namespace plumbline::hand_eye_text_test {

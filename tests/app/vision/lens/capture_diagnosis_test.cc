@@ -9,7 +9,6 @@
 #include "app/vision/lens/calibration_reasons.h"
 #include "app/vision/lens/lens_json.h"
 #include "app/vision/lens/rival_fit.h"
-#include "app/vision/lens/view_consistency.h"
 #include "tests/app/vision/lens/rendered_views.h"
 #include "tests/app/vision/lens/stated_camera.h"
 #include "tests/lens_captures/capture_maker.h"

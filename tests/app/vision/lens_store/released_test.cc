@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <string>
 
-#include "app/vision/lens_store/lens_row.h"
 #include "app/vision/lens_store/lens_store.h"
 #include "tests/app/temporary_folder.h"
 

@@ -5,8 +5,8 @@
 
 #include "app/base/config/body_reader.h"
 #include "app/vision/print/board_sheet.h"
-#include "app/vision/print/cell_outlines.h"
 #include "app/vision/print/sheet_frame.h"
+#include "app/vision/print/tag_cells.h"
 #include "app/vision/print/tag_sheets.h"
 
 namespace plumbline::sheets_test {
