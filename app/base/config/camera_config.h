@@ -2,13 +2,10 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "app/base/config/fault.h"
-#include "app/base/config/settings.h"
 #include "app/base/target/board.h"
 #include "app/base/target/declared_facts.h"
 #include "app/base/target/tags.h"
@@ -18,14 +15,6 @@
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline::config {
-
-// Keys of [zoom] that depend on the kind of sensor; each kind declares its own.
-
-/// Lists the keys of all kinds, each key once. Only those that the configured kind needs are
-/// required.
-/// @param selected_kind  name of the configured kind; empty if none is configured
-void ListKindKeys(Settings& keys, std::span<const zoom::ZoomKind* const> kinds,
-                  std::string_view selected_kind, zoom::ZoomConnection& connection);
 
 class NamedFiles;
 class TomlTable;

@@ -17,9 +17,9 @@ using I = effects::Influence<double>;
 /// Standard deviation of the prior of each component. A judgement: larger errors are found as gross
 /// errors.
 constexpr double kShiftDeviation_m = 0.01;
-constexpr double kTurnDeviation_rad = 0.1;  // likewise
-constexpr double kAbsorbed = 1e-3;          // share of a column that the nuisances must leave
-constexpr std::size_t kMinRows = 2;         // on an artefact, before and after a move
+constexpr double kTurnDeviation_rad = 0.1;       // likewise
+constexpr double kLeftByNuisances = 1e-3;        // share of a column that the nuisances must leave
+constexpr std::size_t kMinRowsBetweenMoves = 2;  // on an artefact, before and after a move
 
 /// Projects and scales the columns.
 /// @return  nullopt if the nuisances absorb one
@@ -29,7 +29,7 @@ std::optional<DeclaredErrorColumns> Scaled(const LinearProblem& problem, Declare
   problem.Project(columns);
   const Eigen::VectorXd length = columns.colwise().norm();
   for (Eigen::Index axis = 0; axis < columns.cols(); ++axis) {
-    if (!(length[axis] > kAbsorbed * before[axis])) return std::nullopt;
+    if (!(length[axis] > kLeftByNuisances * before[axis])) return std::nullopt;
     columns.col(axis) /= length[axis];
   }
   return DeclaredErrorColumns{kind, std::move(columns), length, deviation};
@@ -94,10 +94,10 @@ std::pair<std::size_t, double> BestMove(const LinearProblem& problem,
   const Mat3 inverse = of_all.inverse();
   Vec3 moment = Vec3::Zero();
   std::pair<std::size_t, double> best{0, 0};
-  for (std::size_t k = touches.size(); k-- > kMinRows;) {
+  for (std::size_t k = touches.size(); k-- > kMinRowsBetweenMoves;) {
     after += touches[k].slopes.transpose() * touches[k].slopes;
     moment += touches[k].slopes.transpose() * problem.layout().PartOf(residual, touches[k].row);
-    if (touches.size() - k < kMinRows) continue;
+    if (touches.size() - k < kMinRowsBetweenMoves) continue;
     const Eigen::LDLT<Mat3> gram(after - after * inverse * after);
     const double gain = moment.dot(gram.solve(moment));
     if (gram.isPositive() && std::isfinite(gain) && gain > best.second) best = {k, gain};
@@ -193,7 +193,7 @@ bool TestsMoves(const Dataset& data) {
   for (const RowIndex row : data.row_indices()) {
     if (IsAtUnknownPlace(data, row)) ++rows[data.observations[row].artefact];
   }
-  return std::ranges::any_of(rows, [](std::size_t n) { return n >= 2 * kMinRows; });
+  return std::ranges::any_of(rows, [](std::size_t n) { return n >= 2 * kMinRowsBetweenMoves; });
 }
 
 std::vector<DeclaredErrorColumns> TipErrors(const LinearProblem& problem) {
@@ -216,8 +216,8 @@ std::optional<DeclaredErrorColumns> LikeliestMove(const LinearProblem& problem,
   kind.choices = 0;
   for (const ArtefactIndex artefact : touches.indices()) {
     const std::vector<Touch>& own = touches[artefact];
-    if (own.size() < 2 * kMinRows) continue;
-    kind.choices += static_cast<int>(own.size() - 2 * kMinRows + 1);
+    if (own.size() < 2 * kMinRowsBetweenMoves) continue;
+    kind.choices += static_cast<int>(own.size() - 2 * kMinRowsBetweenMoves + 1);
     const auto move = BestMove(problem, own, residual);
     if (move.second <= best.second) continue;
     best = move;

@@ -10,7 +10,7 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr double kPercent = 100, kMilli = 1e3;  // nodes of joints are in rad or m
+constexpr double kInPercent = 100, kMilli = 1e3;  // nodes of joints are in rad or m
 
 /// "-3.1 to 19.6", both ends to the third digit of the larger one; empty ends are 0.
 std::string CurveRange(double low, double high) {
@@ -48,7 +48,7 @@ std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effec
     } else if (name == "tool_bending") {
       curve.meaning = "the tool\u2019s bending";
       curve.unit = "%";
-      factor *= kPercent;
+      factor *= kInPercent;
     } else if (name.starts_with("a") || name.starts_with("d")) {
       curve.meaning =
           (name.front() == 'a' ? "length a of link " : "offset d of link ") + name.substr(1);

@@ -11,7 +11,7 @@ namespace {
 
 // Read as Fahrenheit, 55 to 120 is 13 to 49 deg C, the range of a working cell.
 constexpr model::Interval kLikely{55, 120};
-constexpr std::size_t kMinRows = 4;  // fewer are single wrong rows instead of another unit
+constexpr std::size_t kMinTemperatures = 4;  // fewer are single wrong rows instead of another unit
 
 double CelsiusFrom(double fahrenheit) {
   return (fahrenheit - 32) / 1.8;
@@ -35,7 +35,7 @@ std::vector<double> LikelyFahrenheit(const MeasuredTable& table) {
   }
   if (coldest - hottest_of_others < kMinGap) return {};
   std::ranges::sort(temperatures);
-  if (temperatures.size() < kMinRows || temperatures.back() > kLikely.high) return {};
+  if (temperatures.size() < kMinTemperatures || temperatures.back() > kLikely.high) return {};
   return temperatures;
 }
 

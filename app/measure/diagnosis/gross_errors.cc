@@ -22,7 +22,7 @@ constexpr double kFreeParameterRatio =
     1.5;                             // required advantage of a hypothesis with free parameters
 constexpr double kNoiseRatio = 1.5;  // largest residual that counts as noise, in declared sigma
 constexpr double kSubtleRatio = 3;   // required reduction of the residual by a subtle mistake
-constexpr int kMaxRows = 60;
+constexpr int kMaxComparedRows = 60;
 constexpr std::size_t kMaxReported = 3;
 
 double MedianResidual(const Linearisation& linear) {
@@ -40,7 +40,7 @@ bool SomeRowsAreGross(const Linearisation& linear) {
 }
 
 /// Fit of the data with one mistake corrected.
-struct Trial {
+struct EditTrial {
   const Mistake* mistake = nullptr;
   double residual_m = HUGE_VAL;  ///< median
   double sigma_m = HUGE_VAL;     ///< robust, one axis
@@ -49,8 +49,8 @@ struct Trial {
   Model::Frames declared;
 };
 
-Trial RunTrial(Dataset changed, int threads) {
-  Trial trial;
+EditTrial RunTrial(Dataset changed, int threads) {
+  EditTrial trial;
   const Model start = Model::Declared(changed);
   trial.declared = start.frames.front();
   const Result<Model> model = Align(changed, start, threads);
@@ -72,14 +72,15 @@ Dataset Corrected(Dataset data, const std::function<void(Dataset&)>& undo) {
 
 /// An evenly spaced subset of the rows, sufficient for a median.
 Dataset Subset(const Dataset& data) {
-  return data.rows() <= kMaxRows ? data : SelectRows(data, EvenlySpacedRows(data, kMaxRows));
+  return data.rows() <= kMaxComparedRows ? data
+                                         : SelectRows(data, EvenlySpacedRows(data, kMaxRows));
 }
 
 std::string MillimetresText(const Vec3& v_m) {
   return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * v_m.x(), 1e3 * v_m.y(), 1e3 * v_m.z());
 }
 
-std::string SentenceOf(const Trial& trial) {
+std::string SentenceOf(const EditTrial& trial) {
   if (!trial.mistake->fits()) return trial.mistake->sentence;
   const Model::Frames& found = trial.model.frames.front();
   if (trial.mistake->fits_tip) {
@@ -93,7 +94,7 @@ std::string SentenceOf(const Trial& trial) {
 }
 
 /// Median residual, increased for hypotheses with free parameters.
-double ScoreOf(const Trial& trial) {
+double ScoreOf(const EditTrial& trial) {
   return trial.residual_m * (trial.mistake->fits() ? kFreeParameterRatio : 1.0);
 }
 
@@ -138,13 +139,13 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
       "measured points are {:.0f} mm from the positions predicted by the declared cell (median)",
       1e3 * before_m);
   const Dataset subset = Subset(data);
-  std::vector<Trial> all;
+  std::vector<EditTrial> all;
   for (const Mistake& mistake : mistakes) {
     all.push_back(RunTrial(CorrectedSubset(data, subset, mistake), threads));
     all.back().mistake = &mistake;
   }
-  std::ranges::stable_sort(all,
-                           [](const Trial& a, const Trial& b) { return ScoreOf(a) < ScoreOf(b); });
+  std::ranges::stable_sort(
+      all, [](const EditTrial& a, const EditTrial& b) { return ScoreOf(a) < ScoreOf(b); });
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
     if (const auto nearest_m = NearestOfAnyRow(data, aligned, before_m)) {
       return fmt::format(
@@ -170,7 +171,7 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
 
 /// Robust sigma of the rows that a mistake affects. If these are fewer than half of all rows, the
 /// median over all rows would not show it.
-double SigmaOfAffected(const Dataset& data, const Trial& trial, const Mistake& mistake) {
+double SigmaOfAffected(const Dataset& data, const EditTrial& trial, const Mistake& mistake) {
   if (!mistake.affects || trial.residuals.empty()) return trial.sigma_m;
   FitRows rows;
   PerRow<RowResidual> residuals;
@@ -191,13 +192,13 @@ std::optional<std::string> SubtleErrorText(const Dataset& data,
   const bool some_affect_part = std::ranges::any_of(
       mistakes, [](const Mistake& mistake) { return mistake.subtle && mistake.affects; });
   if (subset.sigma_m <= 0 || !(is_large(sigma_before_m) || some_affect_part)) return std::nullopt;
-  const Trial as_read = some_affect_part ? RunTrial(subset, threads) : Trial{};
+  const EditTrial as_read = some_affect_part ? RunTrial(subset, threads) : EditTrial{};
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
     const double before_m =
         mistake.affects ? SigmaOfAffected(subset, as_read, mistake) : sigma_before_m;
     if (!is_large(before_m)) continue;
-    const Trial trial = RunTrial(CorrectedSubset(data, subset, mistake), threads);
+    const EditTrial trial = RunTrial(CorrectedSubset(data, subset, mistake), threads);
     const double after_m = SigmaOfAffected(subset, trial, mistake);
     if (std::max(after_m, trial.sigma_m) > std::min(noise_m, before_m / kSubtleRatio)) continue;
     const bool alternative_fits =

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kHottest_C = 200;      // no cell is hotter
 constexpr double kShuffledFrom = 0.05;  // share of the steps in which t_s decreases
-constexpr std::size_t kMinRows = 4;
+constexpr std::size_t kMinTimes = 4;
 constexpr double kCodeTolerance = 1e-6;  // larger distances from the code are ordinary values
 constexpr double kMinDistance_m =
     0.05;  // minimum distance of all other points if 0, 0, 0 is a code
@@ -215,7 +215,7 @@ std::optional<std::string> ShuffledRows(const MeasuredTable& table) {
 
 std::optional<std::string> ImpossibleValues(const MeasuredTable& table,
                                             const std::vector<model::Joint>& joints) {
-  if (table.rows.size() < kMinRows) return std::nullopt;
+  if (table.rows.size() < kMinTimes) return std::nullopt;
   for (const FileColumn& column : ColumnsOf(table, joints)) {
     if (const auto code = CodeIn(table, column)) return code;
   }

@@ -348,14 +348,14 @@ void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
 /// Payloads recorded one row too late or too early. The last value continues at the end.
 void AddShiftedPayloads(const Dataset& data, std::vector<Mistake>& mistakes) {
   constexpr int kMinChanges = 4;
-  constexpr int kMaxRows = 10000;  // a judgement; trying these copies the rows
+  constexpr int kMaxCopiedRows = 10000;  // a judgement; trying these copies the rows
   int changes = 0;
   for (int k = 1; k < data.rows(); ++k) {
     if (data.measured(RowIndex(k)).payload_kg != data.measured(RowIndex(k - 1)).payload_kg) {
       ++changes;
     }
   }
-  if (!UsesPayload(data) || changes < kMinChanges || data.rows() > kMaxRows) return;
+  if (!UsesPayload(data) || changes < kMinChanges || data.rows() > kMaxCopiedRows) return;
   for (const int shift : {-1, 1}) {
     const Undo undo = [shift](Dataset& changed) {
       const std::vector<MeasuredRow> old = changed.table.rows;

@@ -15,7 +15,7 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr std::size_t kMaxRefits = 8;
+constexpr std::size_t kMaxRivalRefits = 8;
 /// A strongly nonlinear rival converges slowly from its linear fit; stopping early would rule it
 /// out wrongly.
 constexpr int kRivalIterations = 40;
@@ -30,12 +30,12 @@ struct Exchange {
 
 /// An exchange, and the joint and rounded cycles per turn of every line put in place. Explanations
 /// of one trial are alike, so one of them is refitted.
-struct Trial {
+struct Exchanged {
   Exchange exchange;
   std::vector<std::pair<int, int>> lines;
 
   // NOLINTNEXTLINE(modernize-use-nullptr)
-  friend auto operator<=>(const Trial&, const Trial&) = default;
+  friend auto operator<=>(const Exchanged&, const Exchanged&) = default;
 };
 
 /// nullopt if the other explanation has more effects, or differs in none.
@@ -62,9 +62,9 @@ std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
   return scope;
 }
 
-Trial TrialOf(const CandidateSet& candidate_set, const Explanation& other,
-              const Exchange& exchange) {
-  Trial trial{exchange, {}};
+Exchanged TrialOf(const CandidateSet& candidate_set, const Explanation& other,
+                  const Exchange& exchange) {
+  Exchanged trial{exchange, {}};
   for (const BlockIndex block : other.blocks) {
     const Block& own = candidate_set.blocks()[block];
     const std::optional<PeriodicLine> line = LineOf(own);
@@ -128,9 +128,9 @@ class RivalSearch {
     const std::optional<Exchange> exchange =
         ExchangeOf(answer_, EffectKeys(context_.candidate_set, other));
     if (!exchange) return ConsiderLine(other);
-    const Trial trial = TrialOf(context_.candidate_set, other, *exchange);
+    const Exchanged trial = TrialOf(context_.candidate_set, other, *exchange);
     if (refitted_.contains(trial)) return;
-    if (refitted_.size() >= kMaxRefits) {
+    if (refitted_.size() >= kMaxRivalRefits) {
       skipped_.insert(trial);
       return;
     }
@@ -154,7 +154,7 @@ class RivalSearch {
     if (!skipped_.empty()) {
       diagnosis_.notes.push_back(fmt::format(
           "{} possible rivals were refitted; {} more scored close enough but were skipped",
-          kMaxRefits, skipped_.size()));
+          kMaxRivalRefits, skipped_.size()));
     }
     for (const Aliases& aliases : aliased_) {
       if (aliases.found.size() > 1) diagnosis_.notes.push_back(AliasesText(aliases.found));
@@ -198,7 +198,7 @@ class RivalSearch {
     const PeriodicLine &own = exchange->own, &instead = exchange->instead;
     Aliases& aliases = AliasesFoundOf(own);
     if (!Contains(problem, aliases.possible, instead)) return;
-    if (Contains(problem, aliases.tried, instead) || aliases.tried.size() > kMaxRefits) return;
+    if (Contains(problem, aliases.tried, instead) || aliases.tried.size() > kMaxRivalRefits) return;
     aliases.tried.push_back(instead);
     const Result<Refit> refit = Refitted(other);
     if (!refit) return;
@@ -290,7 +290,7 @@ class RivalSearch {
   Diagnosis& diagnosis_;
   const std::vector<EffectKey> answer_;
   const Result<Linearisation> own_;
-  std::set<Trial> refitted_, skipped_;
+  std::set<Exchanged> refitted_, skipped_;
   std::vector<Aliases> aliased_;     ///< one per line of the answer
   std::set<std::string> too_large_;  ///< effects ruled out by their size alone
   std::set<std::pair<EffectKey, EffectKey>> named_;

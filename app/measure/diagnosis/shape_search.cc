@@ -129,11 +129,11 @@ RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
 
 namespace {
 
-constexpr int kMaxRows = 400;  // enough to determine shapes during a search
+constexpr int kMaxShapeRows = 400;  // enough to determine shapes during a search
 
-/// Every n-th row, at most kMaxRows in total.
+/// Every n-th row, at most kMaxShapeRows in total.
 FitRows EveryNth(const FitRows& rows) {
-  const int step = (rows.count() + kMaxRows - 1) / kMaxRows;
+  const int step = (rows.count() + kMaxShapeRows - 1) / kMaxShapeRows;
   FitRows subset;
   for (int k = 0; k < rows.count(); k += step) subset.push_back(rows[FitRowIndex(k)]);
   return subset;
@@ -150,7 +150,7 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const effects::ActiveEffe
 Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& chosen) {
   if (chosen.blocks.size() > kMaxRefittedBlocks) return chosen;
   const FitProblem& all_rows = candidate_set.problem().fit();
-  const bool few = all_rows.rows.count() <= kMaxRows;
+  const bool few = all_rows.rows.count() <= kMaxShapeRows;
   const bool has_continuous_shape =
       std::ranges::any_of(chosen.blocks, [&candidate_set](BlockIndex block) {
         return HasContinuousShape(candidate_set.blocks()[block]);

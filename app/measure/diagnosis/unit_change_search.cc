@@ -14,7 +14,7 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr int kMaxRows =
+constexpr int kMaxTrialRows =
     120;  // used to locate the change roughly; all rows around it locate it exactly
 
 /// Maximum likelihood change point of the mean and variance of a column's numbers, taken as normal:
@@ -101,7 +101,7 @@ RowSegment SegmentOfLeastLoss(const Dataset& data, const OtherUnit& other, const
 }
 
 /// A unit change and the errors with it corrected.
-struct Trial {
+struct UnitTrial {
   const OtherUnit* other = nullptr;
   LineSegment lines;
   int changed = 0;                   ///< number of converted rows
@@ -113,7 +113,7 @@ class UnitChangeSearch {
  public:
   UnitChangeSearch(const Dataset& data, int threads)
       : data_(data),
-        subset_(SelectRows(data, EvenlySpacedRows(data, kMaxRows))),
+        subset_(SelectRows(data, EvenlySpacedRows(data, kMaxTrialRows))),
         threads_(threads) {
     const Result<Model> model = Align(subset_, Model::Declared(subset_), threads_);
     if (model) {
@@ -129,11 +129,11 @@ class UnitChangeSearch {
            }) >= kMinRowsPerSide;
   }
 
-  std::optional<Trial> Best() const {
-    std::optional<Trial> best;
+  std::optional<UnitTrial> Best() const {
+    std::optional<UnitTrial> best;
     for (const OtherUnit& other : others_) {
       for (const bool from : {true, false}) {
-        const std::optional<Trial> trial = RunTrial(other, from);
+        const std::optional<UnitTrial> trial = RunTrial(other, from);
         if (trial && (!best || trial->loss_m < best->loss_m)) best = trial;
       }
     }
@@ -141,11 +141,11 @@ class UnitChangeSearch {
   }
 
  private:
-  std::optional<Trial> RunTrial(const OtherUnit& other, bool from) const;
+  std::optional<UnitTrial> RunTrial(const OtherUnit& other, bool from) const;
   /// Nothing if the change does not explain the gross errors.
   /// @param distances  of the subset's rows with the change corrected
-  std::optional<Trial> Judge(const OtherUnit& other, const RowSegment& segment, const Model& model,
-                             const PerRow<double>& distances) const;
+  std::optional<UnitTrial> Judge(const OtherUnit& other, const RowSegment& segment,
+                                 const Model& model, const PerRow<double>& distances) const;
   LineSegment ExactLines(const OtherUnit& other, const RowSegment& segment,
                          const Model& model) const;
 
@@ -174,7 +174,7 @@ LineSegment UnitChangeSearch::ExactLines(const OtherUnit& other, const RowSegmen
   return changed > 0 ? LinesOf(rows, exact) : LinesOf(subset_, segment);
 }
 
-std::optional<Trial> UnitChangeSearch::RunTrial(const OtherUnit& other, bool from) const {
+std::optional<UnitTrial> UnitChangeSearch::RunTrial(const OtherUnit& other, bool from) const {
   const std::optional<RowIndex> start = ChangePoint(subset_, other);
   if (!start) return std::nullopt;
   RowSegment segment{*start, from};
@@ -196,10 +196,11 @@ std::optional<Trial> UnitChangeSearch::RunTrial(const OtherUnit& other, bool fro
   return Judge(other, segment, model, distances);
 }
 
-std::optional<Trial> UnitChangeSearch::Judge(const OtherUnit& other, const RowSegment& segment,
-                                             const Model& model,
-                                             const PerRow<double>& distances) const {
-  Trial trial{&other, ExactLines(other, segment, model), segment.Count(subset_.rows()), 0, 0, 0};
+std::optional<UnitTrial> UnitChangeSearch::Judge(const OtherUnit& other, const RowSegment& segment,
+                                                 const Model& model,
+                                                 const PerRow<double>& distances) const {
+  UnitTrial trial{&other, ExactLines(other, segment, model), segment.Count(subset_.rows()), 0, 0,
+                  0};
   std::vector<double> before, after;
   int gross = 0;
   for (const RowIndex row : subset_.row_indices()) {
@@ -222,7 +223,7 @@ std::optional<Trial> UnitChangeSearch::Judge(const OtherUnit& other, const RowSe
 std::optional<std::string> ChangedUnit(const Dataset& data, int threads) {
   const UnitChangeSearch search(data, threads);
   if (!search.HasGrossRows()) return std::nullopt;
-  const std::optional<Trial> found = search.Best();
+  const std::optional<UnitTrial> found = search.Best();
   if (!found) return std::nullopt;
   const std::string as_read =
       std::isfinite(found->before_m)

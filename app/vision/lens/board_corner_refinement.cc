@@ -20,7 +20,7 @@ constexpr int kMaxReach_px = 30;       // largest extent of a window from its co
 constexpr double kMinArea_px = 60;
 constexpr float kWeightScale_px = 8;  // scale of the weight: see RefineCorners
 constexpr double kMinArm_px = 2.5;    // smallest half width of a cross's arm
-constexpr int kMaxSteps = 8;
+constexpr int kMaxRefinements = 8;
 constexpr double kConverged_px = 0.1;  // the edge fit refines further
 constexpr double kArm_px = 5.5;        // largest half width of a cross's arm
 constexpr int kEdgePasses = 8;
@@ -182,7 +182,7 @@ std::optional<lens::Vec2> RefineByGradients(const cv::Mat& smooth, const lens::V
                                             const Region& region) {
   const int across = region.across(), reach = region.reach();
   lens::Vec2 at = start;
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxRefinements; ++step) {
     const int u0 = static_cast<int>(std::lround(at.x())),
               v0 = static_cast<int>(std::lround(at.y()));
     if (u0 <= across || v0 <= reach || u0 + across + 1 >= smooth.cols ||

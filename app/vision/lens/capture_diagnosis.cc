@@ -166,7 +166,7 @@ constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
 constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
-constexpr double kMostlyNoise = 2;     // variance of the residuals, in units of the noise
+constexpr double kNoisyShare = 2;      // variance of the residuals, in units of the noise
 
 /// One fitted explanation.
 struct Attempt {
@@ -454,7 +454,7 @@ CaptureDiagnosis DiagnoseCapture(const target::Board& board, std::span<const Boa
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
   const double left_px2 = first.result.square_sum_px2 - noise2 * plain.observations;
   diagnosis.explains_little =
-      first.result.square_sum_px2 > kMostlyNoise * noise2 * plain.observations &&
+      first.result.square_sum_px2 > kNoisyShare * noise2 * plain.observations &&
       left_px2 > plain.square_sum_px2 - first.result.square_sum_px2;
   std::vector<const Attempt*> others =
       AddFindings(attempts, LensFromShared(fit.shared), size, diagnosis);

@@ -61,14 +61,15 @@ std::vector<lens::Vec2> PixelsWithin(image::ImageSize size, double radius_px, in
 namespace {
 
 /// Derivatives of one pixel for ProjectionUncertaintyOf().
-struct Place {
+struct PixelPlace {
   bool seen = false;  ///< a direction maps to the pixel: the distortion has not folded back
   LensRows by_lens = LensRows::Zero();
   Eigen::MatrixXd by_motion;
 };
 
-Place PlaceAt(const lens::Lens& lens, const lens::Vec2& pixel, std::optional<double> distance_m) {
-  Place place;
+PixelPlace PlaceAt(const lens::Lens& lens, const lens::Vec2& pixel,
+                   std::optional<double> distance_m) {
+  PixelPlace place;
   const auto n = lens::NormalisedOfPixel(lens, pixel);
   place.seen = n.has_value();
   place.by_motion = n ? PixelByMotion(lens, *n, distance_m)
@@ -90,14 +91,14 @@ ProjectionUncertainty ProjectionUncertaintyOf(const lens::Lens& lens,
   const int motions = distance_m ? 6 : 3;
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(motions, motions);
   Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(lens::kLensParameters));
-  std::vector<Place> within;
+  std::vector<PixelPlace> within;
   for (const lens::Vec2& pixel : PixelsWithin(size, radius_px, kColumns, kRows)) {
-    const Place& place = within.emplace_back(PlaceAt(lens, pixel, distance_m));
+    const PixelPlace& place = within.emplace_back(PlaceAt(lens, pixel, distance_m));
     square += place.by_motion.transpose() * place.by_motion;
     mixed += place.by_motion.transpose() * place.by_lens;
   }
   const Eigen::MatrixXd compensated = square.ldlt().solve(mixed);
-  const auto deviation = [&](const Place& place) {
+  const auto deviation = [&](const PixelPlace& place) {
     if (!place.seen) return std::numeric_limits<double>::infinity();
     const LensRows error = place.by_lens - place.by_motion * compensated;
     const Eigen::Matrix2d C = error * covariance * error.transpose();
@@ -105,10 +106,10 @@ ProjectionUncertainty ProjectionUncertaintyOf(const lens::Lens& lens,
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(C, Eigen::EigenvaluesOnly).eigenvalues()[1];
     return std::sqrt(std::max(0.0, largest));
   };
-  for (const Place& place : within) result.max_px = std::max(result.max_px, deviation(place));
+  for (const PixelPlace& place : within) result.max_px = std::max(result.max_px, deviation(place));
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      const Place place = PlaceAt(lens, GridPixel(column, row, size), distance_m);
+      const PixelPlace place = PlaceAt(lens, GridPixel(column, row, size), distance_m);
       result.sd_px.push_back(deviation(place));
     }
   }

@@ -9,9 +9,9 @@
 namespace plumbline::vision {
 namespace {
 
-constexpr double kMaxDeviations = 3;  // of one view
-constexpr double kEliminated = 1e-9;  // share of the information that is round-off
-constexpr double kCollinear = 1e-6;   // eigenvalue of the scaled information, to the largest
+constexpr double kMaxDeviations = 3;       // of one view
+constexpr double kEliminated = 1e-9;       // share of the information that is round-off
+constexpr double kCollinearScores = 1e-6;  // eigenvalue of the scaled information, to the largest
 
 /// What a step is subject to beside the corners, times the squared noise.
 struct StepPrior {
@@ -150,7 +150,8 @@ double SmoothDispersion(const std::vector<Information>& views, const Eigen::Vect
                                                              scale.asDiagonal());
     const SharedVector along = solver.eigenvectors().transpose() * scale.cwiseProduct(score);
     for (int k = 0; k < kSharedCount; ++k) {
-      if (solver.eigenvalues()[k] < kCollinear * solver.eigenvalues()[kSharedCount - 1]) continue;
+      if (solver.eigenvalues()[k] < kCollinearScores * solver.eigenvalues()[kSharedCount - 1])
+        continue;
       energy += along[k] * along[k] / solver.eigenvalues()[k];
       ++directions;
     }

@@ -1,8 +1,8 @@
+#include "app/base/config/zoom_settings.h"
+
 #include <array>
 #include <catch2/catch.hpp>
 #include <map>
-
-#include "app/base/config/camera_config.h"
 
 namespace plumbline::zoom_settings_test {
 

@@ -1,5 +1,5 @@
 // Configuration table, continued: [zoom]. The keys of a sensor kind are declared by the kind.
-#include "app/base/config/camera_config.h"
+#include "app/base/config/zoom_settings.h"
 
 #include <fmt/format.h>
 
