@@ -199,9 +199,8 @@ std::string ReportOf(const DiagnoseArguments& arguments, const DiagnoseInput& in
       origin.file,
       origin.rows,
       input.unreadable_lines,
-      origin.date,
       kVersionAndBuild,
-      text::TextFromUtc(static_cast<double>(std::time(nullptr))),
+      text::TextOfUtcNow(),
       text::Sha256Hex(input.cell_text),
       input.data_sha256,
       FingerprintOf(input.cell_text),
@@ -315,11 +314,34 @@ measure::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress
 }
 
 /// The first given option that only the report states; null if none is given.
+/// An option whose text the report states.
+struct DetailOption {
+  const char* name;
+  std::string measure::CertificateDetails::*text;
+  const char* help;
+};
+
+constexpr DetailOption kDetailOptions[] = {
+    {"--certificate-number", &measure::CertificateDetails::number, "Number of the certificate"},
+    {"--robot-serial", &measure::CertificateDetails::robot_serial, "Serial number of the robot"},
+    {"--site", &measure::CertificateDetails::site, "Where the robot is"},
+    {"--measured-on", &measure::CertificateDetails::measured_on,
+     "Date of the measurement, if --time-zero does not state the origin of t_s"},
+    {"--instrument", &measure::CertificateDetails::instrument, "Measuring instrument"},
+    {"--serial", &measure::CertificateDetails::instrument_serial,
+     "Serial number of the instrument"},
+    {"--calibration", &measure::CertificateDetails::calibration,
+     "Calibration of the instrument: its certificate and date"},
+    {"--approved-by", &measure::CertificateDetails::approved_by,
+     "Who approves the report; without it, the report leaves a line to fill in"}};
+
+/// The first option that is stated in the report only; null if there is none.
 const char* OptionForReport(const measure::CertificateDetails& details) {
   if (details.tolerance_m) return "--tolerance-mm";
-  if (!details.instrument.empty()) return "--instrument";
-  if (!details.serial.empty()) return "--serial";
-  return details.approved_by.empty() ? nullptr : "--approved-by";
+  for (const DetailOption& option : kDetailOptions) {
+    if (!(details.*option.text).empty()) return option.name;
+  }
+  return nullptr;
 }
 
 int Interrupted(std::ostream& err) {
@@ -391,12 +413,10 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
           "Largest permitted error of a measured pose, for the report's statement of conformity\n"
           "(ISO 14253-1: the expanded uncertainty counts against conformity)")
       ->check(NumberWithin(1e-4, 1e3));
-  command->add_option("--instrument", arguments->certificate_details.instrument,
-                      "Measuring instrument, for the report");
-  command->add_option("--serial", arguments->certificate_details.serial,
-                      "Serial number of the instrument, for the report");
-  command->add_option("--approved-by", arguments->certificate_details.approved_by,
-                      "Who approves the report; without it, the report leaves a line to fill in");
+  for (const DetailOption& option : kDetailOptions) {
+    command->add_option(option.name, arguments->certificate_details.*option.text,
+                        fmt::format("For the report: {}", option.help));
+  }
   command->add_option("--next-poses", arguments->next_poses,
                       "Write poses that would separate rival explanations, a CSV file\n"
                       "(default: next_poses.csv beside the --json file)");
@@ -438,7 +458,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml \\\n"
       "      --report report.html\n"
       "  plumbline diagnose cell.toml measured.csv --pdf certificate.pdf \\\n"
-      "      --tolerance-mm 0.5 --instrument \"laser tracker\" --serial 1234\n"
+      "      --tolerance-mm 0.5 --robot-serial 871 --instrument \"laser tracker\" --serial 1234\n"
       "  plumbline diagnose cell.toml measured.csv --siblings arm-2 arm-3 arm-4\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
       "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or\n"

@@ -23,6 +23,25 @@ constexpr std::pair<std::string_view, std::string_view> kOfOnePart[] = {
     {"_kg", "kg"}, {"_bar", "bar"}, {"_N", "N"},     {"_Nm", "N m"},  {"_A", "A"},
     {"_V", "V"},   {"_W", "W"},     {"_Hz", "Hz"},   {"_rpm", "rpm"}, {"_C", "\u00b0C"}};
 
+constexpr std::pair<std::string_view, std::string_view> kOfJoint[] = {
+    {"q", ""}, {"qd", "speed of "}, {"qdd", "acceleration of "}, {"tau", "torque of "}};
+
+/// "speed of joint 5" for "qd5"; the name itself with blanks for any other.
+std::string InWords(std::string name) {
+  const std::size_t digits = std::min(name.find_first_of("0123456789"), name.size());
+  const std::string_view number = std::string_view(name).substr(digits);
+  const bool numbered =
+      !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
+  for (const auto& [stem, quantity] : kOfJoint) {
+    if (numbered && std::string_view(name).substr(0, digits) == stem)
+      return fmt::format("{}joint {}", quantity, number);
+  }
+  if (name == "t") return "time";
+  if (name == "temp") return "temperature";
+  std::ranges::replace(name, '_', ' ');
+  return name;
+}
+
 }  // namespace
 
 std::string UnitOfSignal(std::string_view column) {
@@ -43,12 +62,10 @@ std::string SignalLabel(std::string_view column) {
   for (const auto& [of_ending, of_unit] : kOfTwoParts) {
     if (column.ends_with(of_ending)) std::tie(ending, unit) = std::tie(of_ending, of_unit);
   }
-  if (ending.empty() || ending.size() == column.size()) return std::string(column);
-  std::string name(column.substr(0, column.size() - ending.size()));
-  if (name == "t") name = "time";
-  if (name == "temp") name = "temperature";
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return fmt::format("{} ({})", name, unit);
+  const bool has_unit = !ending.empty() && ending.size() < column.size();
+  if (!has_unit) return InWords(std::string(column));
+  return fmt::format("{} ({})",
+                     InWords(std::string(column.substr(0, column.size() - ending.size()))), unit);
 }
 
 namespace {

@@ -17,8 +17,8 @@ namespace plumbline::measure {
 /// Temperature differences are in K.
 std::string UnitOfSignal(std::string_view column);
 
-/// The column as text with its unit: "q5 (deg)" for "q5_deg", "time (s)" for "t_s", "air pressure
-/// (bar)" for "air_pressure_bar". The column itself if it does not end with a known unit.
+/// The column in words with its unit: "joint 5 (deg)" for "q5_deg", "time (s)" for "t_s", "air
+/// pressure (bar)" for "air_pressure_bar". Without the unit if it does not end with a known one.
 std::string SignalLabel(std::string_view column);
 
 /// Display name of an effect: "joint compliance". The id with spaces if the effect has no name.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -17,6 +18,8 @@
 #include "app/measure/diagnosis/headline.h"
 #include "app/measure/report/certificate_layout.h"
 #include "app/measure/report/html.h"
+#include "app/measure/report/sections.h"
+#include "app/measure/report/words.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
@@ -42,24 +45,38 @@ std::string CountText(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-// Verdict on the first page of the report: what was found, what it rests on, and reservations.
-
-struct VerdictMark {
-  const char *word, *glyph, *style;
+/// One of the page's two statements: conformity, and the verdict on the causes.
+struct Statement {
+  const char *word, *glyph, *state;  ///< the state is a class of the style sheet
+  std::string sentence;
+  std::vector<std::string> reasons;
 };
 
-VerdictMark MarkOf(Verdict verdict) {
+/// @param style  "headline" of the page, or "second"
+std::string StatementHtml(const Statement& statement, const char* style) {
+  std::string html = fmt::format(
+      "<div class=\"{} {}\">\n<p class=\"word\">{} {}</p>\n<p class=\"sentence\">{}</p>\n", style,
+      statement.state, statement.glyph, statement.word,
+      Escape(Shortened(statement.sentence, kMaxSentenceLength)));
+  for (const std::string& reason : statement.reasons)
+    html += "<p>" + Escape(Shortened(reason, kMaxSentenceLength)) + "</p>\n";
+  return html + "</div>\n";
+}
+
+// Verdict: what was found, what it rests on, and reservations.
+
+Statement MarkOf(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoEffect:
-      return {"No effect", "\u25cf", "no-effect"};
+      return {"No effect", "\u25cf", "neutral", "", {}};
     case Verdict::kExplained:
-      return {"Explained", "\u25cf", "explained"};
+      return {"Explained", "\u25cf", "good", "", {}};
     case Verdict::kAmbiguous:
-      return {"Ambiguous", "\u25b2", "ambiguous"};
+      return {"Ambiguous", "\u25b2", "caution", "", {}};
     case Verdict::kUnknown:
       break;
   }
-  return {"Unknown cause", "\u25a0", "unknown"};
+  return {"Unknown cause", "\u25a0", "bad", "", {}};
 }
 
 /// The finding that a rival would replace, with its joints.
@@ -74,14 +91,14 @@ std::string ReplacedFinding(const Diagnosis& diagnosis, const Rival& rival) {
   return ReplacedName(rival);
 }
 
-/// "q1 -103.81, q2 -81.92 deg": the joints of a pose.
+/// "joint 1 -103.8°, joint 2 -81.9°": the joints of a pose.
 std::string PoseText(const NextPose& pose, const model::CellModel& cell) {
   std::string text;
   for (Eigen::Index i = 0; i < pose.q.size(); ++i) {
     const auto joint = static_cast<std::size_t>(i);
     const bool linear = joint < cell.robot.joints.size() &&
                         cell.robot.joints[joint].type == model::JointType::kPrismatic;
-    text += fmt::format("{}q{} {:.1f}{}", i == 0 ? "" : ", ", i + 1,
+    text += fmt::format("{}joint {} {:.1f}{}", i == 0 ? "" : ", ", i + 1,
                         pose.q[i] * (linear ? kMmPerMetre : kDegPerRad), linear ? " mm" : "\u00b0");
   }
   return text;
@@ -151,77 +168,58 @@ std::string RestsOn(const Diagnosis& diagnosis) {
                             OriginText(diagnosis.noise_floor_origin));
 }
 
-/// Reservations: why a correction was withheld, doubts, failed checks.
-std::vector<std::string> Reservations(const Diagnosis& diagnosis) {
-  std::vector<std::string> lines;
-  if (!diagnosis.withheld.empty()) lines.push_back("No correction: " + diagnosis.withheld);
-  for (const ExplanationCheck& check : diagnosis.checks) {
-    if (check.effect.empty() && !check.passed) lines.push_back("Not explained: " + check.sentence);
-  }
-  for (const Doubt& doubt : diagnosis.doubts) {
-    lines.push_back("In doubt: " + EffectName(doubt.id, doubt.scope) + ": " + doubt.reason);
-  }
-  for (const Finding& finding : diagnosis.findings) {
-    if (finding.implausible.empty()) continue;
-    lines.push_back("Implausible: " + EffectName(finding) + ": " + finding.implausible);
-  }
-  return lines;
-}
-
-/// HTML; of several reservations, the first and the number of the others.
-std::string VerdictBanner(const Diagnosis& diagnosis, const model::CellModel& cell) {
-  const VerdictMark mark = MarkOf(diagnosis.verdict);
-  std::string html = fmt::format(
-      "<div class=\"banner {}\">\n<p class=\"word\">{} {}</p>\n<p class=\"headline\">{}</p>\n",
-      mark.style, mark.glyph, mark.word,
-      Escape(Shortened(VerdictSentence(diagnosis, cell), kMaxSentenceLength)));
-  html += "<p>" + Escape(Shortened(RestsOn(diagnosis), kMaxSentenceLength)) + "</p>\n";
+Statement VerdictStatement(const Diagnosis& diagnosis, const model::CellModel& cell) {
+  Statement verdict = MarkOf(diagnosis.verdict);
+  verdict.sentence = InWords(VerdictSentence(diagnosis, cell), diagnosis);
+  verdict.reasons = {InWords(RestsOn(diagnosis), diagnosis)};
   const std::vector<std::string> reservations = Reservations(diagnosis);
-  if (!reservations.empty()) {
-    const std::string first = Shortened(reservations.front(), kMaxSentenceLength / 2);
-    const bool ends = first.ends_with('.') || first.ends_with("…");
-    html += "<p>" + Escape(first) + (ends ? "" : ".");
-    if (reservations.size() > 1) {
-      html += fmt::format(" {} more in the appendix.",
-                          CountText(reservations.size() - 1, "reservation"));
-    }
-    html += "</p>\n";
+  if (reservations.empty()) return verdict;
+  std::string first = Shortened(reservations.front(), kMaxSentenceLength / 2);
+  if (!first.ends_with('.') && !first.ends_with("\u2026")) first += '.';
+  if (reservations.size() > 1) {
+    first +=
+        fmt::format(" {} more in the appendix.", CountText(reservations.size() - 1, "reservation"));
   }
-  return html + "</div>\n";
+  verdict.reasons.push_back(first);
+  return verdict;
 }
 
 constexpr std::size_t kMaxNameLength = 48, kMaxWordLength = 24, kMaxParticularLength = 44,
-                      kMaxSerialLength = 44, kMaxApproverLength = 32, kMaxFileLength = 60;
+                      kMaxApproverLength = 32, kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
 constexpr double kAllShares = 1.02, kMostShares = 0.85;
 
-std::string ConformityBlock(const CertificateInput& input) {
-  const std::optional<double>& tolerance_m = input.source.certificate_details.tolerance_m;
-  if (!tolerance_m) {
-    return "<p class=\"conformity\">No tolerance was stated (--tolerance-mm): this page makes no "
-           "statement of conformity.</p>\n";
+Statement ConformityStatement(const Conformity& conformity) {
+  using enum Conformity::Outcome;
+  std::vector<std::string> rule = {
+      "Decision rule of ISO 14253-1: |error| + U \u2264 tolerance conforms, |error| \u2212 U > "
+      "tolerance does not."};
+  switch (conformity.outcome) {
+    case kConforms:
+      return {"Conforms", "\u2713", "good", conformity.sentence, rule};
+    case kDoesNotConform:
+      return {"Does not conform", "\u25a0", "bad", conformity.sentence, rule};
+    case kNotDecided:
+      break;
   }
-  const Conformity conformity = ConformityOf(input.achieved, *tolerance_m);
-  const char* style = "not-decided";
-  const char* glyph = "\u25b2";
-  if (conformity.outcome == Conformity::Outcome::kConforms) {
-    style = "conforms";
-    glyph = "\u2713";
-  } else if (conformity.outcome == Conformity::Outcome::kDoesNotConform) {
-    style = "fails";
-    glyph = "\u25a0";
-  }
-  return fmt::format(
-      "<p class=\"conformity {}\"><b>{} {}</b> Decision rule of ISO 14253-1: |error| + U &le; "
-      "tolerance.</p>\n",
-      style, glyph, Escape(conformity.sentence));
+  return {"Undecided", "\u25b2", "caution", conformity.sentence, rule};
 }
 
-/// A text, or a line to be filled in by hand.
-std::string OrBlank(const std::string& text, std::size_t most = kMaxParticularLength) {
-  return text.empty() ? std::string("<span class=\"blank\">&nbsp;</span>")
-                      : Escape(Shortened(text, most));
+/// Conformity if a tolerance was stated, then the verdict.
+std::string Statements(const CertificateInput& input) {
+  const Statement verdict = VerdictStatement(input.diagnosis, input.cell);
+  if (const auto& tolerance_m = input.source.certificate_details.tolerance_m)
+    return StatementHtml(ConformityStatement(ConformityOf(input.achieved, *tolerance_m)),
+                         "headline") +
+           StatementHtml(verdict, "second");
+  return StatementHtml(verdict, "headline") +
+         "<p>No tolerance was stated (--tolerance-mm): this page makes no statement of "
+         "conformity.</p>\n";
+}
+
+std::string OrNotStated(const std::string& text, std::size_t most = kMaxParticularLength) {
+  return text.empty() ? "not stated" : Shortened(text, most);
 }
 
 std::string RangeText(const model::Interval& range, const char* unit) {
@@ -232,42 +230,40 @@ std::string RangeText(const model::Interval& range, const char* unit) {
   return fmt::format("{:.{}f} to {:.{}f} {}", range.low, digits, range.high, digits, unit);
 }
 
-std::string Particular(const char* name, const std::string& html) {
-  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, html);
-}
-
 std::string ParticularsTable(const CertificateInput& input) {
   const ReportSource& source = input.source;
+  const CertificateDetails& details = source.certificate_details;
   const model::Domain& domain = input.diagnosis.domain;
   const model::Measurement& measurement = input.cell.measurement;
   const std::optional<double>& of_rows_m = input.diagnosis.row_sigma_m;
   const std::optional<double>& sigma_m = of_rows_m ? of_rows_m : measurement.sigma_m;
   std::string html = "<table class=\"particulars\"><tbody>\n";
-  html += Particular("Measured", Escape(Shortened(source.data_file, kMaxWordLength)));
+  const auto add = [&html](const char* name, const std::string& text) {
+    html += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, Escape(text));
+  };
+  add("Robot serial no.", OrNotStated(details.robot_serial));
+  add("Site", OrNotStated(details.site));
+  add("Measured", OrNotStated(MeasuredText(input.diagnosis, details)));
   if (input.achieved.before) {
-    html += Particular("Poses, rows",
-                       fmt::format("{}, {}", input.achieved.before->characteristics.poses.size(),
+    add("Poses, rows", fmt::format("{}, {}", input.achieved.before->characteristics.poses.size(),
                                    input.achieved.rows));
   }
-  html += Particular("Instrument", OrBlank(source.certificate_details.instrument));
-  html += Particular("Serial number", OrBlank(source.certificate_details.serial, kMaxSerialLength));
-  html += Particular("Its uncertainty",
-                     sigma_m ? Escape("\u03c3 = " + MillimetreText(*sigma_m) + " mm per axis, " +
-                                      (of_rows_m ? "median of the rows" : "declared"))
-                             : std::string("not declared"));
+  add("Instrument", OrNotStated(details.instrument));
+  add("Its serial no.", OrNotStated(details.instrument_serial));
+  add("Its calibration", OrNotStated(details.calibration));
+  add("Its uncertainty", sigma_m ? "\u03c3 = " + MillimetreText(*sigma_m) + " mm per axis, " +
+                                       (of_rows_m ? "median of the rows" : "declared")
+                                 : "not stated");
   std::string temperature =
       domain.temp_C ? RangeText(*domain.temp_C, "\u00b0C") : std::string("not recorded");
   if (measurement.reference_temperature_C) {
     temperature += fmt::format(", reference {:.3g} \u00b0C", *measurement.reference_temperature_C);
   }
-  html += Particular("Temperature", Escape(temperature));
-  html += Particular("Payload", domain.payload_kg ? Escape(RangeText(*domain.payload_kg, "kg"))
-                                                  : std::string("not recorded"));
-  std::string model = source.declared_fingerprint.empty() ? "unknown" : source.declared_fingerprint;
-  html += Particular("Model, declared", Escape(model));
-  html += Particular("Model, corrected", source.corrected_fingerprint.empty()
-                                             ? std::string("not written")
-                                             : Escape(source.corrected_fingerprint));
+  add("Temperature", temperature);
+  add("Payload", domain.payload_kg ? RangeText(*domain.payload_kg, "kg") : "not recorded");
+  add("Model, declared", OrNotStated(source.declared_fingerprint));
+  add("Model, corrected",
+      source.corrected_fingerprint.empty() ? "not written" : source.corrected_fingerprint);
   return html + "</tbody></table>\n";
 }
 
@@ -295,63 +291,64 @@ std::pair<std::string, std::string> ValueAndUnit(const model::EffectParameter& p
   return {WithUncertainty(shown), unit};
 }
 
-/// RMS displacement by one value of the effect [mm], empty for a shape.
-std::string AtTheTip(const Finding& finding, std::size_t value) {
-  const bool known =
-      value < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[value] > 0;
-  return known ? Escape(MillimetreText(finding.tip_rms_of_each_m[value])) : "";
-}
+/// A parameter found, with its place in the list of findings.
+struct Coefficient {
+  const Finding* finding;
+  std::size_t value;
+  double tip_rms_m;
+};
 
-/// Adds the rows of an effect's parameters as far as the page has room for them.
-/// @param count  number of parameters so far, of which at most kMaxCoefficients have rows
-void AddCoefficients(const Finding& finding, HtmlTable& table, std::size_t& count) {
-  const model::WrittenEffect written =
-      effects::WrittenFromActive(finding.effect, finding.covariance);
-  const std::vector<EmpiricalCurve> curves = EmpiricalCurvesOf(finding.effect);
-  for (std::size_t k = 0; k < written.parameters.size(); ++k) {
-    const model::EffectParameter& parameter = written.parameters[k];
-    if (++count > kMaxCoefficients) continue;
-    const auto [value, unit] = ValueAndUnit(parameter, k < curves.size() ? &curves[k] : nullptr);
-    table.AddRow({Escape(Shortened(Capitalized(EffectName(written.id)), kMaxWordLength)),
-                  Escape(Shortened(parameter.name, kMaxWordLength)), value, unit,
-                  AtTheTip(finding, k), Escape(PercentText(finding.share_of_residual))});
+/// Those that displace the tip most come first.
+std::vector<Coefficient> CoefficientsOf(const Diagnosis& diagnosis) {
+  std::vector<Coefficient> coefficients;
+  for (const Finding& finding : diagnosis.findings) {
+    const std::vector<double>& tip_m = finding.tip_rms_of_each_m;
+    for (std::size_t k = 0; k < finding.effect.values.size(); ++k)
+      coefficients.push_back({&finding, k, k < tip_m.size() ? tip_m[k] : 0});
   }
+  std::ranges::stable_sort(coefficients, std::greater<>(), &Coefficient::tip_rms_m);
+  return coefficients;
 }
 
 std::string CoefficientsTable(const Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
-  HtmlTable table({"Change to the model", "Parameter", "Value &plusmn; U (k = 2)", "Unit",
-                   "At the tip (mm)", "Share of the residual"},
-                  {0, 1, 3});
-  std::size_t count = 0;
+  HtmlTable table({"Change to the model", "Parameter", "Offset at the tip (mm)",
+                   "Value &plusmn; U (k = 2)", "Unit"},
+                  {0, 1, 4});
+  const std::vector<Coefficient> coefficients = CoefficientsOf(diagnosis);
+  for (std::size_t k = 0; k < std::min(coefficients.size(), kMaxCoefficients); ++k) {
+    const Finding& finding = *coefficients[k].finding;
+    const model::WrittenEffect written =
+        effects::WrittenFromActive(finding.effect, finding.covariance);
+    const std::vector<EmpiricalCurve> curves = EmpiricalCurvesOf(finding.effect);
+    const std::size_t index = coefficients[k].value;
+    const model::EffectParameter& parameter = written.parameters[index];
+    const auto [value, unit] =
+        ValueAndUnit(parameter, index < curves.size() ? &curves[index] : nullptr);
+    table.AddRow({Escape(Shortened(Capitalized(EffectName(written.id)), kMaxWordLength)),
+                  Escape(Shortened(ParameterInWords(parameter.name), kMaxWordLength)),
+                  OffsetAtTheTip(finding, index), value, unit});
+  }
   double shares = 0;
   std::string trend;
   for (const Finding& finding : diagnosis.findings) {
     shares += finding.share_of_residual;
     if (trend.empty()) trend = Capitalized(LinearTrendText(finding.effect));
-    AddCoefficients(finding, table, count);
   }
   std::vector<std::string> notes;
   if (!diagnosis.withheld.empty()) notes.emplace_back("Not written to the model.");
-  const bool displaces = std::ranges::any_of(
-      diagnosis.findings, [](const Finding& finding) { return finding.tip_rms_m > 0; });
-  if (displaces) {
-    notes.emplace_back("At the tip: RMS displacement at the measured poses by this value alone.");
+  notes.emplace_back("Offset at the tip: RMS over the measured poses, by this value alone.");
+  if (!trend.empty()) notes.push_back(InWords(trend, diagnosis) + ".");
+  if (coefficients.size() > kMaxCoefficients) {
+    notes.push_back(CountText(coefficients.size() - kMaxCoefficients, "parameter") +
+                    " with smaller offsets in the appendix.");
   }
-  if (!trend.empty()) notes.push_back(trend + ".");
-  if (count > kMaxCoefficients) {
-    notes.push_back(CountText(count - kMaxCoefficients, "more parameter") + " in the appendix.");
+  if (shares > kAllShares || shares < kMostShares) {
+    notes.push_back(fmt::format(
+        "An effect's share is what comes back without it; those of effects that act alike add up "
+        "to {} than 100 %.",
+        shares > kAllShares ? "more" : "less"));
   }
-  if (shares > kAllShares) {
-    notes.emplace_back(
-        "Share: what comes back without that effect; effects that act alike add up to more than "
-        "100 %.");
-  } else if (shares < kMostShares) {
-    notes.emplace_back(
-        "Share: what comes back without that effect and the others do not replace; effects that "
-        "act alike add up to less than 100 %.");
-  }
-  if (notes.empty()) return table.Html();
   return table.Html() + "<p class=\"soft\">" +
          Escape(Shortened(fmt::format("{}", fmt::join(notes, " ")), kMaxSentenceLength)) + "</p>\n";
 }
@@ -373,22 +370,23 @@ std::string NotTested(const CertificateInput& input) {
   }
   const auto& missing = input.diagnosis.not_recorded;
   for (std::size_t k = 0; k < std::min(missing.size(), kMaxUntested); ++k) {
-    items.push_back(Shortened(missing[k], kMaxItemLength));
+    items.push_back(Shortened(InWords(missing[k], input.diagnosis), kMaxItemLength));
   }
   if (missing.size() > kMaxUntested) {
     items.push_back(fmt::format("{} more in the appendix", missing.size() - kMaxUntested));
   }
   items.emplace_back("poses, payloads and temperatures beyond those measured");
-  return "<p class=\"soft\"><b>Not tested:</b> " +
+  return "<p class=\"soft untested\"><b>Not tested:</b> " +
          Escape(fmt::format("{}", fmt::join(items, "; "))) + ".</p>\n";
 }
 
 std::string Approval(const ReportSource& source) {
-  std::string html =
-      "<table class=\"approval\"><tbody><tr><td>Approved by<br>" +
-      OrBlank(source.certificate_details.approved_by, kMaxApproverLength) +
-      "</td><td>Date<br><span class=\"blank\">&nbsp;</span></td><td>Signature<br>"
-      "<span class=\"blank\">&nbsp;</span></td></tr></tbody></table>\n<p class=\"digest\">SHA-256 ";
+  const std::string blank = "<span class=\"blank\">&nbsp;</span>";
+  const std::string& approver = source.certificate_details.approved_by;
+  std::string html = "<table class=\"approval\"><tbody><tr><td>Approved by<br>" +
+                     (approver.empty() ? blank : Escape(Shortened(approver, kMaxApproverLength))) +
+                     "</td><td>Date<br>" + blank + "</td><td>Signature<br>" + blank +
+                     "</td></tr></tbody></table>\n<p class=\"digest\">SHA-256 ";
   const auto digest = [](const std::string& file, const std::string& hex) {
     return Escape(Shortened(file, kMaxFileLength)) + " " + (hex.empty() ? "not computed" : hex);
   };
@@ -398,14 +396,16 @@ std::string Approval(const ReportSource& source) {
 
 /// Caption of a figure.
 std::string CaptionHtml(const CertificateFigure& figure) {
-  return fmt::format("<p class=\"caption\"><b>{}.</b> {}</p>\n", Escape(figure.panel.title),
+  return fmt::format("<p class=\"caption\"><b>{}.</b> {}</p>\n", Escape(figure.title),
                      Escape(Shortened(figure.sentence, kMaxSentenceLength)));
 }
 
 std::string CertificateFigureHtml(const CertificateFigure& figure, const char* style) {
-  if (figure.panel.svg.empty()) return "";
-  return fmt::format("<div class=\"plot {}\">{}{}</div>\n", style, CaptionHtml(figure),
-                     figure.panel.svg);
+  std::string drawings;
+  for (const Panel& panel : figure.panels) drawings += panel.svg;
+  if (drawings.empty()) return "";
+  return fmt::format("<div class=\"plot {}\">{}<div class=\"{}\">{}</div></div>\n", style,
+                     CaptionHtml(figure), figure.panels.size() == 1 ? "wide" : "pair", drawings);
 }
 
 /// The page's parts other than its figures, from top to bottom; `left` and `right` are beside each
@@ -417,14 +417,14 @@ struct CertificateParts {
 CertificateParts CertificatePartsOf(const CertificateInput& input) {
   const ReportSource& source = input.source;
   CertificateParts parts;
-  parts.top = "<header>\n<table class=\"title\"><tbody><tr><td><h1>" +
-              Escape(Shortened(input.cell.robot.name, kMaxNameLength)) +
-              "</h1><p>Accuracy certificate: diagnosis of " +
-              CountText(input.diagnosis.rows.size(), "measured point") +
-              "</p></td><td class=\"when\">" +
-              Escape(source.utc.empty() ? source.date : source.utc) + "<br>Plumbline " +
-              Escape(source.version) + "</td></tr></tbody></table>\n</header>\n";
-  parts.top += VerdictBanner(input.diagnosis, input.cell) + ConformityBlock(input);
+  parts.top = fmt::format(
+      "<header>\n<table class=\"title\"><tbody><tr><td><h1>{}</h1><p>Accuracy "
+      "certificate, number: {}</p></td><td class=\"when\">Written {}<br>Plumbline "
+      "{}</td></tr></tbody></table>\n</header>\n",
+      Escape(Shortened(input.cell.robot.name, kMaxNameLength)),
+      Escape(OrNotStated(source.certificate_details.number)), Escape(OrNotStated(source.utc)),
+      Escape(source.version));
+  parts.top += Statements(input);
   if (!input.figure_fault.empty()) {
     parts.top += "<p class=\"note\">This report has no figures: " +
                  Escape(Shortened(input.figure_fault, kMaxSentenceLength)) +
@@ -441,8 +441,9 @@ CertificateParts CertificatePartsOf(const CertificateInput& input) {
                  " fitted");
     parts.left += ".</p>\n";
   }
+  parts.left += NotTested(input);
   parts.right = ParticularsTable(input);
-  parts.bottom = CoefficientsTable(input.diagnosis) + NotTested(input) + Approval(source);
+  parts.bottom = CoefficientsTable(input.diagnosis) + Approval(source);
   return parts;
 }
 
@@ -455,7 +456,7 @@ double CertificateTextHeight_mm(const CertificateInput& input) {
                      std::max(PrintedHeight_mm(parts.left), PrintedHeight_mm(parts.right)) +
                      PrintedHeight_mm(parts.bottom);
   for (const CertificateFigure* const figure : {&input.points, &input.deciding}) {
-    if (!figure->panel.script.empty()) height_mm += PrintedHeight_mm(CaptionHtml(*figure));
+    if (!figure->panels.empty()) height_mm += PrintedHeight_mm(CaptionHtml(*figure));
   }
   return height_mm;
 }

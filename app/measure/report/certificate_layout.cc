@@ -20,9 +20,9 @@ struct Kind {
   std::size_t line_length;  ///< characters
   double line_mm, around_mm;
 };
-constexpr Kind kKinds[] = {{"<p class=\"word\"", 60, 5.0, 2.5},
-                           {"<p class=\"headline\"", 88, 3.9, 0.4},
-                           {"<p class=\"conformity", 86, 3.9, 3.0},
+constexpr Kind kKinds[] = {{"<p class=\"word\"", 60, 6.0, 3.5},
+                           {"<p class=\"sentence\"", 88, 3.9, 0.4},
+                           {"<p class=\"soft untested\"", 62, 3.3, 0.8},
                            {"<p class=\"soft\"", 112, 3.3, 0.8},
                            {"<p class=\"caption\"", 112, 3.3, 0.8},
                            {"<p class=\"digest\"", 135, 3.2, 4.0},

@@ -261,17 +261,18 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
 }
 
 Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
-  Conformity conformity;
-  const std::string limit = MillimetreText(tolerance_m) + " mm";
-  if (!achieved.before) {
-    conformity.sentence =
-        fmt::format("Tolerance {}: not decided, because {}.", limit, achieved.why_none);
-    return conformity;
-  }
+  using enum Conformity::Outcome;
+  const std::string limit = "Tolerance " + MillimetreText(tolerance_m) + " mm";
+  if (!achieved.before) return {kNotDecided, limit + ": " + achieved.why_none + "."};
   const Achieved& shown = achieved.after ? *achieved.after : *achieved.before;
-  std::string when = achieved.after ? "after correction" : "without correction";
+  if (!shown.contributions.instrument_m) {
+    return {kNotDecided, limit +
+                             ": the uncertainty of the instrument is not declared (sigma_mm of "
+                             "[measurement])."};
+  }
+  std::string text = limit + (achieved.after ? ", after correction" : ", without correction");
   if (const std::string fitted = FittedText(achieved); !fitted.empty())
-    when += fmt::format(" (with {} fitted to {})", fitted,
+    text += fmt::format(" (with {} fitted to {})", fitted,
                         achieved.held_out ? "the other rows" : "the same rows");
   int conform = 0, fail = 0;
   const auto poses = static_cast<int>(shown.characteristics.poses.size());
@@ -280,45 +281,23 @@ Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
     conform += decision == Decision::kConforms ? 1 : 0;
     fail += decision == Decision::kDoesNotConform ? 1 : 0;
   }
-  using Outcome = Conformity::Outcome;
-  if (!shown.contributions.instrument_m) {
-    conformity.sentence = fmt::format(
-        "Tolerance {}: not decided, because the uncertainty of the instrument is not declared "
-        "(sigma_mm of [measurement]).",
-        limit);
-    return conformity;
-  }
   if (fail > 0) {
-    conformity.outcome = Outcome::kDoesNotConform;
-    conformity.sentence = fmt::format(
-        "Does not conform to the tolerance of {} {}: {} of {} measured "
-        "poses exceed it, {} conform.",
-        limit, when, fail, poses, conform);
-    return conformity;
+    return {kDoesNotConform, fmt::format("{}: exceeded at {} of {} measured poses, kept at {}.",
+                                         text, fail, poses, conform)};
   }
-  if (conform == poses && achieved.rejected_rows == 0) {
-    conformity.outcome = Outcome::kConforms;
-    conformity.sentence = fmt::format(
-        "Conforms to the tolerance of {} {} at all {} measured poses.", limit, when, poses);
-    return conformity;
-  }
-  conformity.sentence = fmt::format(
-      "Not decided whether it conforms to the tolerance of {} {}: {} of "
-      "{} assessed poses do",
-      limit, when, conform, poses);
-  if (conform < poses) {
-    conformity.sentence +=
-        fmt::format(", at {} the uncertainty is too large to tell", poses - conform);
-  }
+  if (conform == poses && achieved.rejected_rows == 0)
+    return {kConforms, fmt::format("{}: kept at all {} measured poses.", text, poses)};
+  text += fmt::format(": kept at {} of {} assessed poses", conform, poses);
+  if (conform < poses)
+    text += fmt::format(", at {} the uncertainty is too large to tell", poses - conform);
   if (achieved.rejected_rows > 0) {
-    conformity.sentence +=
+    text +=
         fmt::format("; {} rejected as outlier{} not assessed",
                     achieved.rejected_rows == 1 ? std::string("one row")
                                                 : fmt::format("{} rows", achieved.rejected_rows),
                     achieved.rejected_rows == 1 ? " is" : "s are");
   }
-  conformity.sentence += '.';
-  return conformity;
+  return {kNotDecided, text + '.'};
 }
 
 }  // namespace plumbline::measure

@@ -10,6 +10,7 @@
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/report/plot.h"
 #include "app/measure/report/signal_bins.h"
+#include "app/measure/report/words.h"
 
 namespace plumbline::measure {
 namespace {
@@ -182,7 +183,6 @@ DecidingSignal SelectSignal(const Diagnosis& diagnosis, const model::CellModel& 
 
 constexpr double kCompressed = 8;  // errors before correction over all others: a linear axis hides
                                    // the others
-constexpr int kTitle_px = 25, kAxis_px = 50;  // above and below the deciding plot
 constexpr const char* kTolerance = "#b42318";
 constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
 constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
@@ -220,9 +220,7 @@ bool MeasuresOneLength(const RowTrace& row) {
 
 std::string DecidingSentence(const DecidingSignal& selected, bool corrected,
                              const Diagnosis& diagnosis) {
-  const std::string label = SignalLabel(selected.signal->name);
-  // In a sentence without the unit: "time explains 77 % of the residual".
-  const std::string name = label.substr(0, label.rfind(" ("));
+  const std::string name = ColumnInWords(selected.signal->name);
   const char* const where = NameOf(selected.component);
   const std::string before = PercentText(selected.share_before),
                     after = PercentText(selected.share_after);
@@ -289,9 +287,11 @@ std::vector<std::vector<double>> PointsOf(const Cloud& cloud) {
   return points;
 }
 
-std::string DecidingPlot(const char* title, int column, const char* colour, double noise_mm,
-                         bool rejected) {
-  std::string script = fmt::format(
+/// @param column  of $points and $means
+Panel DecidingPanel(const char* title, int column, const char* colour, double noise_mm,
+                    bool rejected, const std::string& common) {
+  Panel panel{title, "", common, ""};
+  panel.script += fmt::format(
       "set title '{}' offset 0,-0.6\n"
       "plot {:.6g} with lines linecolor rgb '{}' dashtype 2, -{:.6g} with lines linecolor rgb '{}' "
       "dashtype 2, "
@@ -299,12 +299,13 @@ std::string DecidingPlot(const char* title, int column, const char* colour, doub
       "$means using 1:{} with linespoints pointtype 7 pointsize 0.4 linecolor rgb '{}' linewidth 2",
       title, noise_mm, plot::kGrey, noise_mm, plot::kGrey, column, plot::kGrey, column, colour);
   if (rejected) {
-    script += fmt::format(
+    panel.script += fmt::format(
         ", $rejected using 1:{} with points pointtype 2 pointsize 0.6 linewidth 1.4 linecolor rgb "
         "'{}'",
         column, kTolerance);
   }
-  return script + '\n';
+  panel.script += '\n';
+  return panel;
 }
 
 /// Axis of the errors [mm].
@@ -355,8 +356,9 @@ CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<d
   const std::size_t poses = achieved.before->characteristics.poses.size();
   const ErrorAxis axis = ErrorAxisOf(achieved, tolerance_m);
   const std::vector<std::vector<double>> rows = ErrorRows(achieved, axis.low_mm);
-  Panel& panel = figure.panel;
-  panel.title = "Error at the measured poses";
+  figure.title = "Error at the measured poses";
+  Panel& panel = figure.panels.emplace_back();
+  panel.title = figure.title;
   panel.script = plot::Begin(kCertificateFigureWidth, height) + plot::Data("poses", rows);
   panel.script += fmt::format(
       "set xlabel 'pose, in the order of measuring' offset 0,0.5\nset ylabel 'error (mm)'\n"
@@ -412,30 +414,25 @@ CertificateFigure DecidingFigure(const Diagnosis& diagnosis, const model::CellMo
   const Cloud all = Joined(selected.cloud, selected.rejected);
   const double low = all.value.front(), high = all.value.back();
   const double margin = high > low ? 0.04 * (high - low) : 1;
-  Panel& panel = figure.panel;
-  panel.title = fmt::format("Residual {} against {}", NameOf(selected.component),
-                            SignalLabel(selected.signal->name));
-  panel.script = plot::Begin(kCertificateFigureWidth, height) +
-                 plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
-  if (rejected) panel.script += plot::Data("rejected", PointsOf(selected.rejected));
-  panel.script += fmt::format(
+  const std::string label = SignalLabel(selected.signal->name);
+  figure.title = fmt::format("Residual {} against {}", NameOf(selected.component), label);
+  std::string common =
+      plot::Begin(corrected ? kCertificateFigureWidth / 2 : kCertificateFigureWidth, height) +
+      plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
+  if (rejected) common += plot::Data("rejected", PointsOf(selected.rejected));
+  common += fmt::format(
       "set xrange [{:.8g}:{:.8g}]\nset yrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n"
       "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
-      "set tmargin at screen {:.4f}\nset bmargin at screen {:.4f}\n",
+      "set lmargin 8\nset rmargin 2\n",
       low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
-      GnuplotQuoted(SignalLabel(selected.signal->name)), plot::RoundDown((top - bottom) / 3),
-      1 - static_cast<double>(kTitle_px) / height, static_cast<double>(kAxis_px) / height);
-  if (!corrected) {
-    panel.script += "set lmargin at screen 0.1\nset rmargin at screen 0.98\n";
-    panel.script +=
-        DecidingPlot("measured minus declared model", 2, plot::kAccent, noise_mm, rejected);
+      GnuplotQuoted(label), plot::RoundDown((top - bottom) / 3));
+  if (corrected) {
+    figure.panels = {
+        DecidingPanel("before correction", 2, plot::kInk, noise_mm, rejected, common),
+        DecidingPanel("after correction", 3, plot::kAccent, noise_mm, rejected, common)};
   } else {
-    panel.script += "set multiplot\nset lmargin at screen 0.1\nset rmargin at screen 0.52\n";
-    panel.script += DecidingPlot("before correction", 2, plot::kInk, noise_mm, rejected);
-    panel.script +=
-        "set lmargin at screen 0.55\nset rmargin at screen 0.98\nset format y ''\nunset ylabel\n";
-    panel.script += DecidingPlot("after correction", 3, plot::kAccent, noise_mm, rejected);
-    panel.script += "unset multiplot\n";
+    figure.panels = {DecidingPanel("measured minus declared model", 2, plot::kAccent, noise_mm,
+                                   rejected, common)};
   }
   figure.sentence = DecidingSentence(selected, corrected, diagnosis);
   return figure;

@@ -1,11 +1,12 @@
 #include "app/measure/report/html.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace plumbline::measure {
 namespace {
 
-constexpr int kShortTable = 16;  // rows that are kept on one page
+constexpr std::size_t kShortTable = 16;  // rows that are kept on one page
 
 /// Length of the UTF-8 sequence at the start of the text; 0 if invalid.
 std::size_t SequenceLength(std::string_view text) {
@@ -20,6 +21,47 @@ std::size_t SequenceLength(std::string_view text) {
   const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
   const bool beyond = (first == 0xED && byte(1) > 0x9F) || (first == 0xF4 && byte(1) > 0x8F);
   return overlong || beyond ? 0 : length;
+}
+
+constexpr std::string_view kDigits = "0123456789", kPlusMinus = " &plusmn; ";
+constexpr const char *kFigureSpace = "\u2007", *kPointSpace = "\u2008";  // as wide as 0 and as .
+
+/// Digits before and after the decimal point of a number.
+struct Places {
+  std::size_t whole = 0, decimals = 0;
+};
+
+/// Nothing if the HTML is not a plain number, such as one with a power of ten.
+std::optional<Places> PlacesOf(std::string_view html) {
+  const std::size_t first = std::min(html.find_first_of(kDigits), html.size());
+  const std::string_view sign = html.substr(0, first), number = html.substr(first);
+  const bool plain = sign.empty() || sign == "&minus;" || sign == "&lt;" || sign == "&gt; ";
+  if (number.empty() || !plain || number.find_first_not_of("0123456789.") != number.npos) return {};
+  const std::size_t point = std::min(number.find('.'), number.size());
+  return Places{point, point == number.size() ? 0 : number.size() - point - 1};
+}
+
+std::string Repeated(const char* space, std::size_t count) {
+  std::string spaces;
+  for (std::size_t k = 0; k < count; ++k) spaces += space;
+  return spaces;
+}
+
+/// Adds spaces that put the decimal points of right-aligned numbers below each other.
+/// @param equal_width  also make all numbers as wide as the longest one
+void AlignAtPoint(std::vector<std::string>& numbers, bool equal_width) {
+  Places most;
+  for (const std::string& number : numbers) {
+    const Places places = PlacesOf(number).value_or(Places{});
+    most = {std::max(most.whole, places.whole), std::max(most.decimals, places.decimals)};
+  }
+  for (std::string& number : numbers) {
+    const std::optional<Places> places = PlacesOf(number);
+    if (!places) continue;
+    number = Repeated(kFigureSpace, equal_width ? most.whole - places->whole : 0) + number +
+             Repeated(kPointSpace, places->decimals == 0 && most.decimals > 0 ? 1 : 0) +
+             Repeated(kFigureSpace, most.decimals - places->decimals);
+  }
 }
 
 }  // namespace
@@ -78,36 +120,69 @@ std::string NumberHtml(const std::string& number) {
   return (minus ? "&minus;" + Escape(text.substr(1)) : Escape(text)) + power;
 }
 
+std::string ListHtml(const std::vector<std::string>& items) {
+  if (items.empty()) return "";
+  std::string html = "<ul>\n";
+  for (const std::string& item : items) html += "<li>" + Escape(item) + "</li>\n";
+  return html + "</ul>\n";
+}
+
 HtmlTable::HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> text_columns)
     : headers_(std::move(headers)), text_columns_(std::move(text_columns)) {}
 
-std::string HtmlTable::Class(std::size_t column) const {
-  const bool text = std::ranges::find(text_columns_, column) != text_columns_.end();
-  return text ? "" : " class=\"number\"";
+bool HtmlTable::IsText(std::size_t column) const {
+  return std::ranges::find(text_columns_, column) != text_columns_.end();
 }
 
 void HtmlTable::AddRow(const std::vector<std::string>& cells, bool strong) {
-  rows_ += strong ? "<tr class=\"strong\">" : "<tr>";
-  for (std::size_t k = 0; k < cells.size(); ++k)
-    rows_ += "<td" + Class(k) + ">" + cells[k] + "</td>";
-  rows_ += "</tr>\n";
-  ++count_;
+  rows_.push_back({cells, strong, false});
 }
 
 void HtmlTable::AddNote(const std::string& cell, const std::string& note) {
-  rows_ += "<tr><td>" + cell + "</td><td class=\"number\" colspan=\"" +
-           std::to_string(headers_.size() - 1) + "\">" + note + "</td></tr>\n";
-  ++count_;
+  rows_.push_back({{cell, note}, false, true});
+}
+
+/// The cells of a column of numbers, values and uncertainties each aligned at the decimal point.
+std::vector<std::string> HtmlTable::AlignedColumn(std::size_t column) const {
+  std::vector<std::string> values, uncertainties;
+  for (const Row& row : rows_) {
+    const std::string cell = row.note || column >= row.cells.size() ? "" : row.cells[column];
+    const std::size_t end = std::min(cell.find(kPlusMinus), cell.size());
+    values.push_back(cell.substr(0, end));
+    uncertainties.push_back(end == cell.size() ? "" : cell.substr(end + kPlusMinus.size()));
+  }
+  AlignAtPoint(values, false);
+  AlignAtPoint(uncertainties, true);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!uncertainties[k].empty()) values[k] += std::string(kPlusMinus) + uncertainties[k];
+  }
+  return values;
 }
 
 std::string HtmlTable::Html() const {
+  const auto style = [this](std::size_t k) { return IsText(k) ? "" : " class=\"number\""; };
   std::string html =
-      count_ <= kShortTable ? "<div class=\"table whole\">" : "<div class=\"table\">";
+      rows_.size() <= kShortTable ? "<div class=\"table whole\">" : "<div class=\"table\">";
   html += "<table>\n<thead><tr>";
+  std::vector<std::vector<std::string>> columns;
   for (std::size_t k = 0; k < headers_.size(); ++k) {
-    html += "<th scope=\"col\"" + Class(k) + ">" + headers_[k] + "</th>";
+    html += std::string("<th scope=\"col\"") + style(k) + ">" + headers_[k] + "</th>";
+    columns.push_back(IsText(k) ? std::vector<std::string>() : AlignedColumn(k));
   }
-  return html + "</tr></thead>\n<tbody>\n" + rows_ + "</tbody></table></div>\n";
+  html += "</tr></thead>\n<tbody>\n";
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const Row& row = rows_[r];
+    html += row.strong ? "<tr class=\"strong\">" : "<tr>";
+    if (row.note) {
+      html += "<td>" + row.cells[0] + "</td><td class=\"number\" colspan=\"" +
+              std::to_string(headers_.size() - 1) + "\">" + row.cells[1] + "</td>";
+    }
+    for (std::size_t k = 0; k < row.cells.size() && !row.note; ++k)
+      html += std::string("<td") + style(k) + ">" + (IsText(k) ? row.cells[k] : columns[k][r]) +
+              "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
 }
 
 }  // namespace plumbline::measure

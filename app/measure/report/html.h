@@ -16,8 +16,11 @@ std::string Escape(std::string_view text);
 /// Formats "5.1e-07" as 5.1 x 10^-7 in HTML; escapes any other text.
 std::string NumberHtml(const std::string& number);
 
+/// A list of plain texts; empty without items.
+std::string ListHtml(const std::vector<std::string>& items);
+
 /// A table with HTML cells, kept on one page in print if it is short. Columns in `text_columns`
-/// (0-based) are left-aligned, all others right-aligned as numbers.
+/// (0-based) are left-aligned; all others are right-aligned, their numbers at the decimal point.
 class HtmlTable {
  public:
   HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> text_columns);
@@ -25,16 +28,20 @@ class HtmlTable {
   void AddRow(const std::vector<std::string>& cells, bool strong = false);
   /// A row with one cell and a text across all other columns.
   void AddNote(const std::string& cell, const std::string& note);
-  bool empty() const { return count_ == 0; }
+  bool empty() const { return rows_.empty(); }
   std::string Html() const;
 
  private:
-  std::string Class(std::size_t column) const;
+  struct Row {
+    std::vector<std::string> cells;
+    bool strong, note;
+  };
+  bool IsText(std::size_t column) const;
+  std::vector<std::string> AlignedColumn(std::size_t column) const;
 
   std::vector<std::string> headers_;
   std::vector<std::size_t> text_columns_;
-  std::string rows_;
-  int count_ = 0;
+  std::vector<Row> rows_;
 };
 
 }  // namespace plumbline::measure

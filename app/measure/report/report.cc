@@ -28,17 +28,6 @@ h3 { font-size: 1rem; font-weight: 600; margin: 24px 0 6px; break-after: avoid; 
 p { margin: 0 0 12px; max-width: 74ch; }
 ul { margin: 0 0 12px; padding-left: 20px; max-width: 74ch; }
 .soft, figcaption, .legend { color: var(--soft); font-size: 0.875rem; }
-.verdict { margin: 28px 0 22px; padding: 18px 22px; background: var(--tint);
-  border-left: 4px solid #0b6e8f; }
-.verdict p { margin: 0; }
-.verdict .word { color: var(--accent); font-size: 0.8rem; font-weight: 600;
-  letter-spacing: 0.06em; text-transform: uppercase; }
-.verdict .headline { font-size: 1.3rem; line-height: 1.35; margin: 4px 0 6px; max-width: none; }
-.keys { display: flex; flex-wrap: wrap; gap: 14px 40px; margin: 0 0 8px; }
-.keys div { min-width: 120px; }
-.keys dt { color: var(--soft); font-size: 0.8125rem; }
-.keys dd { margin: 0; font-size: 1.35rem; font-variant-numeric: tabular-nums; }
-.keys dd small { font-size: 0.8125rem; color: var(--soft); }
 .table { overflow-x: auto; margin: 0 0 12px; }
 table { border-collapse: collapse; font-size: 0.9rem; line-height: 1.4;
   font-variant-numeric: tabular-nums; }
@@ -79,25 +68,27 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
 .certificate .soft { font-size: 0.75rem; }
 .title td, .columns > tbody > tr > td { border: 0; padding: 0; }
 .title .when { text-align: right; white-space: nowrap; color: var(--soft); }
-.banner { margin: 8px 0 6px; padding: 8px 14px 7px; color: #fff; background: #5b6570; }
-.banner.explained { background: #1f6f43; }
-.banner.ambiguous { background: #8f5f00; }
-.banner.unknown { background: #a3271c; }
-.banner .word { font-size: 1.05rem; font-weight: 700; letter-spacing: 0.06em;
+.good { --state: #1f6f43; }
+.caution { --state: #8f5f00; }
+.bad { --state: #a3271c; }
+.neutral { --state: #5b6570; }
+.headline, .second { margin: 8px 0 6px; padding: 8px 14px 7px; }
+.headline { color: #fff; background-color: var(--state); }
+.second { background: var(--tint); border-left-width: 6px; border-left-style: solid;
+  border-left-color: var(--state); }
+.second .word { color: var(--state); }
+.certificate .word { font-size: 1rem; font-weight: 700; letter-spacing: 0.06em;
   text-transform: uppercase; margin: 0; }
-.banner .headline { font-size: 0.9375rem; font-weight: 600; }
-.conformity { padding: 4px 14px; border-left: 6px solid #5b6570; background: var(--tint); }
-.certificate .conformity { margin-bottom: 8px; }
-.conformity.conforms { border-color: #1f6f43; }
-.conformity.not-decided { border-color: #8f5f00; }
-.conformity.fails { border-color: #a3271c; }
+.certificate .headline .word { font-size: 1.5rem; line-height: 1.2; }
+.certificate .sentence { font-weight: 600; }
 .columns .left { width: 58%; padding-right: 12px; }
 .particulars th { border-bottom: 1px solid #dbe2e6; white-space: nowrap; font-weight: 400;
   vertical-align: top; }
 .particulars td { overflow-wrap: anywhere; }
 .plot { margin: 6px 0 2px; }
 .plot p { font-size: 0.75rem; line-height: 1.3; }
-.plot svg { display: block; width: 100%; height: auto; }
+.plot svg { display: block; width: 100%; height: auto; overflow: visible; }
+.pair { display: grid; gap: 8px 0; grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); }
 .plot svg text { font-family: system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif; }
 .blank { display: inline-block; width: 90%; min-width: 60px; border-bottom: 1px solid #25313a; }
 .approval td { width: 33%; border: 0; color: var(--soft); font-size: 0.75rem; }
@@ -108,19 +99,15 @@ h2.appendix { font-size: 1.3rem; border: 0; }
 @media (max-width: 600px) {
   main { padding: 22px 16px 40px; }
   h1 { font-size: 1.3rem; }
-  .verdict { padding: 14px 16px; }
-  .verdict .headline { font-size: 1.12rem; }
-  .keys { gap: 12px 28px; }
   table { font-size: 0.82rem; }
   th, td { padding-right: 10px; }
-  /* Tables beside each other become one below the other; plots are scrolled, so that their texts stay legible. */
+  /* Tables beside each other become one below the other; texts of a wide plot keep their size. */
   .title, .title > tbody, .title tr, .title td, .columns, .columns > tbody, .columns > tbody > tr,
   .columns > tbody > tr > td { display: block; width: 100%; }
   .columns .left { width: 100%; padding: 0 0 10px; }
   .title .when { text-align: left; }
   .certificate .table td:first-child { min-width: 7.5em; }
-  .plot { overflow-x: auto; }
-  .plot svg { min-width: 560px; }
+  .wide svg text { font-size: 20px; }
 }
 @media print {
   @page { size: A4; margin: 8mm 15mm 11mm;
@@ -129,23 +116,24 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   body { font-size: 10pt; }
   main { max-width: none; padding: 0; }
   h2 { margin-top: 22px; }
-  .banner, .conformity, .verdict, .heat td, .legend i {
+  .headline, .second, .heat td, .legend i {
     -webkit-print-color-adjust: exact; print-color-adjust: exact; }
   .certificate { max-width: none; font-size: 9pt; break-after: page; }
   .certificate h1 { font-size: 14pt; }
   .certificate table, .certificate th { font-size: 8pt; }
   footer { margin-top: 8pt; padding-top: 4pt; font-size: 7.5pt; break-before: avoid; }
   .certificate .soft, .plot p { font-size: 7.5pt; }
-  .banner .word { font-size: 11.5pt; }
-  .banner .headline { font-size: 9pt; }
+  .certificate .word { font-size: 9.5pt; }
+  .certificate .headline .word { font-size: 15pt; }
   .certificate .digest { font-size: 6pt; }
   .certificate p.soft { break-before: auto; }
   .certificate p { margin-bottom: 2pt; }
-  .banner { margin: 4pt 0; padding: 5pt 10pt 4pt; }
-  .certificate .conformity { margin-bottom: 4pt; }
+  .headline, .second { margin: 4pt 0; padding: 4pt 10pt 3pt; }
+  .pair { display: block; white-space: nowrap; font-size: 0; }
+  .pair svg { display: inline-block; width: 50%; }
   .plot { margin: 3pt 0 0; }
   .certificate, .certificate table, .plot p { line-height: 1.2; }
-  .banner p { margin-bottom: 1pt; }
+  .headline p, .second p { margin-bottom: 1pt; }
   .particulars th { padding-right: 4pt; }
   .approval .blank { height: 16pt; }
   h2.appendix { margin-top: 0; padding-top: 0; }
@@ -155,20 +143,17 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
   .certificate .left .number { padding-right: 4pt; }
   .table { overflow: visible; }
-  .keys dd { font-size: 12pt; }
-  .keys dd small { font-size: 8pt; }
-  .keys div { display: inline-block; margin-right: 4mm; }
   .legend span, .legend i { display: inline-block; margin-right: 6mm; }
-  .keys, .legend { display: block; }
+  .legend { display: block; }
   thead { display: table-header-group; }
-  tr, .panel, .note, .verdict, .legend, figcaption, .whole { break-inside: avoid; }
+  tr, .panel, .note, .legend, figcaption, .whole { break-inside: avoid; }
   .legend, figcaption, p.soft { break-before: avoid; }
   p { orphans: 3; widows: 3; }
   /* At least two rows on either side of a page break. */
   tbody tr:first-child { break-after: avoid; }
   tbody tr:last-child { break-before: avoid; }
   figcaption, .legend, .soft { font-size: 8.5pt; }
-  .panels, .panels.small { display: block; }
+  .panels, .panels.small { display: block; orphans: 1; widows: 1; }
   .panel { display: inline-block; vertical-align: top; width: 40%; margin: 0 6mm 4px 0; }
   .panels.small .panel { width: 31%; margin-right: 1%; }
 }
@@ -191,7 +176,7 @@ struct Pictures {
     for (PanelGroup* group : {&signals, &spectrum, &poses}) add(*group);
     for (PanelGroup& group : rivals) add(group);
     for (CertificateFigure* figure : {&points, &deciding}) {
-      if (!figure->panel.script.empty()) panels.push_back(&figure->panel);
+      for (Panel& panel : figure->panels) panels.push_back(&panel);
     }
     return panels;
   }
@@ -207,7 +192,7 @@ void AddCertificateFigures(const Diagnosis& diagnosis, const model::CellModel& c
   const FigureHeights heights =
       HeightsBeside(CertificateTextHeight_mm({diagnosis, cell, source, achieved, pictures.points,
                                               pictures.deciding, pictures.fault}),
-                    !pictures.points.panel.script.empty());
+                    !pictures.points.panels.empty());
   pictures.points = PointsFigure(achieved, tolerance_m, heights.points);
   pictures.deciding = DecidingFigure(diagnosis, cell, heights.deciding);
 }
@@ -279,7 +264,9 @@ std::string ReportHtml(const Diagnosis& diagnosis, const model::CellModel& cell,
   std::string html = Head(cell) + "<body>\n<main>\n";
   html += CertificatePage(
       {diagnosis, cell, source, achieved, pictures.points, pictures.deciding, pictures.fault});
-  html += "<h2 class=\"appendix\">Appendix</h2>\n" + VerdictBlock(diagnosis);
+  html += "<h2 class=\"appendix\">Appendix</h2>\n" + Chapter("Verdict", VerdictBlock(diagnosis));
+  html += Chapter("Data", DataTable(diagnosis, cell, source));
+  html += Chapter("Signals not recorded", RemarksList(diagnosis.not_recorded, diagnosis));
   html += Chapter("Residuals before and after correction", ErrorTable(diagnosis));
   html += Chapter("Effects found", EffectsBlock(diagnosis));
   html += Chapter("Measurement uncertainty", BudgetTable(achieved, diagnosis));
@@ -300,10 +287,8 @@ std::string ReportHtml(const Diagnosis& diagnosis, const model::CellModel& cell,
   html += Chapter("Effects considered", ConsideredTable(diagnosis));
   if (!nothing) html += detectable;
   html += Chapter("Correlation of the parameters", CorrelationBlock(diagnosis));
-  html += Chapter("Signals not recorded", NotRecordedList(diagnosis));
   html += Chapter("Outliers", OutlierTable(diagnosis));
-  html += Chapter("Remarks", NotesList(diagnosis));
-  html += Chapter("Data", DataTable(diagnosis, cell, source));
+  html += Chapter("Remarks", RemarksList(diagnosis.notes, diagnosis));
   return html + "<footer>Created by Plumbline " + Escape(source.version) +
          ". Lengths in mm, angles in the units stated; W is the measurement frame.</footer>\n"
          "</main>\n</body>\n</html>\n";

@@ -2,14 +2,22 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/measure/report/figures.h"
 #include "app/measure/report/report.h"
 
 namespace plumbline::measure {
 
-/// The verdict with the key figures.
+/// Why a correction was withheld, an effect is in doubt, or a check failed.
+std::vector<std::string> Reservations(const Diagnosis& diagnosis);
+
+/// The verdict with all reservations.
 std::string VerdictBlock(const Diagnosis& diagnosis);
+
+/// Time of the measurement: that of the rows if its origin is known, otherwise as stated; empty if
+/// it is not.
+std::string MeasuredText(const Diagnosis& diagnosis, const CertificateDetails& details);
 
 /// Residuals with the declared and the corrected model, fitted and held out: RMS, percentiles,
 /// maximum.
@@ -17,6 +25,9 @@ std::string ErrorTable(const Diagnosis& diagnosis);
 
 /// Each effect's physical meaning, its remedy, its parameters and their plausible ranges.
 std::string EffectsBlock(const Diagnosis& diagnosis);
+
+/// RMS displacement of the tip by one value of an effect [mm]; empty for a shape.
+std::string OffsetAtTheTip(const Finding& finding, std::size_t value);
 
 /// Correlation matrix of the parameters; for many parameters, the strongest pairs.
 std::string CorrelationBlock(const Diagnosis& diagnosis);
@@ -29,8 +40,7 @@ std::string ConsideredTable(const Diagnosis& diagnosis);
 
 std::string RivalText(const Rival& rival);
 std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& cell);
-std::string NotRecordedList(const Diagnosis& diagnosis);
-std::string NotesList(const Diagnosis& diagnosis);
+std::string RemarksList(std::vector<std::string> remarks, const Diagnosis& diagnosis);
 std::string OutlierTable(const Diagnosis& diagnosis);
 std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
                       const ReportSource& source);

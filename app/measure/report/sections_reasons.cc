@@ -5,9 +5,11 @@
 #include <cmath>
 #include <set>
 
+#include "app/base/text/text.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
+#include "app/measure/report/words.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -15,13 +17,7 @@ namespace plumbline::measure {
 namespace {
 
 constexpr std::size_t kMaxOutliers = 40;
-
-std::string List(const std::vector<std::string>& items) {
-  if (items.empty()) return "";
-  std::string html = "<ul>\n";
-  for (const std::string& item : items) html += "<li>" + Escape(item) + "</li>\n";
-  return html + "</ul>\n";
-}
+constexpr double kNever_s = 1e300;
 
 bool Offered(const CandidateOutcome& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
@@ -51,11 +47,11 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
   HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
   for (const CandidateOutcome& one : all) {
     const bool offered = Offered(one);
-    table.AddRow(
-        {Escape(Capitalized(EffectName(one.id, one.scope))),
-         offered ? fmt::format("{}", one.parameters) : "",
-         offered ? Escape(PercentText(one.signal_share)) : "", GapText(one), Escape(one.reason)},
-        one.taken);
+    table.AddRow({Escape(Capitalized(EffectName(one.id, one.scope))),
+                  offered ? fmt::format("{}", one.parameters) : "",
+                  offered ? Escape(PercentText(one.signal_share)) : "", GapText(one),
+                  Escape(InWords(one.reason, diagnosis))},
+                 one.taken);
   }
   return table.Html() +
          "<p class=\"soft\">Explains alone: share of the residual, after alignment of the frames, "
@@ -77,7 +73,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
   std::vector<std::string> headers = {"Pose"};
   for (int i = 0; i < cell.robot.size(); ++i) {
     const bool prismatic = cell.robot.joints[i].type == model::JointType::kPrismatic;
-    headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
+    headers.push_back(fmt::format("Joint {} ({})", i + 1, prismatic ? "mm" : "&deg;"));
   }
   headers.insert(headers.end(), {"Payload (kg)", "How to measure", "Separation (mm)"});
   HtmlTable table(headers, {});
@@ -90,7 +86,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
           NumberHtml(fmt::format("{:.2f}", pose.q[i] * model::PositionForm(type).from_SI)));
     }
     cells.push_back(fmt::format("{:.1f}", pose.payload_kg));
-    cells.push_back(Escape(MeasuringText(pose)));
+    cells.push_back(Escape(InWords(MeasuringText(pose), diagnosis)));
     cells.push_back(Escape(MillimetreText(pose.separation_m)));
     table.AddRow(cells);
   }
@@ -101,12 +97,9 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
          "that pose.</p>\n";
 }
 
-std::string NotRecordedList(const Diagnosis& diagnosis) {
-  return List(diagnosis.not_recorded);
-}
-
-std::string NotesList(const Diagnosis& diagnosis) {
-  return List(diagnosis.notes);
+std::string RemarksList(std::vector<std::string> remarks, const Diagnosis& diagnosis) {
+  for (std::string& remark : remarks) remark = InWords(remark, diagnosis);
+  return ListHtml(remarks);
 }
 
 std::string OutlierTable(const Diagnosis& diagnosis) {
@@ -134,6 +127,26 @@ std::string OutlierTable(const Diagnosis& diagnosis) {
     html += fmt::format("<p>and {} more.</p>\n", count - kMaxOutliers);
   }
   return html;
+}
+
+std::string MeasuredText(const Diagnosis& diagnosis, const CertificateDetails& details) {
+  const auto times = std::ranges::find(diagnosis.signals, "t_s", &SignalTrace::name);
+  if (!diagnosis.domain.time_zero_s || times == diagnosis.signals.end()) return details.measured_on;
+  double first_s = kNever_s, last_s = -kNever_s;
+  for (const double at_s : times->values) {
+    if (!std::isfinite(at_s)) continue;
+    first_s = std::min(first_s, at_s);
+    last_s = std::max(last_s, at_s);
+  }
+  if (first_s > last_s) return details.measured_on;
+  const auto date_and_time = [&](double at_s) {  // "2026-11-21 07:30"
+    std::string text = text::TextFromUtc(*diagnosis.domain.time_zero_s + at_s).substr(0, 16);
+    text[10] = ' ';
+    return text;
+  };
+  const std::string first = date_and_time(first_s), last = date_and_time(last_s);
+  const bool one_day = first.substr(0, 10) == last.substr(0, 10);
+  return first + " to " + (one_day ? last.substr(11) : last) + " UTC";
 }
 
 std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
@@ -176,7 +189,9 @@ std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
     }
     table.AddRow({"Expected residual of new points (standard deviation of one axis)", spread});
   }
-  table.AddRow({"Date", Escape(source.date)});
+  const std::string measured = MeasuredText(diagnosis, source.certificate_details);
+  table.AddRow({"Measured", measured.empty() ? "not stated" : Escape(measured)});
+  table.AddRow({"Report written", Escape(source.utc)});
   table.AddRow({"Program", "Plumbline " + Escape(source.version)});
   return table.Html();
 }

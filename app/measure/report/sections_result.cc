@@ -10,6 +10,7 @@
 #include "app/measure/diagnosis/headline.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
+#include "app/measure/report/words.h"
 
 namespace plumbline::measure {
 namespace {
@@ -18,25 +19,6 @@ constexpr Eigen::Index kMaxHeatRows = 14;
 constexpr std::size_t kMaxPairs = 10;
 constexpr double kUnbounded = 1e100;
 constexpr double kStrong = 0.9;  // correlations above this are emphasised
-
-const char* VerdictWords(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNoEffect:
-      return "No effect beyond the noise";
-    case Verdict::kExplained:
-      return "Explained";
-    case Verdict::kAmbiguous:
-      return "Not decidable from these points";
-    case Verdict::kUnknown:
-      break;
-  }
-  return "Not explained by the catalogue of effects";
-}
-
-std::string Key(const std::string& name, const std::string& value, const std::string& remark) {
-  return "<div><dt>" + name + "</dt><dd>" + Escape(value) + " mm <small>" + Escape(remark) +
-         "</small></dd></div>\n";
-}
 
 /// Lengths of a residual over all rows that have it, outliers excluded [m], ascending.
 template <typename Residual>
@@ -99,7 +81,8 @@ std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
     for (const model::EffectParameter& parameter :
          effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
       if (!parameter.word.empty()) continue;
-      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " + parameter.name);
+      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " +
+                      ParameterInWords(parameter.name));
     }
   }
   return names.size() == diagnosis.finding_names.size() ? names : diagnosis.finding_names;
@@ -138,51 +121,26 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
 
 }  // namespace
 
-std::string VerdictBlock(const Diagnosis& diagnosis) {
-  std::string html = "<section class=\"verdict\">\n<p class=\"word\">";
-  html += VerdictWords(diagnosis.verdict);
-  html += "</p>\n<p class=\"headline\">" + Escape(Capitalized(Headline(diagnosis))) + ".</p>\n";
-  for (const Finding& finding : diagnosis.findings) {
-    const std::string line = LinearTrendText(finding.effect);
-    if (!line.empty()) html += "<p>" + Escape(Capitalized(line)) + ".</p>\n";
-    if (finding.implausible.empty()) continue;
-    html +=
-        "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
-  }
-  for (const Doubt& doubt : diagnosis.doubts) {
-    html += "<p>Doubtful: " + Escape(EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) +
-            "</p>\n";
-  }
+std::vector<std::string> Reservations(const Diagnosis& diagnosis) {
+  std::vector<std::string> lines;
+  const auto add = [&](const std::string& line) { lines.push_back(InWords(line, diagnosis)); };
+  if (!diagnosis.withheld.empty()) add("No correction: " + diagnosis.withheld);
   for (const ExplanationCheck& check : diagnosis.checks) {
-    if (!check.effect.empty() || check.passed) continue;
-    html += "<p>Not explained: " + Escape(check.sentence) + "</p>\n";
+    if (check.effect.empty() && !check.passed) add("Not explained: " + check.sentence);
   }
-  html += "</section>\n<dl class=\"keys\">\n";
-  const bool held_out = !diagnosis.held_out_by.empty();
-  const HeldOutError& error = diagnosis.held_out;
-  html += Key(diagnosis.findings.empty() ? "Residual" : "Residual before",
-              MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
-  if (!diagnosis.findings.empty()) {
-    html += Key(
-        "Residual after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
-        held_out ? fmt::format("3-D RMS, 95 % interval {} to {}", MillimetreText(error.after_low_m),
-                               MillimetreText(error.after_high_m))
-                 : "3-D RMS, of the fitted points");
+  for (const Doubt& doubt : diagnosis.doubts)
+    add("In doubt: " + EffectName(doubt.id, doubt.scope) + ": " + doubt.reason);
+  for (const Finding& finding : diagnosis.findings) {
+    if (!finding.implausible.empty())
+      add("Implausible: " + EffectName(finding) + ": " + finding.implausible);
   }
-  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m),
-              OriginText(diagnosis.noise_floor_origin));
-  if (diagnosis.noise_floor_origin != diagnosis.sigma_origin && diagnosis.noise_in_use_m > 0) {
-    html += Key("Noise in use", MillimetreText(diagnosis.noise_in_use_m),
-                OriginText(diagnosis.sigma_origin));
-  }
-  html += "</dl>\n";
-  if (held_out && !diagnosis.findings.empty()) {
-    html +=
-        "<p class=\"soft\">Residuals of points used neither for selecting nor for fitting the "
-        "effects (" +
-        Escape(diagnosis.held_out_by) + " held out in turn).</p>\n";
-  }
-  return html;
+  return lines;
+}
+
+std::string VerdictBlock(const Diagnosis& diagnosis) {
+  std::string html =
+      "<p>" + Escape(InWords(Capitalized(Headline(diagnosis)), diagnosis)) + ".</p>\n";
+  return html + ListHtml(Reservations(diagnosis));
 }
 
 std::string ErrorTable(const Diagnosis& diagnosis) {
@@ -207,8 +165,12 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
                   Sizes(diagnosis, &RowTrace::held_out_after), true);
     }
   }
-  table.AddRow({"Noise floor of the instrument", Escape(MillimetreText(diagnosis.noise_floor_m)),
-                "", "", "", ""});
+  table.AddRow({"Noise floor, " + Escape(OriginText(diagnosis.noise_floor_origin)),
+                Escape(MillimetreText(diagnosis.noise_floor_m)), "", "", "", ""});
+  if (diagnosis.noise_floor_origin != diagnosis.sigma_origin && diagnosis.noise_in_use_m > 0) {
+    table.AddRow({"Noise in use, " + Escape(OriginText(diagnosis.sigma_origin)),
+                  Escape(MillimetreText(diagnosis.noise_in_use_m)), "", "", "", ""});
+  }
   std::string html = table.Html();
   html += "<p class=\"soft\">Length of the 3-D residual: measured minus predicted tip position";
   if (!diagnosis.outlier_rows.empty()) html += ", outliers excluded";
@@ -224,12 +186,18 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
                      : "; the interval is a bootstrap over groups of rows.</p>\n");
 }
 
+std::string OffsetAtTheTip(const Finding& finding, std::size_t value) {
+  const bool known =
+      value < finding.tip_rms_of_each_m.size() && finding.tip_rms_of_each_m[value] > 0;
+  return known ? Escape(MillimetreText(finding.tip_rms_of_each_m[value])) : "";
+}
+
 std::string EffectsBlock(const Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   std::string html;
-  HtmlTable table(
-      {"Effect", "Parameter", "Value", "Standard uncertainty", "Unit", "Plausible range"},
-      {0, 1, 4});
+  HtmlTable table({"Effect", "Parameter", "Offset at the tip (mm)", "Value", "Standard uncertainty",
+                   "Unit", "Plausible range"},
+                  {0, 1, 5});
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTraits& traits = finding.effect.term.effect->traits();
     html += "<h3>" + Escape(Capitalized(EffectName(finding))) + "</h3>\n<p>";
@@ -247,12 +215,13 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
       html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
               Escape(curve.range + " " + curve.unit) + ".</p>\n";
     }
+    if (const std::string trend = LinearTrendText(finding.effect); !trend.empty())
+      html += "<p>" + Escape(InWords(Capitalized(trend), diagnosis)) + ".</p>\n";
     html +=
         "<p><em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {
-      html +=
-          "<p class=\"note\">Implausible for a healthy machine: " + Escape(finding.implausible) +
-          "</p>\n";
+      html += "<p class=\"note\">Implausible for a healthy machine: " +
+              Escape(InWords(finding.implausible, diagnosis)) + "</p>\n";
     }
     const model::WrittenEffect written =
         effects::WrittenFromActive(finding.effect, finding.covariance);
@@ -264,7 +233,8 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
       const ValueText shown = ShownValueOf(parameter);
       const auto [scale, unit] = ShownUnitOf(parameter);
       table.AddRow(
-          {Escape(EffectName(written.id)), Escape(parameter.name),
+          {Escape(Capitalized(EffectName(written.id))), Escape(ParameterInWords(parameter.name)),
+           OffsetAtTheTip(finding, k),
            parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
            NumberHtml(shown.sd), Escape(unit == "1" ? "" : unit),
            spec != nullptr
@@ -274,7 +244,8 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
     }
   }
   return html + table.Html() +
-         "<p class=\"soft\">Values are added to, or multiply, the declared values of the cell. "
+         "<p class=\"soft\">Offset at the tip: RMS over the measured poses, by this value alone. "
+         "Values are added to, or multiply, the declared values of the cell. "
          "Standard uncertainty: k = 1, propagated from the fit. Plausible range: of a healthy "
          "machine.</p>\n";
 }

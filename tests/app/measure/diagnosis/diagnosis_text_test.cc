@@ -14,16 +14,17 @@ namespace plumbline::diagnosis_text_test {
 using namespace plumbline::measure;
 
 TEST_CASE("signals are labelled by name and unit") {
-  const std::pair<const char*, const char*> cases[] = {{"q5_deg", "q5 (deg)"},
-                                                       {"qd2_deg_s", "qd2 (deg/s)"},
+  const std::pair<const char*, const char*> cases[] = {{"q5_deg", "joint 5 (deg)"},
+                                                       {"qd2_deg_s", "speed of joint 2 (deg/s)"},
                                                        {"t_s", "time (s)"},
                                                        {"temp_C", "temperature (\u00b0C)"},
-                                                       {"q7_mm", "q7 (mm)"},
+                                                       {"q7_mm", "joint 7 (mm)"},
+                                                       {"tau3_Nm", "torque of joint 3 (N m)"},
                                                        {"air_pressure_bar", "air pressure (bar)"},
                                                        {"payload_kg", "payload (kg)"},
-                                                       {"program_step", "program_step"},
+                                                       {"program_step", "program step"},
                                                        {"counter", "counter"},
-                                                       {"_s", "_s"}};
+                                                       {"_s", " s"}};
   for (const auto& [column, label] : cases) CHECK(SignalLabel(column) == label);
 }
 
