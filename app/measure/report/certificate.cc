@@ -27,7 +27,7 @@ namespace {
 
 // Texts of the certificate: limited in length, so that the page stays one page.
 
-constexpr std::size_t kMaxSentenceLength = 440;
+constexpr std::size_t kMaxSentenceLength = 300;
 
 /// The text cut at a character boundary if it is longer than the page permits.
 std::string Shortened(const std::string& text, std::size_t most) {
@@ -184,8 +184,8 @@ Statement VerdictStatement(const Diagnosis& diagnosis, const model::CellModel& c
   return verdict;
 }
 
-constexpr std::size_t kMaxNameLength = 48, kMaxWordLength = 24, kMaxParticularLength = 44,
-                      kMaxApproverLength = 32, kMaxFileLength = 60;
+constexpr std::size_t kMaxNameLength = 48, kMaxWordLength = 24, kMaxParticularLength = 30,
+                      kMaxInstrumentLength = 44, kMaxApproverLength = 32, kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
 constexpr double kAllShares = 1.02, kMostShares = 0.85;
@@ -193,8 +193,7 @@ constexpr double kAllShares = 1.02, kMostShares = 0.85;
 Statement ConformityStatement(const Conformity& conformity) {
   using enum Conformity::Outcome;
   std::vector<std::string> rule = {
-      "Decision rule of ISO 14253-1: |error| + U \u2264 tolerance conforms, |error| \u2212 U > "
-      "tolerance does not."};
+      "Decision rule of ISO 14253-1: a pose conforms if |error| + U \u2264 tolerance."};
   switch (conformity.outcome) {
     case kConforms:
       return {"Conforms", "\u2713", "good", conformity.sentence, rule};
@@ -248,9 +247,9 @@ std::string ParticularsTable(const CertificateInput& input) {
     add("Poses, rows", fmt::format("{}, {}", input.achieved.before->characteristics.poses.size(),
                                    input.achieved.rows));
   }
-  add("Instrument", OrNotStated(details.instrument));
+  add("Instrument", OrNotStated(details.instrument, kMaxInstrumentLength));
   add("Its serial no.", OrNotStated(details.instrument_serial));
-  add("Its calibration", OrNotStated(details.calibration));
+  add("Its calibration", OrNotStated(details.calibration, kMaxInstrumentLength));
   add("Its uncertainty", sigma_m ? "\u03c3 = " + MillimetreText(*sigma_m) + " mm per axis, " +
                                        (of_rows_m ? "median of the rows" : "declared")
                                  : "not stated");
@@ -418,11 +417,10 @@ CertificateParts CertificatePartsOf(const CertificateInput& input) {
   const ReportSource& source = input.source;
   CertificateParts parts;
   parts.top = fmt::format(
-      "<header>\n<table class=\"title\"><tbody><tr><td><h1>{}</h1><p>Accuracy "
-      "certificate, number: {}</p></td><td class=\"when\">Written {}<br>Plumbline "
-      "{}</td></tr></tbody></table>\n</header>\n",
+      "<header>\n<h1>{}</h1>\n<p>Accuracy certificate, number: {}</p>\n<p class=\"soft\">Written "
+      "{} by Plumbline {}</p>\n</header>\n",
       Escape(Shortened(input.cell.robot.name, kMaxNameLength)),
-      Escape(OrNotStated(source.certificate_details.number)), Escape(OrNotStated(source.utc)),
+      Escape(OrNotStated(source.certificate_details.number)), Escape(UtcInWords(source.utc)),
       Escape(source.version));
   parts.top += Statements(input);
   if (!input.figure_fault.empty()) {
@@ -450,7 +448,7 @@ CertificateParts CertificatePartsOf(const CertificateInput& input) {
 }  // namespace
 
 double CertificateTextHeight_mm(const CertificateInput& input) {
-  constexpr double kTitle_mm = 1, kAround_mm = 8, kSignature_mm = 4;  // not in paragraphs or rows
+  constexpr double kTitle_mm = 6, kAround_mm = 8, kSignature_mm = 4;  // not in paragraphs or rows
   const CertificateParts parts = CertificatePartsOf(input);
   double height_mm = kTitle_mm + kAround_mm + kSignature_mm + PrintedHeight_mm(parts.top) +
                      std::max(PrintedHeight_mm(parts.left), PrintedHeight_mm(parts.right)) +

@@ -20,12 +20,12 @@ struct Kind {
   std::size_t line_length;  ///< characters
   double line_mm, around_mm;
 };
-constexpr Kind kKinds[] = {{"<p class=\"word\"", 60, 6.0, 3.5},
+constexpr Kind kKinds[] = {{"<p class=\"word\"", 60, 5.5, 3.0},
                            {"<p class=\"sentence\"", 88, 3.9, 0.4},
                            {"<p class=\"soft untested\"", 62, 3.3, 0.8},
                            {"<p class=\"soft\"", 112, 3.3, 0.8},
                            {"<p class=\"caption\"", 112, 3.3, 0.8},
-                           {"<p class=\"digest\"", 135, 3.2, 4.0},
+                           {"<p class=\"digest\"", 135, 3.2, 2.0},
                            {"<p", 95, 3.9, 0.8}};
 
 /// Number of characters outside tags; an entity is one.

@@ -10,7 +10,7 @@ inline constexpr int kCertificateFigureWidth = 700;
 
 /// Heights of the certificate's figures [px], at a width of kCertificateFigureWidth.
 struct FigureHeights {
-  int points = 112, deciding = 160;
+  int points = 100, deciding = 130;
 };
 
 /// Upper estimate of the printed height [mm] of paragraphs and tables below each other, from the

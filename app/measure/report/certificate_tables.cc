@@ -240,7 +240,7 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
   if (achieved.after) headers.emplace_back("AP after (mm)");
   headers.insert(headers.end(), {"U (mm)", "RP (mm)"});
   if (tolerance_m) headers.emplace_back("Tolerance");
-  HtmlTable table(headers, {});
+  HtmlTable table(headers, {achieved.after ? 6U : 5U});
   for (const std::size_t k : order) {
     std::vector<std::string> cells = {
         fmt::format("{}", k + 1), fmt::format("{}", poses[k].cycles),

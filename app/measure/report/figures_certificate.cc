@@ -181,8 +181,7 @@ DecidingSignal SelectSignal(const Diagnosis& diagnosis, const model::CellModel& 
   return best;
 }
 
-constexpr double kCompressed = 8;  // errors before correction over all others: a linear axis hides
-                                   // the others
+constexpr int kTitle_px = 20, kAxis_px = 40;  // above and below a plot
 constexpr const char* kTolerance = "#b42318";
 constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
 constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
@@ -308,42 +307,46 @@ Panel DecidingPanel(const char* title, int column, const char* colour, double no
   return panel;
 }
 
-/// Axis of the errors [mm].
-struct ErrorAxis {
-  double low_mm = 0, high_mm = 0;
-  bool logarithmic = false;
-};
-
-ErrorAxis ErrorAxisOf(const AchievedAccuracy& achieved, std::optional<double> tolerance_m) {
-  const auto& before = achieved.before->characteristics.poses;
-  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
-  const auto& poses = last.characteristics.poses;
-  double before_mm = 0, last_mm = tolerance_m ? 1e3 * *tolerance_m : 0, least_mm = last_mm;
-  for (std::size_t k = 0; k < before.size(); ++k) {
+/// The error at each pose with one model, with the bar from error - U (at least 0) to error + U.
+Panel PointsPanel(const char* title, const Achieved& achieved, const char* colour,
+                  std::optional<double> tolerance_m, const std::string& canvas) {
+  const std::vector<PoseCharacteristics>& poses = achieved.characteristics.poses;
+  std::vector<std::vector<double>> rows;
+  double high_mm = tolerance_m ? 1e3 * *tolerance_m : 1e-6;
+  for (std::size_t k = 0; k < poses.size(); k += plot::Stride(poses.size())) {
     const double error_mm = 1e3 * poses[k].accuracy_m;
-    before_mm = std::max(before_mm, 1e3 * before[k].accuracy_m);
-    last_mm = std::max(last_mm, error_mm + 1e3 * last.BudgetOfPose(k).expanded_m());
-    if (error_mm > 0 && (least_mm <= 0 || error_mm < least_mm)) least_mm = error_mm;
+    const double expanded_mm = 1e3 * achieved.BudgetOfPose(k).expanded_m();
+    rows.push_back({static_cast<double>(k + 1), error_mm, std::max(0.0, error_mm - expanded_mm),
+                    error_mm + expanded_mm});
+    high_mm = std::max(high_mm, error_mm + expanded_mm);
   }
-  const double high_mm = std::max({before_mm, last_mm, 1e-6});
-  if (achieved.after && least_mm > 0 && before_mm > kCompressed * last_mm) {
-    return {std::max(0.8 * least_mm, 1e-3 * last_mm), 1.3 * high_mm, true};
+  Panel panel{title, "", canvas + plot::Data("poses", rows), ""};
+  panel.script += fmt::format(
+      "set title '{}' offset 0,-0.6\nset xrange [0:{}]\nset yrange [0:{:.6g}]\nset ytics {:.6g}\n"
+      "set xlabel 'pose, in the order of measuring' offset 0,1\n"
+      "set ylabel 'error (mm)' offset 0.8,0\n",
+      title, poses.size() + 1, 1.06 * high_mm, plot::RoundDown(high_mm / 2.5));
+  if (tolerance_m) {
+    panel.script += fmt::format(
+        "set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead linewidth 1.4 "
+        "linecolor rgb '{1}' front\n",
+        1e3 * *tolerance_m, kTolerance);
   }
-  return {0, 1.06 * high_mm, false};
+  // Not yerrorbars: their points have a white margin, which hides the neighbours.
+  panel.script += fmt::format(
+      "plot $poses using 1:3:(0):($4-$3) with vectors nohead linewidth 1 linecolor rgb '{0}', "
+      "$poses using 1:2 with points pointtype 7 pointsize {1} linecolor rgb '{0}'\n",
+      colour, rows.size() > 75 ? 0.3 : 0.4);
+  return panel;
 }
 
-/// Pose, error before and after correction, and the ends of the bar [mm], not below the axis.
-std::vector<std::vector<double>> ErrorRows(const AchievedAccuracy& achieved, double low_mm) {
-  const auto& before = achieved.before->characteristics.poses;
-  const Achieved& last = achieved.after ? *achieved.after : *achieved.before;
-  std::vector<std::vector<double>> rows;
-  for (std::size_t k = 0; k < before.size(); k += plot::Stride(before.size())) {
-    const double error_mm = 1e3 * last.characteristics.poses[k].accuracy_m;
-    const double expanded_mm = 1e3 * last.BudgetOfPose(k).expanded_m();
-    rows.push_back({static_cast<double>(k + 1), 1e3 * before[k].accuracy_m, error_mm,
-                    std::max(low_mm, error_mm - expanded_mm), error_mm + expanded_mm});
-  }
-  return rows;
+/// Canvas of one of `count` panels beside each other, with its margins.
+std::string Canvas(std::size_t count, int height) {
+  return plot::Begin(kCertificateFigureWidth / static_cast<int>(count), height) +
+         fmt::format(
+             "set lmargin 8\nset rmargin 2\nset xtics offset 0,0.5\nset tmargin at screen {:.4f}\n"
+             "set bmargin at screen {:.4f}\n",
+             1 - static_cast<double>(kTitle_px) / height, static_cast<double>(kAxis_px) / height);
 }
 
 }  // namespace
@@ -352,48 +355,24 @@ CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<d
                                int height) {
   CertificateFigure figure;
   if (!achieved.before) return figure;
-  const bool corrected = achieved.after.has_value();
-  const std::size_t poses = achieved.before->characteristics.poses.size();
-  const ErrorAxis axis = ErrorAxisOf(achieved, tolerance_m);
-  const std::vector<std::vector<double>> rows = ErrorRows(achieved, axis.low_mm);
   figure.title = "Error at the measured poses";
-  Panel& panel = figure.panels.emplace_back();
-  panel.title = figure.title;
-  panel.script = plot::Begin(kCertificateFigureWidth, height) + plot::Data("poses", rows);
-  panel.script += fmt::format(
-      "set xlabel 'pose, in the order of measuring' offset 0,0.5\nset ylabel 'error (mm)'\n"
-      "set xrange [0:{}]\nset yrange [{:.6g}:{:.6g}]\nset lmargin 8\nset rmargin {}\n"
-      "set tmargin 0.6\n",
-      poses + 1, axis.low_mm, axis.high_mm, tolerance_m ? 10 : 2);
-  panel.script += axis.logarithmic
-                      ? std::string("set logscale y\n")
-                      : fmt::format("set ytics {:.6g}\n", plot::RoundDown(axis.high_mm / 2.65));
-  if (tolerance_m) {
-    panel.script += fmt::format(
-        "set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead linewidth 1.4 "
-        "linecolor rgb '{1}' front\n"
-        "set label 1 'tolerance' at graph 1.01, first {0:.6g} textcolor rgb '{1}'\n",
-        1e3 * *tolerance_m, kTolerance);
+  if (achieved.after) {
+    const std::string canvas = Canvas(2, height);
+    figure.panels = {
+        PointsPanel("before correction", *achieved.before, plot::kInk, tolerance_m, canvas),
+        PointsPanel("after correction", *achieved.after, plot::kAccent, tolerance_m, canvas)};
+  } else {
+    figure.panels = {PointsPanel("without correction", *achieved.before, plot::kAccent, tolerance_m,
+                                 Canvas(1, height))};
   }
-  const double size = rows.size() > 150 ? 0.3 : 0.5;
-  panel.script += "plot ";
-  if (corrected) {
-    panel.script +=
-        fmt::format("$poses using 1:2 with points pointtype 6 pointsize {} linecolor rgb '{}', ",
-                    size, "#7d8a93");
-  }
-  // Not yerrorbars: their points have a white margin, which hides the neighbours.
-  panel.script += fmt::format(
-      "$poses using 1:4:(0):($5-$4) with vectors nohead linewidth 1 linecolor rgb '{0}', "
-      "$poses using 1:3 with points pointtype 7 pointsize {1} linecolor rgb '{0}'\n",
-      plot::kAccent, size);
+  const std::size_t stride = plot::Stride(achieved.before->characteristics.poses.size());
   figure.sentence = fmt::format(
-      "{} bar: expanded uncertainty U.{}{}{}",
-      corrected ? "Circle: before correction; dot: after correction;" : "Dot: without correction;",
-      tolerance_m ? " A bar that crosses the line proves neither conformity nor the contrary." : "",
-      axis.logarithmic ? " Logarithmic axis." : "",
-      plot::Stride(poses) > 1 ? fmt::format(" One pose in {} is drawn.", plot::Stride(poses))
-                              : std::string());
+      "Bar: expanded uncertainty U.{}{}{}",
+      tolerance_m ? " Red: tolerance; a bar that crosses it proves neither conformity nor the "
+                    "contrary."
+                  : "",
+      achieved.after ? " Each plot has its own scale." : "",
+      stride > 1 ? fmt::format(" One pose in {} is drawn.", stride) : std::string());
   return figure;
 }
 
@@ -416,16 +395,14 @@ CertificateFigure DecidingFigure(const Diagnosis& diagnosis, const model::CellMo
   const double margin = high > low ? 0.04 * (high - low) : 1;
   const std::string label = SignalLabel(selected.signal->name);
   figure.title = fmt::format("Residual {} against {}", NameOf(selected.component), label);
-  std::string common =
-      plot::Begin(corrected ? kCertificateFigureWidth / 2 : kCertificateFigureWidth, height) +
-      plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
+  std::string common = Canvas(corrected ? 2 : 1, height) +
+                       plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
   if (rejected) common += plot::Data("rejected", PointsOf(selected.rejected));
   common += fmt::format(
       "set xrange [{:.8g}:{:.8g}]\nset yrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n"
-      "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
-      "set lmargin 8\nset rmargin 2\n",
+      "set xlabel {} offset 0,1\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n",
       low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
-      GnuplotQuoted(label), plot::RoundDown((top - bottom) / 3));
+      GnuplotQuoted(label), plot::RoundDown((top - bottom) / 2.5));
   if (corrected) {
     figure.panels = {
         DecidingPanel("before correction", 2, plot::kInk, noise_mm, rejected, common),

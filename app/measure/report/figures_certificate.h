@@ -18,9 +18,8 @@ struct CertificateFigure {
   std::vector<Panel> panels;    ///< none if there is nothing to show
 };
 
-/// Error at each measured pose before and after correction with its expanded uncertainty, and the
-/// tolerance. The axis is logarithmic if the errors before correction would otherwise press those
-/// after it against the axis. No panel if there are no errors.
+/// Error at each measured pose with its expanded uncertainty, one panel each before and after
+/// correction, and the tolerance. No panel if there are no errors.
 /// @param tolerance_m  [m]; absent if none was stated
 /// @param height       of the panel [px]
 CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m,

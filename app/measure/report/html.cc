@@ -166,7 +166,10 @@ std::string HtmlTable::Html() const {
   html += "<table>\n<thead><tr>";
   std::vector<std::vector<std::string>> columns;
   for (std::size_t k = 0; k < headers_.size(); ++k) {
-    html += std::string("<th scope=\"col\"") + style(k) + ">" + headers_[k] + "</th>";
+    std::string header = headers_[k];
+    if (const auto unit = header.find(" ("); unit != std::string::npos)
+      header.replace(unit, 1, "&nbsp;");  // the unit stays with the last word
+    html += std::string("<th scope=\"col\"") + style(k) + ">" + header + "</th>";
     columns.push_back(IsText(k) ? std::vector<std::string>() : AlignedColumn(k));
   }
   html += "</tr></thead>\n<tbody>\n";

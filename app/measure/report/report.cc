@@ -36,7 +36,8 @@ th { text-align: left; font-weight: 600; color: var(--soft); font-size: 0.8125re
 th, td { padding: 5px 18px 5px 0; }
 td { border-bottom: 1px solid #dbe2e6; vertical-align: top; }
 th:last-child, td:last-child { padding-right: 0; }
-.number { text-align: right; white-space: nowrap; }
+.number { text-align: right; }
+td.number { white-space: nowrap; }
 .strong td { font-weight: 600; }
 .heat td, .heat th { padding: 4px 6px; text-align: center; min-width: 46px; }
 .heat th.name { text-align: left; white-space: nowrap; padding-right: 14px; color: var(--ink);
@@ -66,8 +67,7 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
 .certificate th, .certificate td { padding: 2px 10px 2px 0; }
 .certificate .table { margin: 0 0 3px; }
 .certificate .soft { font-size: 0.75rem; }
-.title td, .columns > tbody > tr > td { border: 0; padding: 0; }
-.title .when { text-align: right; white-space: nowrap; color: var(--soft); }
+.columns > tbody > tr > td { border: 0; padding: 0; }
 .good { --state: #1f6f43; }
 .caution { --state: #8f5f00; }
 .bad { --state: #a3271c; }
@@ -102,12 +102,13 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   table { font-size: 0.82rem; }
   th, td { padding-right: 10px; }
   /* Tables beside each other become one below the other; texts of a wide plot keep their size. */
-  .title, .title > tbody, .title tr, .title td, .columns, .columns > tbody, .columns > tbody > tr,
+  .columns, .columns > tbody, .columns > tbody > tr,
   .columns > tbody > tr > td { display: block; width: 100%; }
   .columns .left { width: 100%; padding: 0 0 10px; }
-  .title .when { text-align: left; }
   .certificate .table td:first-child { min-width: 7.5em; }
-  .wide svg text { font-size: 20px; }
+  .certificate .table table { font-size: 0.75rem; }
+  .certificate .table th, .certificate .table td { padding-right: 6px; }
+  .wide svg text { font-size: 18px; }
 }
 @media print {
   @page { size: A4; margin: 8mm 15mm 11mm;
@@ -138,6 +139,8 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .approval .blank { height: 16pt; }
   h2.appendix { margin-top: 0; padding-top: 0; }
   table { font-size: 8pt; }
+  .heat td, .heat th { padding: 3px 2px; min-width: 0; font-size: 7pt; }
+  .heat th.name { white-space: normal; }
   th { font-size: 8pt; }
   th, td { padding: 1.5pt 10pt 1.5pt 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }

@@ -139,14 +139,11 @@ std::string MeasuredText(const Diagnosis& diagnosis, const CertificateDetails& d
     last_s = std::max(last_s, at_s);
   }
   if (first_s > last_s) return details.measured_on;
-  const auto date_and_time = [&](double at_s) {  // "2026-11-21 07:30"
-    std::string text = text::TextFromUtc(*diagnosis.domain.time_zero_s + at_s).substr(0, 16);
-    text[10] = ' ';
-    return text;
-  };
-  const std::string first = date_and_time(first_s), last = date_and_time(last_s);
+  const double zero_s = *diagnosis.domain.time_zero_s;
+  const std::string first = UtcInWords(text::TextFromUtc(zero_s + first_s)),
+                    last = UtcInWords(text::TextFromUtc(zero_s + last_s));
   const bool one_day = first.substr(0, 10) == last.substr(0, 10);
-  return first + " to " + (one_day ? last.substr(11) : last) + " UTC";
+  return first.substr(0, 16) + " to " + (one_day ? last.substr(11) : last);
 }
 
 std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
@@ -191,7 +188,7 @@ std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
   }
   const std::string measured = MeasuredText(diagnosis, source.certificate_details);
   table.AddRow({"Measured", measured.empty() ? "not stated" : Escape(measured)});
-  table.AddRow({"Report written", Escape(source.utc)});
+  table.AddRow({"Report written", Escape(UtcInWords(source.utc))});
   table.AddRow({"Program", "Plumbline " + Escape(source.version)});
   return table.Html();
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
@@ -73,19 +74,22 @@ const effects::ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
   return &term.effect->traits().parameters[term.parameters[k].spec];
 }
 
-/// Names of all parameters in the order of the correlation matrix, with their effects if the lists
-/// agree.
+/// Names of all parameters in the order of the correlation matrix, in words.
 std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
-  std::vector<std::string> names;
+  std::map<std::string, std::string> words;
   for (const Finding& finding : diagnosis.findings) {
+    const std::string id(finding.effect.term.effect->traits().id);
     for (const model::EffectParameter& parameter :
          effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
-      if (!parameter.word.empty()) continue;
-      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " +
-                      ParameterInWords(parameter.name));
+      words[id + "_" + parameter.name] = EffectName(id) + ", " + ParameterInWords(parameter.name);
     }
   }
-  return names.size() == diagnosis.finding_names.size() ? names : diagnosis.finding_names;
+  std::vector<std::string> names = diagnosis.finding_names;
+  for (std::string& name : names) {
+    const auto found = words.find(name);
+    name = found == words.end() ? ParameterInWords(name) : found->second;
+  }
+  return names;
 }
 
 std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std::string>& names) {

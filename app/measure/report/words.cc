@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
 
@@ -21,6 +22,22 @@ bool IsStandardColumn(std::string_view column) {
          words.find_last_of("0123456789") + 1 == words.size();
 }
 
+/// "joint speed" for "qd", and for "qd1_deg_s" if it stands for the columns of all joints.
+std::string AllJointsInWords(std::string_view name, bool of_all) {
+  constexpr std::pair<std::string_view, const char*> kQuantities[] = {
+      {"qd", "joint speed"}, {"qdd", "joint acceleration"}, {"tau", "joint torque"}};
+  const std::string_view stem = name.substr(0, name.find_first_of("0123456789"));
+  for (const auto& [quantity, words] : kQuantities) {
+    if (stem == quantity && (of_all || stem == name)) return words;
+  }
+  return "";
+}
+
+/// True for a parameter of one joint, such as q3_amplitude.
+bool IsOfJoint(std::string_view name) {
+  return name.size() > 1 && name[0] == 'q' && name[1] >= '1' && name[1] <= '9';
+}
+
 }  // namespace
 
 std::string ColumnInWords(std::string_view column) {
@@ -33,20 +50,27 @@ std::string InWords(std::string_view text, const Diagnosis& diagnosis) {
   while (!text.empty()) {
     const auto end = std::ranges::find_if_not(text, &IsOfName);
     const std::string_view name = text.substr(0, static_cast<std::size_t>(end - text.begin()));
+    text.remove_prefix(name.size());
+    const std::string all = AllJointsInWords(name, text.starts_with(".."));
     const bool recorded = std::ranges::any_of(
         diagnosis.signals, [name](const SignalTrace& signal) { return signal.name == name; });
-    const bool column = recorded || IsStandardColumn(name);
-    words += column ? ColumnInWords(name) : std::string(name);
-    text.remove_prefix(name.size());
-    if (column && text.starts_with("..")) {  // "qd1_deg_s..": the columns of all joints
-      words += ", \u2026";
-      text.remove_prefix(2);
-    } else if (!text.empty()) {
-      words += text.front();
-      text.remove_prefix(1);
+    if (!all.empty()) {
+      words += all;
+      if (text.starts_with("..")) text.remove_prefix(2);
+    } else if (recorded || IsStandardColumn(name)) {
+      words += ColumnInWords(name);
+    } else {
+      words += IsOfJoint(name) ? ParameterInWords(name) : std::string(name);
     }
+    if (text.empty()) break;
+    words += text.front();
+    text.remove_prefix(1);
   }
   return words;
+}
+
+std::string UtcInWords(const std::string& utc) {
+  return utc.size() < 16 ? utc : utc.substr(0, 10) + " " + utc.substr(11, 5) + " UTC";
 }
 
 std::string ParameterInWords(std::string_view parameter) {

@@ -1,4 +1,4 @@
-// Names of columns, joints and parameters of effects in words, for readers of the report.
+// Columns, joints, parameters of effects and times in words, for readers of the report.
 #pragma once
 
 #include <string>
@@ -12,9 +12,13 @@ namespace plumbline::measure {
 /// pressure" for "air_pressure_bar".
 std::string ColumnInWords(std::string_view column);
 
-/// A sentence with its joints and recorded columns in words: "follows t_s" becomes "follows time".
-/// Keys of the cell file remain, because these are what the reader has to edit.
+/// A sentence with its joints, their parameters and recorded columns in words: "follows t_s"
+/// becomes "follows time". Keys of the cell file remain, because these are what the reader has to
+/// edit.
 std::string InWords(std::string_view text, const Diagnosis& diagnosis);
+
+/// "2026-11-21 07:30 UTC" for "2026-11-21T07:30:00Z".
+std::string UtcInWords(const std::string& utc);
 
 /// "joint 3, line 2, phase" for "q3_2_phase", "joint 3 of joint 2" for "q3_of_q2".
 std::string ParameterInWords(std::string_view parameter);

@@ -95,10 +95,15 @@ TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
 
 TEST_CASE("what only the report states is refused without one, before the diagnosis starts") {
   const std::pair<const char*, measure::CertificateDetails> cases[] = {
-      {"--tolerance-mm", {5e-4, "", "", ""}},
-      {"--instrument", {std::nullopt, "laser tracker", "", ""}},
-      {"--serial", {std::nullopt, "", "1234", ""}},
-      {"--approved-by", {std::nullopt, "", "", "A. N. Other"}}};
+      {"--tolerance-mm", {.tolerance_m = 5e-4}},
+      {"--certificate-number", {.number = "2026-117"}},
+      {"--robot-serial", {.robot_serial = "KR 871"}},
+      {"--site", {.site = "Hall 4"}},
+      {"--measured-on", {.measured_on = "2026-11-20"}},
+      {"--instrument", {.instrument = "laser tracker"}},
+      {"--serial", {.instrument_serial = "1234"}},
+      {"--calibration", {.calibration = "D-K-15070"}},
+      {"--approved-by", {.approved_by = "A. N. Other"}}};
   for (const auto& [option, details] : cases) {
     Desk desk;
     desk.arguments.certificate_details = details;
@@ -164,7 +169,13 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
   Desk desk;
   desk.arguments.report = desk.File("r.html");
   desk.arguments.model = desk.File("corrected.toml");
-  desk.arguments.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  desk.arguments.certificate_details = {.tolerance_m = 0.5e-3,
+                                        .robot_serial = "KR 871",
+                                        .site = "Hall 4",
+                                        .measured_on = "2026-11-20",
+                                        .instrument = "laser tracker",
+                                        .instrument_serial = "SN 4711",
+                                        .approved_by = "A. Approver"};
   CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
   const std::string html = files::ReadFileUpTo(files::kTableSize, desk.File("r.html")).value();
   const std::string data = files::ReadTextFile(desk.arguments.measured).value(),
@@ -175,6 +186,7 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
   };
   for (const std::string& part :
        {std::string("laser tracker"), std::string("SN 4711"), std::string("A. Approver"),
+        std::string("KR 871"), std::string("Hall 4"), std::string("2026-11-20"),
         std::string("0.50 mm"), text::Sha256Hex(data), text::Sha256Hex(cell), fingerprint(cell),
         fingerprint(files::ReadTextFile(desk.File("corrected.toml")).value())}) {
     CAPTURE(part);

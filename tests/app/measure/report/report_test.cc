@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 
 #include "app/base/text/sha256.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
@@ -16,6 +17,7 @@
 #include "app/measure/report/html.h"
 #include "app/measure/report/pdf.h"
 #include "app/measure/report/sections.h"
+#include "app/measure/report/words.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"
 
 namespace plumbline::report_test {
@@ -32,7 +34,6 @@ const ReportSource kSource{.cell_file = "cell.toml",
                            .data_file = "measured.csv",
                            .rows = 96,
                            .unreadable_lines = {7},
-                           .date = "2026-11-21",
                            .version = "0.1.0",
                            .utc = "2026-11-21T07:30:00Z",
                            .cell_sha256 = "5e",
@@ -157,8 +158,7 @@ TEST_CASE("the report has the sections that belong to its verdict") {
         "Alternative explanations", "What to measure next"},
        {"Correlation of"}},
       {measure::Verdict::kUnknown,
-       {"an effect outside the catalogue that follows air_pressure_bar",
-        "that part is not corrected"},
+       {"an effect outside the catalogue that follows air pressure", "that part is not corrected"},
        {"What to measure next"}}};
   for (const Case& c : cases) {
     CAPTURE(Describe(c.verdict));
@@ -171,8 +171,9 @@ TEST_CASE("the report has the sections that belong to its verdict") {
       CAPTURE(part);
       CHECK_FALSE(Has(html, part));
     }
-    for (const char* always : {"measured.csv", "2026-11-21", "Effects considered", "Outliers",
-                               "<td class=\"number\">54</td>", "latency cannot be seen"}) {
+    for (const char* always :
+         {"measured.csv", "2026-11-21 07:30 UTC", "Effects considered", "Outliers",
+          "<td class=\"number\">54</td>", "latency cannot be seen"}) {
       CAPTURE(always);
       CHECK(Has(html, always));
     }
@@ -338,7 +339,42 @@ TEST_CASE("texts and numbers are formatted for HTML") {
   CHECK(NumberHtml("2e+10") == "2&thinsp;&times;&thinsp;10<sup>10</sup>");
   CHECK(NumberHtml("-0.180") == "&minus;0.180");
   CHECK(NumberHtml("none") == "none");
+  CHECK(UtcInWords("2026-11-21T07:30:00Z") == "2026-11-21 07:30 UTC");
   CHECK(GnuplotQuoted("it's\n`x`") == "'it\u2019s `x`'");
+}
+
+TEST_CASE("columns, joints and parameters are in words, keys of the cell file are not") {
+  measure::Diagnosis diagnosis;
+  diagnosis.signals.push_back({"air_pressure_bar", {}, 1, 0});
+  const std::pair<const char*, const char*> texts[] = {
+      {"follows t_s or temp_C", "follows time or temperature"},
+      {"follows air_pressure_bar and oil_bar", "follows air pressure and oil_bar"},
+      {"q3_deg, tau5_Nm; q6.", "joint 3, torque of joint 5; joint 6."},
+      {"qd1_deg_s..: latency", "joint speed: latency"},
+      {"qdd was not recorded", "joint acceleration was not recorded"},
+      {"axis coupling (q6_of_q1)", "axis coupling (joint 6 of joint 1)"},
+      {"correct base_xyz_mm, q_step_deg", "correct base_xyz_mm, q_step_deg"}};
+  for (const auto& [text, words] : texts) CHECK(InWords(text, diagnosis) == words);
+  const std::pair<const char*, const char*> parameters[] = {
+      {"q2", "joint 2"},
+      {"q3_2_phase", "joint 3, line 2, phase"},
+      {"q3_of_q2", "joint 3 of joint 2"},
+      {"q2_link3_x", "joint 2, link 3, x"},
+      {"alpha3", "alpha of axis 3"},
+      {"tool_bending", "tool bending"}};
+  for (const auto& [name, words] : parameters) CHECK(ParameterInWords(name) == words);
+}
+
+TEST_CASE("numbers of a column are aligned at the decimal point, uncertainties too") {
+  HtmlTable table({"Text", "Number"}, {0});
+  table.AddRow({"a", "12.5 &plusmn; 0.25"});
+  table.AddRow({"b", "&minus;0.125 &plusmn; 10"});
+  table.AddRow({"c", "3&thinsp;&times;&thinsp;10<sup>7</sup>"});
+  const std::string html = table.Html();
+  CHECK(Has(html, ">12.5\u2007\u2007 &plusmn; \u20070.25<"));
+  CHECK(Has(html, ">&minus;0.125 &plusmn; 10\u2008\u2007\u2007<"));
+  CHECK(Has(html, ">3&thinsp;&times;&thinsp;10<sup>7</sup><"));
+  CHECK(Has(html, "<td>a</td>"));
 }
 
 namespace {
@@ -390,37 +426,93 @@ double LastLine_pt(const std::string& pdf) {
 
 }  // namespace
 
-TEST_CASE("the first page names what was measured, with what, when and by which model") {
+TEST_CASE("the first page names what was measured, with what, where, when and by which model") {
   ReportSource source = kSource;
-  source.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  source.certificate_details = {.tolerance_m = 0.5e-3,
+                                .number = "2026-117",
+                                .robot_serial = "KR 871",
+                                .site = "Hall 4",
+                                .measured_on = "2026-11-20",
+                                .instrument = "laser tracker",
+                                .instrument_serial = "SN 4711",
+                                .calibration = "D-K-15070, March",
+                                .approved_by = "A. Approver"};
   const std::string page =
       FirstPage(ReportHtml(ExampleDiagnosis(measure::Verdict::kExplained), DeclaredCell(), source));
   for (const char* part :
-       {"2026-11-21T07:30:00Z", "laser tracker", "SN 4711", "A. Approver", "0.050 mm per axis",
+       {"Written 2026-11-21 07:30 UTC", "number: 2026-117", "KR 871", "Hall 4", "2026-11-20",
+        "laser tracker", "SN 4711", "D-K-15070, March", "A. Approver", "0.050 mm per axis",
         "22 to 31 \u00b0C", "0123456789abcdef", "measured.csv da7a", "cell.toml 5e", "Signature",
-        "coverage 95.45 %", "Not tested", "(5.100 &plusmn; 0."}) {
+        "coverage 95.45 %", "Not tested", "(5.100 &plusmn; 0.", "<td>joint 2</td>"}) {
     CAPTURE(part);
     CHECK(Has(page, part));
   }
+  CHECK_FALSE(Has(page, "not stated"));
 }
 
-TEST_CASE("without particulars the first page leaves lines to fill in and claims nothing") {
+TEST_CASE("what was not stated is reported as such, and nothing takes its place") {
   const std::string page =
       FirstPage(ReportHtml(ExampleDiagnosis(measure::Verdict::kExplained), ExampleCell(), kSource));
-  CHECK(Count(page, "class=\"blank\"") == 5);  // instrument, serial, name, date, signature
+  CHECK(Count(page, "class=\"blank\"") == 3);  // name, date, signature
+  for (const char* name : {"Robot serial no.", "Site", "Measured", "Instrument", "Its serial no.",
+                           "Its calibration", "Its uncertainty"}) {
+    CAPTURE(name);
+    CHECK(Has(page, std::string(name) + "</th><td>not stated<"));
+  }
+  CHECK(Has(page, "Accuracy certificate, number: not stated"));
   CHECK(Has(page, "makes no statement of conformity"));
-  CHECK(Has(page, "not declared"));
   CHECK_FALSE(Has(page, "Conforms"));
+}
+
+TEST_CASE("the date of the measurement is that of the rows if the origin of their time is known") {
+  measure::Diagnosis diagnosis = ExampleDiagnosis(measure::Verdict::kExplained);
+  const CertificateDetails details{.measured_on = "spring"};
+  CHECK(MeasuredText(diagnosis, {}).empty());
+  CHECK(MeasuredText(diagnosis, details) == "spring");
+  measure::SignalTrace time{"t_s", {}, 1, 0};
+  for (const measure::RowTrace& row : diagnosis.rows) time.values.push_back(60.0 * row.line);
+  diagnosis.signals = {time};
+  CHECK(MeasuredText(diagnosis, details) == "spring");
+  diagnosis.domain.time_zero_s = 1795246200;  // 2026-11-21T07:30:00Z
+  CHECK_THAT(MeasuredText(diagnosis, details), Catch::StartsWith("2026-11-21 07:3") &&
+                                                   Catch::Contains(" to 09:0") &&
+                                                   Catch::EndsWith(" UTC"));
+  diagnosis.signals.front().values[measure::RowIndex(0)] = -86400;
+  CHECK_THAT(MeasuredText(diagnosis, details),
+             Catch::StartsWith("2026-11-20 07:30 to 2026-11-21 09:0"));
+}
+
+TEST_CASE("with a tolerance, conformity is the headline and the verdict is second") {
+  ReportSource source = kSource;
+  const auto page = [&](double tolerance_m) {
+    source.certificate_details.tolerance_m = tolerance_m;
+    return FirstPage(
+        ReportHtml(WithReplicates(measure::Verdict::kExplained, 4, false), DeclaredCell(), source));
+  };
+  const std::tuple<double, const char*, const char*> cases[] = {{2e-3, "Conforms", "good"},
+                                                                {0.15e-3, "Undecided", "caution"},
+                                                                {1e-6, "Does not conform", "bad"}};
+  for (const auto& [tolerance_m, word, state] : cases) {
+    CAPTURE(word);
+    const std::string html = page(tolerance_m);
+    const auto headline = html.find(std::string("class=\"headline ") + state + "\""),
+               conformity = html.find(std::string(" ") + word + "</p>"),
+               second = html.find("class=\"second good\"");
+    REQUIRE(second != std::string::npos);
+    CHECK(headline < conformity);
+    CHECK(conformity < second);
+    CHECK(second < html.find("Explained</p>"));
+  }
 }
 
 TEST_CASE("each verdict has its own colour and word on the first page") {
   const char* const words[] = {"No effect", "Explained", "Ambiguous", "Unknown cause"};
-  const char* const styles[] = {"no-effect", "explained", "ambiguous", "unknown"};
+  const char* const states[] = {"neutral", "good", "caution", "bad"};
   for (std::size_t k = 0; k < std::size(kVerdicts); ++k) {
     CAPTURE(words[k]);
     const std::string page =
         FirstPage(ReportHtml(ExampleDiagnosis(kVerdicts[k]), ExampleCell(), kSource));
-    CHECK(Has(page, std::string("class=\"banner ") + styles[k] + "\""));
+    CHECK(Has(page, std::string("class=\"headline ") + states[k] + "\""));
     CHECK(Has(page, words[k]));
     CHECK(Has(page, "Rests on 96 rows in 2 sessions (2 rejected)"));
   }
@@ -454,7 +546,7 @@ TEST_CASE("an ambiguous first page says which two explanations and what to measu
       FirstPage(ReportHtml(ExampleDiagnosis(measure::Verdict::kAmbiguous), ExampleCell(), kSource));
   CHECK(Has(page, "Either tool stiffness or payload mass: these rows cannot separate them"));
   CHECK(Has(page, "with 80.0 kg, where the explanations differ by 1.20 mm."));
-  CHECK(Has(page, "measure q1 "));
+  CHECK(Has(page, "measure joint 1 "));
 }
 
 TEST_CASE("an unknown cause opens with the plot of its driver, other verdicts with the figures") {
@@ -488,15 +580,16 @@ TEST_CASE("the deciding figure shows the signal that explains the residual, with
   }
   diagnosis.signals.push_back(load);
   const CertificateFigure figure = DecidingFigure(diagnosis, ExampleCell());
-  CHECK(figure.panel.title == "Residual in y against load (N)");
+  CHECK(figure.title == "Residual in y against load (N)");
+  REQUIRE(figure.panels.size() == 2);
   CHECK(Has(figure.sentence, "Before correction, load explains"));
   CHECK(Has(figure.sentence, "mm per N"));
   CHECK(Has(figure.sentence, "0.2"));
-  CHECK(Has(figure.panel.script, "after correction"));
+  CHECK(Has(figure.panels[1].script, "after correction"));
   // Not corrected: one panel, no slope.
   diagnosis.withheld = "too few rows";
   const CertificateFigure before_only = DecidingFigure(diagnosis, ExampleCell());
-  CHECK_FALSE(Has(before_only.panel.script, "after correction"));
+  CHECK(before_only.panels.size() == 1);
   CHECK_FALSE(Has(before_only.sentence, "mm per N"));
 }
 
@@ -504,10 +597,11 @@ TEST_CASE("rejected rows of an unknown cause are in its plot") {
   const CertificateFigure figure =
       DecidingFigure(ExampleDiagnosis(measure::Verdict::kUnknown), ExampleCell());
   CHECK(Has(figure.sentence, "Crosses: rows rejected as outliers."));
-  CHECK(Has(figure.panel.script, "$rejected << EOD"));
-  CHECK_FALSE(Has(
-      DecidingFigure(ExampleDiagnosis(measure::Verdict::kExplained), ExampleCell()).panel.script,
-      "$rejected"));
+  CHECK(Has(figure.panels.at(0).script, "$rejected << EOD"));
+  CHECK_FALSE(Has(DecidingFigure(ExampleDiagnosis(measure::Verdict::kExplained), ExampleCell())
+                      .panels.at(0)
+                      .script,
+                  "$rejected"));
 }
 
 TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected row") {
@@ -519,11 +613,11 @@ TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected r
     const char* says;
   };
   const Case cases[] = {
-      {true, false, 2e-3, Outcome::kConforms, "Conforms to the tolerance of 2.00 mm after"},
+      {true, false, 2e-3, Outcome::kConforms, "Tolerance 2.00 mm, after correction: kept at all"},
       {true, true, 2e-3, Outcome::kNotDecided, "2 rows rejected as outliers are not assessed"},
       {false, false, 2e-3, Outcome::kNotDecided, "uncertainty of the instrument is not declared"},
       {true, false, 0.15e-3, Outcome::kNotDecided, "the uncertainty is too large to tell"},
-      {true, false, 1e-6, Outcome::kDoesNotConform, "measured poses exceed it"}};
+      {true, false, 1e-6, Outcome::kDoesNotConform, "exceeded at"}};
   for (const Case& c : cases) {
     CAPTURE(c.says, c.tolerance_m);
     const Conformity conformity =
@@ -538,7 +632,7 @@ TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected r
   withheld.withheld = "the correction predicts held-out rows worse";
   const Conformity before = ConformityOf(AchievedAccuracyOf(withheld, DeclaredCell()), 1e-4);
   CHECK(before.outcome == Outcome::kDoesNotConform);
-  CHECK(Has(before.sentence, "Does not conform to the tolerance of 0.10 mm without correction"));
+  CHECK(Has(before.sentence, "Tolerance 0.10 mm, without correction: exceeded at"));
 }
 
 TEST_CASE("conformity names what was fitted, and needs rows that measure a position") {
@@ -645,8 +739,7 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
         for (int k = 0; k < 20; ++k) sentence += "a sentence that goes on and on, ";
         cell.robot.name = word + word;
         source.data_file = source.cell_file = word + ".csv";
-        source.certificate_details.instrument = source.certificate_details.serial = word;
-        source.certificate_details.approved_by = word;
+        source.certificate_details = {0.2e-3, word, word, word, word, word, word, word, word};
         diagnosis.withheld = sentence;
         diagnosis.not_recorded.assign(9, sentence);
         for (int k = 0; k < 3; ++k) {
