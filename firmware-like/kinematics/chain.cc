@@ -51,4 +51,6 @@ void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacob
   }
 }
 
+template void Chain::Evaluate(const model::JointVector&, const DhChanges<double>*, Posture&) const;
+
 }  // namespace plumbline::kinematics
