@@ -313,7 +313,6 @@ measure::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress
   return options;
 }
 
-/// The first given option that only the report states; null if none is given.
 /// An option whose text the report states.
 struct DetailOption {
   const char* name;
@@ -335,13 +334,30 @@ constexpr DetailOption kDetailOptions[] = {
     {"--approved-by", &measure::CertificateDetails::approved_by,
      "Who approves the report; without it, the report leaves a line to fill in"}};
 
-/// The first option that is stated in the report only; null if there is none.
+/// The first given option that only the report states; null if none is given.
 const char* OptionForReport(const measure::CertificateDetails& details) {
-  if (details.tolerance_m) return "--tolerance-mm";
   for (const DetailOption& option : kDetailOptions) {
     if (!(details.*option.text).empty()) return option.name;
   }
   return nullptr;
+}
+
+/// What to do next, as a command where one does it.
+std::string NextStep(const DiagnoseArguments& arguments, const measure::Diagnosis& diagnosis) {
+  const std::string again =
+      fmt::format("plumbline diagnose {} {}", arguments.cell, arguments.measured);
+  if (!diagnosis.next_poses.empty()) {
+    const std::string poses = NextPosesPath(arguments);
+    return poses.empty() ? again + " --next-poses next_poses.csv; measure these poses"
+                         : fmt::format("measure the poses of {}, add them to {} and diagnose again",
+                                       poses, arguments.measured);
+  }
+  if (diagnosis.verdict == measure::Verdict::kNoEffect) return "nothing needs to be corrected";
+  if (diagnosis.verdict == measure::Verdict::kUnknown && arguments.report.empty())
+    return again + " --report report.html; it shows what the residual follows";
+  if (!diagnosis.withheld.empty()) return "";
+  return arguments.model.empty() ? again + " --write-model corrected.toml"
+                                 : "plumbline model propose " + arguments.model;
 }
 
 int Interrupted(std::ostream& err) {
@@ -380,7 +396,10 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   const bool written = WriteDiagnoseOutputs(outputs, out, err);
   if (!arguments.quiet) {
     (arguments.json == "-" ? err : out)
-        << terminal::ForReading << measure::SummaryText(*diagnosis, input->cell) << std::flush;
+        << terminal::ForReading
+        << measure::SummaryText(*diagnosis, {input->cell, arguments.certificate_details.tolerance_m,
+                                             NextStep(arguments, *diagnosis), arguments.details})
+        << std::flush;
   }
   const auto missing = [&](const std::string& path, const std::string& option) {
     return !path.empty() && std::none_of(outputs.begin(), outputs.end(), [&](const auto& output) {
@@ -410,7 +429,8 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
           [arguments](double tolerance_mm) {
             arguments->certificate_details.tolerance_m = kMetrePerMm * tolerance_mm;
           },
-          "Largest permitted error of a measured pose, for the report's statement of conformity\n"
+          "Largest permitted error of a measured pose: shown, and for the report's statement of\n"
+          "conformity "
           "(ISO 14253-1: the expanded uncertainty counts against conformity)")
       ->check(NumberWithin(1e-4, 1e3));
   for (const DetailOption& option : kDetailOptions) {
@@ -447,6 +467,8 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
   command->add_option("--threads", arguments->threads, "Number of threads")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 256));
+  command->add_flag("--details", arguments->details,
+                    "Print every value, rival, doubt and note, and what was not recorded");
   command->add_flag("--quiet", arguments->quiet, "Print neither summary nor progress");
   command->footer(
       "MEASURED.csv has a header row with q1_deg.. qn_deg and x_mm,y_mm,z_mm (or range_mm), and\n"

@@ -24,6 +24,7 @@ struct DiagnoseArguments {
   bool order_unknown = false;         ///< see DiagnosisOptions
   std::vector<std::string> siblings;  ///< folders of other arms of the same model
   int threads = 2;
+  bool details = false;  ///< the summary shows everything
   bool quiet = false;
 };
 

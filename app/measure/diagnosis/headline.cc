@@ -24,8 +24,16 @@ std::set<double> UndecidedCycles(const Diagnosis& diagnosis, const Finding& find
   return cycles;
 }
 
+/// Sum of the shares of the residual. Correlated effects share what either explains: more than 1.
+double SumOfShares(const Diagnosis& diagnosis) {
+  double sum = 0;
+  for (const Finding& finding : diagnosis.findings) sum += finding.share_of_residual;
+  return sum;
+}
+
 std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   std::vector<std::string> names;
+  if (SumOfShares(diagnosis) > 1) with_shares = false;
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
     // A rival of the same id is distinguished by its variant.
@@ -93,6 +101,15 @@ std::string RivalDrivers(const Diagnosis& diagnosis) {
   return Listed(choices, "or");
 }
 
+/// That no pose separates the rivals, and how much the choice between them matters.
+std::string InseparableClause(const Diagnosis& diagnosis) {
+  const auto& separations = diagnosis.rival_separations;
+  if (separations.empty()) return ", and no pose nearby was found that would";
+  const auto most = std::ranges::max_element(separations, {}, &RivalSeparation::distance_m);
+  return fmt::format("; no pose separates them, and the choice changes no point by more than {} mm",
+                     MillimetreText(most->distance_m));
+}
+
 std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   if (!diagnosis.rival_drivers.empty()) {
     return "an effect outside the catalogue follows " + RivalDrivers(diagnosis) +
@@ -118,8 +135,8 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   }
   std::string text = Listed(names, "or") + ": these points cannot distinguish them";
   const std::size_t poses = diagnosis.next_poses.size();
+  if (poses == 0) return text + InseparableClause(diagnosis);
   const char* can = diagnosis.next_poses_separate_all ? "would" : "may, but need not";
-  if (poses == 0) text += ", and no pose nearby was found that would";
   if (poses == 1) text += fmt::format("; one further pose {}", can);
   if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);
   return text;
@@ -149,15 +166,17 @@ std::string UnknownPart(const Diagnosis& diagnosis) {
 }
 
 std::string UnknownHeadline(const Diagnosis& diagnosis) {
-  std::string text;
+  std::string text = UnknownPart(diagnosis);
   std::vector<std::string> physical;
   for (const Finding& finding : diagnosis.findings) {
-    if (finding.effect.term.effect->traits().empirical) continue;
-    physical.push_back(fmt::format("{} ({} of the residual)", EffectName(finding),
-                                   PercentText(finding.share_of_residual)));
+    const bool doubtful = std::ranges::any_of(diagnosis.doubts, [&](const Doubt& doubt) {
+      return EffectName(doubt.id, doubt.scope) ==
+             EffectName(finding.effect.term.effect->traits().id, ScopeOf(finding.effect.term));
+    });
+    if (!doubtful && !finding.effect.term.effect->traits().empirical)
+      physical.push_back(EffectName(finding));
   }
-  if (!physical.empty()) text = Listed(physical) + ", plus ";
-  text += UnknownPart(diagnosis);
+  if (!physical.empty()) text += "; beside it " + Listed(physical);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
   text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
                                       : "; that part is not corrected";

@@ -153,23 +153,28 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
   const std::vector<double> seen = space.payloads_kg;
   PoseDesign design = SequentialDesign(task, space).Run();
   space.payloads_kg = PayloadsWithZero(data, seen);
+  std::optional<std::string> without_payload;
   if (!design.unseparated.empty() && space.payloads_kg != seen) {
     PoseDesign with_more = SequentialDesign(task, space).Run();
     if (with_more.gain > kWorthAnotherPayload * design.gain) {
-      diagnosis.notes.push_back(fmt::format(
+      without_payload = fmt::format(
           "{} further poses at {} would not separate {}: some of the proposed poses are without "
           "payload; any clearly different payload serves as well",
-          options.next_poses, Kilograms(seen), PairsText(task, design.unseparated)));
+          options.next_poses, Kilograms(seen), PairsText(task, design.unseparated));
       design = std::move(with_more);
     }
   }
+  // A difference below the noise of one axis decides nothing.
+  std::erase_if(design.poses,
+                [&](const NextPose& pose) { return pose.separation_m < diagnosis.sigma_m; });
+  if (without_payload && !design.poses.empty()) diagnosis.notes.push_back(*without_payload);
   if (!design.unseparated.empty()) {
     diagnosis.notes.push_back(fmt::format(
         "further poses near those measured are not certain to separate {}: record a signal in "
         "which they differ, or measure in a new part of the workspace",
         PairsText(task, design.unseparated)));
   }
-  diagnosis.next_poses_separate_all = design.unseparated.empty();
+  diagnosis.next_poses_separate_all = design.unseparated.empty() && !design.poses.empty();
   diagnosis.next_poses = std::move(design.poses);
 }
 

@@ -12,71 +12,85 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr std::size_t kMaxParameters = 8;
-constexpr std::size_t kMaxRivals = 2;
-constexpr std::size_t kMaxPoses = 6;
-constexpr std::size_t kMaxRemarks = 2;  // of each kind
-constexpr std::size_t kMaxLines = 8;    // numbers of outlier lines
+constexpr std::size_t kMaxEffects = 5;  // lines of each list without details
+constexpr std::size_t kMaxPoses = 3;
+constexpr std::size_t kMaxLines = 8;  // numbers of outlier lines
+
+/// "  and 3 more\n" if a list is longer than shown.
+std::string More(std::size_t count, std::size_t shown) {
+  return count > shown ? fmt::format("  and {} more\n", count - shown) : "";
+}
+
+bool IsDoubtful(const Diagnosis& diagnosis, const Finding& finding) {
+  return std::ranges::any_of(diagnosis.doubts, [&](const Doubt& doubt) {
+    return doubt.id == finding.effect.term.effect->traits().id &&
+           doubt.scope == ScopeOf(finding.effect.term);
+  });
+}
+
+/// One line for each effect: its name, its size at the tip, and whether it is in doubt.
+void AddEffects(const Diagnosis& diagnosis, std::string& text) {
+  const auto& findings = diagnosis.findings;
+  if (findings.empty()) return;
+  text += fmt::format("  {:<40}  RMS at the tip\n", "effect");
+  for (std::size_t k = 0; k < std::min(findings.size(), kMaxEffects); ++k) {
+    text += fmt::format("  {:<40}  {} mm{}\n", EffectName(findings[k]),
+                        MillimetreText(findings[k].tip_rms_m),
+                        IsDoubtful(diagnosis, findings[k]) ? ", in doubt" : "");
+  }
+  text += More(findings.size(), kMaxEffects);
+}
 
 void AddParameters(const Diagnosis& diagnosis, std::string& text) {
-  std::size_t count = 0;
-  std::string lines;
   for (const Finding& finding : diagnosis.findings) {
     for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
-      if (++count > kMaxParameters) continue;
-      lines += fmt::format("  {:<21} {}: {} {} along {}\n", EffectName(finding), curve.meaning,
-                           curve.range, curve.unit, Listed(finding.effect.term.drivers));
+      text += fmt::format("  {:<21} {}: {} {} along {}\n", EffectName(finding), curve.meaning,
+                          curve.range, curve.unit, Listed(finding.effect.term.drivers));
     }
     if (finding.effect.term.effect->traits().empirical) {
       const std::string line = LinearTrendText(finding.effect);
-      if (!line.empty()) lines += "    " + line + '\n';
+      if (!line.empty()) text += "    " + line + '\n';
       continue;
     }
     const model::WrittenEffect written =
         effects::WrittenFromActive(finding.effect, finding.covariance);
     for (const model::EffectParameter& parameter : written.parameters) {
-      if (++count > kMaxParameters) continue;
       const ValueText shown = ShownValueOf(parameter);
-      lines += fmt::format("  {:<21} {:<14}{:>12}{:<12} {}\n", EffectName(written.id),
-                           parameter.name, shown.value, shown.sd.empty() ? "" : " +- " + shown.sd,
-                           ShownUnitOf(parameter).unit);
+      text += fmt::format("  {:<21} {:<14}{:>12}{:<12} {}\n", EffectName(written.id),
+                          parameter.name, shown.value, shown.sd.empty() ? "" : " +- " + shown.sd,
+                          ShownUnitOf(parameter).unit);
     }
-    if (!finding.implausible.empty() && count <= kMaxParameters) {
-      lines += "    implausible: " + finding.implausible + '\n';
-    }
+    if (!finding.implausible.empty()) text += "    implausible: " + finding.implausible + '\n';
   }
-  text += lines;
-  if (count > kMaxParameters)
-    text += fmt::format("  and {} more parameters\n", count - kMaxParameters);
 }
 
 void AddRivals(const Diagnosis& diagnosis, std::string& text) {
-  for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMaxRivals); ++k) {
-    const Rival& rival = diagnosis.rivals[k];
+  for (const Rival& rival : diagnosis.rivals) {
     text +=
         fmt::format("Rival: {} instead of {}; it reproduces {} of the signal\n", RivalName(rival),
                     ReplacedName(rival), PercentText(std::max(0.0, 1 - rival.signal_left)));
   }
-  if (diagnosis.rivals.size() > kMaxRivals) {
-    text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMaxRivals);
-  }
 }
 
-void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
-  for (std::size_t k = 0; k < std::min(diagnosis.doubts.size(), kMaxRemarks); ++k) {
-    const Doubt& doubt = diagnosis.doubts[k];
-    text += fmt::format("Doubtful: {}: {}\n", EffectName(doubt.id, doubt.scope), doubt.reason);
-  }
-  if (diagnosis.doubts.size() > kMaxRemarks) {
-    const std::size_t more = diagnosis.doubts.size() - kMaxRemarks;
-    text += fmt::format("  and {} more doubt{}\n", more, more == 1 ? "" : "s");
-  }
+/// Why an effect is doubtful, and what the answer leaves unexplained: the first reason, or all.
+void AddDoubts(const Diagnosis& diagnosis, bool all, std::string& text) {
+  std::vector<std::string> lines;
   for (const ExplanationCheck& check : diagnosis.checks) {
-    if (check.effect.empty() && !check.passed) text += "Not explained: " + check.sentence + '\n';
+    if (check.effect.empty() && !check.passed) lines.push_back("Not explained: " + check.sentence);
   }
+  for (const Doubt& doubt : diagnosis.doubts) {
+    lines.push_back(
+        fmt::format("Doubtful: {}: {}", EffectName(doubt.id, doubt.scope), doubt.reason));
+  }
+  if (lines.size() > 1 && !all) {
+    lines.front() += fmt::format(" (and {} more)", lines.size() - 1);
+    lines.resize(1);
+  }
+  for (const std::string& line : lines) text += line + '\n';
 }
 
-void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std::string& text) {
+void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, bool all,
+                  std::string& text) {
   const auto& poses = diagnosis.next_poses;
   if (poses.empty()) return;
   const auto slides = [&](const model::Joint& joint) {
@@ -87,7 +101,8 @@ void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std:
       "Measure next (joints in degrees{}; apart: distance between the tips that the explanations "
       "predict)\n",
       some_slide ? ", linear joints in mm" : "");
-  for (std::size_t k = 0; k < std::min(poses.size(), kMaxPoses); ++k) {
+  const std::size_t shown = all ? poses.size() : std::min(poses.size(), kMaxPoses);
+  for (std::size_t k = 0; k < shown; ++k) {
     text += fmt::format("  {}:", k + 1);
     for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
       const bool linear = slides(cell.robot.joints[i]);
@@ -97,16 +112,7 @@ void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std:
     text += fmt::format("  {:5.1f} kg  {} mm apart{}{}\n", poses[k].payload_kg,
                         MillimetreText(poses[k].separation_m), how.empty() ? "" : "; ", how);
   }
-  if (poses.size() > kMaxPoses) text += fmt::format("  and {} more\n", poses.size() - kMaxPoses);
-}
-
-void AddRemarks(const char* topic, const std::vector<std::string>& remarks, std::string& text) {
-  for (std::size_t k = 0; k < std::min(remarks.size(), kMaxRemarks); ++k) {
-    text += fmt::format("{}: {}\n", topic, remarks[k]);
-  }
-  if (remarks.size() > kMaxRemarks) {
-    text += fmt::format("  and {} more, see the report\n", remarks.size() - kMaxRemarks);
-  }
+  text += More(poses.size(), shown);
 }
 
 std::string DataLine(const Diagnosis& diagnosis) {
@@ -133,17 +139,27 @@ std::string DataLine(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-std::string SummaryText(const Diagnosis& diagnosis, const model::CellModel& cell) {
-  std::string text = Capitalized(Headline(diagnosis));
-  const std::string error = ErrorSentence(diagnosis);
-  text += error.empty() ? "\n" : ":\n" + error + '\n';
+std::string SummaryText(const Diagnosis& diagnosis, const SummaryContext& context) {
+  std::string word = Describe(diagnosis.verdict);
+  for (char& letter : word) letter = letter == '_' ? ' ' : static_cast<char>(letter - 'a' + 'A');
+  std::string text = fmt::format("{}: {}\n", word, Headline(diagnosis));
+  if (const std::string error = ErrorSentence(diagnosis); !error.empty()) {
+    text += error;
+    if (context.tolerance_m) {
+      text += fmt::format("; tolerance {} mm", MillimetreText(*context.tolerance_m));
+    }
+    text += '\n';
+  }
+  if (!context.next_step.empty()) text += "Next: " + context.next_step + '\n';
+  AddEffects(diagnosis, text);
+  AddDoubts(diagnosis, context.details, text);
+  AddNextPoses(diagnosis, context.cell, context.details, text);
+  text += DataLine(diagnosis);
+  if (!context.details) return text + "--details shows values, rivals and notes\n";
   AddParameters(diagnosis, text);
   AddRivals(diagnosis, text);
-  AddDoubts(diagnosis, text);
-  AddNextPoses(diagnosis, cell, text);
-  text += DataLine(diagnosis);
-  AddRemarks("Not recorded", diagnosis.not_recorded, text);
-  AddRemarks("Note", diagnosis.notes, text);
+  for (const std::string& remark : diagnosis.not_recorded) text += "Not recorded: " + remark + '\n';
+  for (const std::string& note : diagnosis.notes) text += "Note: " + note + '\n';
   return text;
 }
 

@@ -1,15 +1,25 @@
 // Terminal summary of a diagnosis.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/measure/diagnosis/diagnosis.h"
 
 namespace plumbline::measure {
 
-/// Verdict, error before and after, parameters, rivals, doubts, poses to measure next, outliers,
-/// signals that were not recorded, and notes. Long lists are cut and the number of omitted entries
-/// is given, so that the text usually fits 25 lines.
-std::string SummaryText(const Diagnosis& diagnosis, const model::CellModel& cell);
+/// What the caller of a diagnosis adds to its summary.
+struct SummaryContext {
+  const model::CellModel& cell;
+  std::optional<double> tolerance_m{};  ///< largest permitted error of a measured pose
+  std::string next_step{};              ///< what to do next, as a sentence or a command
+  bool details = false;
+};
+
+/// The answer in one minute: the verdict in one sentence, the error before and after, what to do
+/// next, and the size of each effect at the tip; then what keeps the verdict from being better, and
+/// the poses that would decide it. At most 12 lines if explained, 18 otherwise. With `details` also
+/// every parameter, rival, doubt and note, and the signals that were not recorded.
+std::string SummaryText(const Diagnosis& diagnosis, const SummaryContext& context);
 
 }  // namespace plumbline::measure

@@ -376,7 +376,7 @@ TEST_CASE("a refusal names the file once, and a linear joint is proposed in mill
   model::CellModel cell = test::ExampleCell();
   cell.robot.joints[0].type = model::JointType::kPrismatic;
   ambiguous.next_poses[0].q[0] = 1.2345;
-  const std::string text = measure::SummaryText(ambiguous, cell);
+  const std::string text = measure::SummaryText(ambiguous, {cell});
   INFO(text);
   CHECK(text.find("linear joints in mm") != std::string::npos);
   CHECK(text.find("1:  1234.5") != std::string::npos);

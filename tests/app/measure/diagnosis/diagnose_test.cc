@@ -308,7 +308,7 @@ TEST_CASE("a link that warms up is unknown, follows the time and changes the len
   CHECK(diagnosis->verdict == Verdict::kUnknown);
   CHECK(diagnosis->drivers == std::vector<std::string>{"t_s"});
   REQUIRE(diagnosis->findings.size() == 1);
-  const std::string summary = SummaryText(*diagnosis, data.cell);
+  const std::string summary = SummaryText(*diagnosis, {.cell = data.cell, .details = true});
   CHECK_THAT(summary, Catch::Contains(" of link "));
   CHECK_THAT(summary, Catch::Contains(" mm along t_s"));
 }

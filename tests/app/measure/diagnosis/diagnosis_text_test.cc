@@ -157,8 +157,44 @@ TEST_CASE("the noise that contradicts the residual is named by its origin") {
 TEST_CASE("the summary states the share of the signal that a rival reproduces") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
   diagnosis.rivals.front().signal_left = 0.98;
-  CHECK_THAT(SummaryText(diagnosis, test::ExampleCell()),
+  CHECK_THAT(SummaryText(diagnosis, {.cell = test::ExampleCell(), .details = true}),
              Catch::Contains("it reproduces 2 % of the signal"));
+}
+
+TEST_CASE("the summary begins with the verdict and is short; details have the rest") {
+  const model::CellModel cell = test::ExampleCell();
+  for (const Verdict verdict :
+       {Verdict::kNoEffect, Verdict::kExplained, Verdict::kAmbiguous, Verdict::kUnknown}) {
+    Diagnosis diagnosis = test::ExampleDiagnosis(verdict);
+    for (int k = 0; k < 20; ++k) {
+      diagnosis.notes.push_back("a note");
+      diagnosis.not_recorded.push_back("a signal");
+      if (verdict != Verdict::kNoEffect) diagnosis.findings.push_back(diagnosis.findings.front());
+    }
+    const std::string brief =
+        SummaryText(diagnosis, {.cell = cell, .tolerance_m = 5e-4, .next_step = "go on"});
+    INFO(brief);
+    CHECK(std::ranges::count(brief, '\n') <= (verdict == Verdict::kExplained ? 12 : 18));
+    CHECK_THAT(brief, Catch::Contains("Next: go on\n"));
+    CHECK_THAT(brief, !Catch::Contains("a note"));
+    const std::string details = SummaryText(diagnosis, {.cell = cell, .details = true});
+    CHECK_THAT(details,
+               Catch::Contains("Note: a note\n") && Catch::Contains("Not recorded: a signal\n"));
+  }
+  Diagnosis explained = test::ExampleDiagnosis(Verdict::kExplained);
+  CHECK(SummaryText(explained, {.cell = cell}).starts_with("EXPLAINED: "));
+  CHECK_THAT(SummaryText(explained, {.cell = cell, .tolerance_m = 5e-4}),
+             Catch::Contains("; tolerance 0.5 mm\n"));
+  CHECK(SummaryText(test::ExampleDiagnosis(Verdict::kNoEffect), {.cell = cell})
+            .starts_with("NO EFFECT: "));
+}
+
+TEST_CASE("shares of correlated effects that add to more than the residual are not printed") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.findings.front().share_of_residual = 0.7;
+  CHECK_THAT(Headline(diagnosis), Catch::Contains("70 % of the residual"));
+  diagnosis.findings.push_back(diagnosis.findings.front());
+  CHECK_THAT(Headline(diagnosis), !Catch::Contains("%"));
 }
 
 TEST_CASE("an ambiguous headline states whether further poses would separate the rivals") {
@@ -170,7 +206,12 @@ TEST_CASE("an ambiguous headline states whether further poses would separate the
   diagnosis.next_poses.resize(1);
   CHECK(Headline(diagnosis) == cannot + "; one further pose may, but need not");
   diagnosis.next_poses.clear();
+  diagnosis.rival_separations.clear();
   CHECK(Headline(diagnosis) == cannot + ", and no pose nearby was found that would");
+  diagnosis.rival_separations = {{{}, 1e-5}, {{}, 2e-5}};
+  CHECK(Headline(diagnosis) == cannot +
+                                   "; no pose separates them, and the choice changes no point by "
+                                   "more than 0.02 mm");
 }
 
 }  // namespace plumbline::diagnosis_text_test

@@ -603,7 +603,7 @@ TEST_CASE("a residual far beyond the declared noise is unknown unless repeats co
       CHECK(diagnosis->findings.size() == (effect ? 1 : 0));
       const Verdict confirmed = effect ? Verdict::kExplained : Verdict::kNoEffect;
       CHECK(diagnosis->verdict == (repeats ? confirmed : Verdict::kUnknown));
-      CHECK(Contains(SummaryText(*diagnosis, data.cell), "repeat one pose ten times"));
+      CHECK(Contains(SummaryText(*diagnosis, {data.cell}), "repeat one pose ten times"));
     }
   }
 }
