@@ -181,7 +181,7 @@ DecidingSignal SelectSignal(const Diagnosis& diagnosis, const model::CellModel& 
   return best;
 }
 
-constexpr int kTitle_px = 20, kAxis_px = 40;  // above and below a plot
+constexpr int kTitle_px = 24, kAxis_px = 40;  // above and below a plot
 constexpr const char* kTolerance = "#b42318";
 constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
 constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains

@@ -65,7 +65,7 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
 .certificate table { font-size: 0.8125rem; line-height: 1.3; width: 100%; }
 .certificate th { font-size: 0.75rem; }
 .certificate th, .certificate td { padding: 2px 10px 2px 0; }
-.certificate .table { margin: 0 0 3px; }
+.certificate .table { margin: 0 0 3px; overflow-wrap: normal; }
 .certificate .soft { font-size: 0.75rem; }
 .columns > tbody > tr > td { border: 0; padding: 0; }
 .good { --state: #1f6f43; }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <tuple>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
@@ -74,20 +73,15 @@ const effects::ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
   return &term.effect->traits().parameters[term.parameters[k].spec];
 }
 
-/// Names of all parameters in the order of the correlation matrix, in words.
+/// Names of all parameters in the order of the correlation matrix: "base frame, x" for "base_frame
+/// x".
 std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
-  std::map<std::string, std::string> words;
-  for (const Finding& finding : diagnosis.findings) {
-    const std::string id(finding.effect.term.effect->traits().id);
-    for (const model::EffectParameter& parameter :
-         effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
-      words[id + "_" + parameter.name] = EffectName(id) + ", " + ParameterInWords(parameter.name);
-    }
-  }
   std::vector<std::string> names = diagnosis.finding_names;
   for (std::string& name : names) {
-    const auto found = words.find(name);
-    name = found == words.end() ? ParameterInWords(name) : found->second;
+    const std::size_t end = name.find(' ');
+    name = end == std::string::npos
+               ? ParameterInWords(name)
+               : EffectName(name.substr(0, end)) + ", " + ParameterInWords(name.substr(end + 1));
   }
   return names;
 }
