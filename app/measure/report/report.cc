@@ -39,9 +39,6 @@ th:last-child, td:last-child { padding-right: 0; }
 .number { text-align: right; }
 td.number { white-space: nowrap; }
 .strong td { font-weight: 600; }
-.heat td, .heat th { padding: 4px 6px; text-align: center; min-width: 46px; }
-.heat th.name { text-align: left; white-space: nowrap; padding-right: 14px; color: var(--ink);
-  border-bottom: 1px solid #dbe2e6; font-weight: 400; }
 figure { margin: 8px 0 20px; }
 .panels { display: grid; gap: 14px 24px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }
 .panels.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 290px), 1fr)); }
@@ -117,7 +114,7 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   body { font-size: 10pt; }
   main { max-width: none; padding: 0; }
   h2 { margin-top: 22px; }
-  .headline, .second, .heat td, .legend i {
+  .headline, .second, .legend i {
     -webkit-print-color-adjust: exact; print-color-adjust: exact; }
   .certificate { max-width: none; font-size: 9pt; break-after: page; }
   .certificate h1 { font-size: 14pt; }
@@ -139,8 +136,6 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .approval .blank { height: 16pt; }
   h2.appendix { margin-top: 0; padding-top: 0; }
   table { font-size: 8pt; }
-  .heat td, .heat th { padding: 3px 2px; min-width: 0; font-size: 7pt; }
-  .heat th.name { white-space: normal; }
   th { font-size: 8pt; }
   th, td { padding: 1.5pt 10pt 1.5pt 0; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }

@@ -29,7 +29,7 @@ std::string EffectsBlock(const Diagnosis& diagnosis);
 /// RMS displacement of the tip by one value of an effect [mm]; empty for a shape.
 std::string OffsetAtTheTip(const Finding& finding, std::size_t value);
 
-/// Correlation matrix of the parameters; for many parameters, the strongest pairs.
+/// The most strongly correlated pairs of parameters.
 std::string CorrelationBlock(const Diagnosis& diagnosis);
 
 /// Smallest detectable value of each effect.

@@ -15,7 +15,6 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr Eigen::Index kMaxHeatRows = 14;
 constexpr std::size_t kMaxPairs = 10;
 constexpr double kUnbounded = 1e100;
 constexpr double kStrong = 0.9;  // correlations above this are emphasised
@@ -84,25 +83,6 @@ std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
                : EffectName(name.substr(0, end)) + ", " + ParameterInWords(name.substr(end + 1));
   }
   return names;
-}
-
-std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std::string>& names) {
-  std::string html = "<div class=\"table\"><table class=\"heat\">\n<thead><tr><th></th>";
-  for (Eigen::Index j = 0; j < correlation.cols(); ++j) html += fmt::format("<th>{}</th>", j + 1);
-  html += "</tr></thead>\n<tbody>\n";
-  for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
-    html += fmt::format("<tr><th class=\"name\" scope=\"row\">{}&ensp;{}</th>", i + 1,
-                        Escape(names[i]));
-    for (Eigen::Index j = 0; j < correlation.cols(); ++j) {
-      const double r = correlation(i, j);
-      const double strength = i == j ? 0 : std::min(1.0, std::abs(r));
-      html += fmt::format(
-          "<td style=\"background: rgba(11, 110, 143, {:.2f}); color: {}\">{}{:.2f}</td>", strength,
-          strength > 0.55 ? "#fff" : "inherit", r < 0 ? "&minus;" : "", std::abs(r));
-    }
-    html += "</tr>\n";
-  }
-  return html + "</tbody></table></div>\n";
 }
 
 /// The strongest pairs, strongest first: -|r|, row, column.
@@ -255,19 +235,13 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
       static_cast<std::size_t>(correlation.rows()) != names.size()) {
     return "";
   }
-  std::string html;
-  if (correlation.rows() <= kMaxHeatRows) {
-    html = HeatTable(correlation, names);
-  } else {
-    HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
-    for (const auto& [strength, i, j] : PairsOf(correlation)) {
-      table.AddRow({Escape(names[i]), Escape(names[j]),
-                    NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
-                   -strength > kStrong);
-    }
-    html = "<p>The most strongly correlated pairs:</p>\n" + table.Html();
+  HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
+  for (const auto& [strength, i, j] : PairsOf(correlation)) {
+    table.AddRow(
+        {Escape(names[i]), Escape(names[j]), NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
+        -strength > kStrong);
   }
-  return html +
+  return "<p>The most strongly correlated pairs:</p>\n" + table.Html() +
          "<p class=\"soft\">Near &plusmn;1, the data determine a combination of the two parameters "
          "better than either of them.</p>\n";
 }
