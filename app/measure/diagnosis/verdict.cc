@@ -15,6 +15,7 @@
 #include "app/measure/diagnosis/load_direction.h"
 #include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/nuisances.h"
+#include "app/measure/diagnosis/open_world.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
@@ -410,6 +411,21 @@ void CheckLoadDirection(const Identified& found, Diagnosis& diagnosis) {
   diagnosis.verdict = Verdict::kUnknown;
 }
 
+/// What nobody listed: a driver that distinguishes groups of rows, and rejected rows that one
+/// effect explains, so that they are another regime and not gross errors.
+void CheckOpenWorld(const Identified& found, Diagnosis& diagnosis) {
+  if (const auto regime = RegimeOfRejectedRows(found)) {
+    diagnosis.notes.push_back(fmt::format(
+        "the {} rejected rows are no gross errors: {} in these rows alone explains them; they "
+        "differ from the others most in {}. What acts there is not corrected: measure more such "
+        "poses",
+        regime->rows, regime->effect, regime->driver));
+    AddEach({regime->driver}, diagnosis.drivers);
+    diagnosis.verdict = Verdict::kUnknown;
+  }
+  if (!found.unknown && !diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
+}
+
 }  // namespace
 
 double ParametersOf(const Identified& found, const Dataset& data) {
@@ -445,6 +461,7 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   AddMisfit(data, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
   CheckLoadDirection(found, diagnosis);
+  CheckOpenWorld(found, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",

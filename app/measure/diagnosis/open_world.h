@@ -1,0 +1,37 @@
+// What nobody listed: rivals of every name that need no catalogue, and rejected rows as data.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/identify.h"
+
+namespace plumbline::measure {
+
+/// Lets every named effect compete with what is not in the catalogue:
+///  - a smooth curve of any recorded signal in its place. It is a rival unless it is worse by
+///    kRivalGap;
+///  - an effect of the catalogue, or the named one, in one session, with one tool, payload item or
+///    payload alone, in its place or beside it. An effect that acts everywhere is likelier, so this
+///    is a rival only if it scores better. If it is better by kUnknownMargin, the column that
+///    distinguishes these rows is added to `diagnosis.drivers`: the answer is then unknown.
+/// Linear fits; not a rival is what moves the rows as the named effect does.
+/// @param found  `unknown` is false; its candidate set is extended
+void AddOpenRivals(Identified& found, Diagnosis& diagnosis);
+
+/// Rejected rows that one effect explains.
+struct RejectedRegime {
+  int rows = 0;
+  std::string effect;  ///< its name: what would explain them
+  std::string driver;  ///< the recorded column in which they differ most from the other rows
+};
+
+/// Rejected rows are gross errors only if no effect fits them. Tries each effect of the catalogue
+/// without a searched shape, and the effects of the answer, in the rejected rows alone and at full
+/// weight. One fits them if it leaves no more than noise there (chi-square, 0.1 %), by evidence
+/// that pays for its columns and for the choice.
+/// @return  the best; nullopt if none fits, or with fewer than four rejected poses
+std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found);
+
+}  // namespace plumbline::measure
