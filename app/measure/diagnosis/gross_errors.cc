@@ -72,8 +72,9 @@ Dataset Corrected(Dataset data, const std::function<void(Dataset&)>& undo) {
 
 /// An evenly spaced subset of the rows, sufficient for a median.
 Dataset Subset(const Dataset& data) {
-  return data.rows() <= kMaxComparedRows ? data
-                                         : SelectRows(data, EvenlySpacedRows(data, kMaxRows));
+  return data.rows() <= kMaxComparedRows
+             ? data
+             : SelectRows(data, EvenlySpacedRows(data, kMaxComparedRows));
 }
 
 std::string MillimetresText(const Vec3& v_m) {

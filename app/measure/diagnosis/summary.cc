@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/measure/diagnosis/candidates.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/empirical_curve.h"
 #include "app/measure/diagnosis/headline.h"
