@@ -13,10 +13,10 @@
 
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/text.h"
+#include "app/cli/board_option.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
-#include "app/cli/board_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/vision/lens/board_detection.h"

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/board_option.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
-#include "app/cli/board_option.h"
 #include "app/cli/output_file.h"
 #include "app/vision/print/board_sheet.h"
 #include "app/vision/print/sheet_writer.h"
