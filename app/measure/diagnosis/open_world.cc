@@ -11,10 +11,10 @@
 
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
+#include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unknown.h"
-#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {
@@ -161,7 +161,10 @@ class OpenRivals {
       const auto of_this = std::ranges::count_if(diagnosis_.rivals, [&](const Rival& rival) {
         return rival.instead_of == lacking.id && rival.instead_of_word == lacking.word;
       });
-      if (static_cast<std::size_t>(of_this) >= kMaxPerCause) continue;
+      const bool known = std::ranges::any_of(diagnosis_.rivals, [&](const Rival& rival) {
+        return rival.instead_of == lacking.id && rival.id == id && rival.word == word;
+      });
+      if (known || static_cast<std::size_t>(of_this) >= kMaxPerCause) continue;
       Rival& rival = diagnosis_.rivals.emplace_back();
       rival.instead_of = lacking.id;
       rival.instead_of_word = lacking.word;
@@ -188,8 +191,9 @@ std::vector<RowIndex> RejectedRows(const FitProblem& fit) {
 }
 
 /// The column in which some rows differ most from the others: the largest rank sum statistic of a
-/// recorded signal, the row number included.
-std::string ColumnOf(const Dataset& data, const std::vector<RowIndex>& rows) {
+/// recorded signal, the row number and what gravity does included.
+std::string ColumnOf(const Dataset& data, const std::vector<RowQuantity>& loads,
+                     const std::vector<RowIndex>& rows) {
   const std::set<RowIndex> own(rows.begin(), rows.end());
   const auto n = static_cast<double>(data.rows()), m = static_cast<double>(own.size());
   const auto deviation = [&](const auto& value_of) {
@@ -205,13 +209,14 @@ std::string ColumnOf(const Dataset& data, const std::vector<RowIndex>& rows) {
   };
   std::string column = "row";
   double largest = deviation([](RowIndex row) { return static_cast<double>(row.value()); });
-  for (const SignalIndex signal : data.signals.indices()) {
-    const double of_signal =
-        deviation([&](RowIndex row) { return data.signals[signal].values[row]; });
-    if (of_signal <= largest) continue;
-    largest = of_signal;
-    column = data.signals[signal].column;
-  }
+  const auto compare = [&](const std::string& name, const PerRow<double>& values) {
+    const double own_deviation = deviation([&](RowIndex row) { return values[row]; });
+    if (own_deviation <= largest) return;
+    largest = own_deviation;
+    column = name;
+  };
+  for (const RecordedSignal& signal : data.signals) compare(signal.column, signal.values);
+  for (const RowQuantity& load : loads) compare(load.column, load.values);
   return column;
 }
 
@@ -226,7 +231,6 @@ void AddOpenRivals(Identified& found, Diagnosis& diagnosis) {
 
 std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
   constexpr std::size_t kMinRejected = 4;  // poses
-  constexpr double kTail = 1e-3;
   const Dataset& data = found.fit.data;
   const std::vector<RowIndex> rejected = RejectedRows(found.fit);
   std::set<ClusterIndex> poses;
@@ -235,11 +239,9 @@ std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
 
   FitProblem fit = found.fit;
   auto there = std::make_shared<PerRow<double>>(data.rows(), 0.0);
-  double numbers = 0;
   for (const RowIndex row : rejected) {
     fit.weights[row] = 1;
     (*there)[row] = 1;
-    numbers += data.numbers[row].count;
   }
   const LinearProblem problem(fit, found.linear, found.model);
   CandidateSet set(problem);
@@ -249,30 +251,41 @@ std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
   std::vector<Block> blocks = EffectsThatMayVary(found);
   for (Block& block : blocks) block.factors = there;
   const std::vector<BlockIndex> added = set.Add(blocks);
-  const double without = set.Fit(support).score;
-  const auto there_left = [&](const Explanation& explanation) {
+  const auto squares_there = [&](const Explanation& explanation) {
     const Eigen::VectorXd residual = set.Residual(explanation);
-    double chi2 = 0;
+    std::vector<double> squares;
     for (const FitRowIndex j : problem.rows().indices()) {
       if ((*there)[problem.rows()[j]] > 0)
-        chi2 += problem.layout().PartOf(residual, j).squaredNorm();
+        squares.push_back(problem.layout().PartOf(residual, j).squaredNorm());
     }
-    return chi2;
+    return squares;
   };
+  const auto sum_of = [](const std::vector<double>& terms, int power) {
+    double sum = 0;
+    for (const double term : terms) sum += std::pow(term, power);
+    return sum;
+  };
+  const std::vector<double> before = squares_there(set.Fit(support));
+  const double total = sum_of(before, 1);
+  // Gross errors of different sizes have fewer numbers than rows: the participation ratio.
+  const double numbers = data.lengths_per_row() * total * total / sum_of(before, 2);
   std::optional<RejectedRegime> regime;
-  double least = without - kUnknownMargin - 2 * std::log(static_cast<double>(added.size()));
+  double least = kConditionSignificance / static_cast<double>(added.size());
   for (const BlockIndex block : added) {
     if (!set.Observable(block)) continue;
     const Explanation with = set.Evaluate(With(support, block));
     const auto columns = static_cast<double>(std::ranges::count_if(
         with.columns, [&](ColumnIndex column) { return set.BlockOfColumn(column) == block; }));
-    if (columns == 0 || numbers < 3 * columns || with.score >= least) continue;
-    if (there_left(with) > statistics::ChiSquareQuantile(kTail, numbers - columns)) continue;
-    least = with.score;
-    regime = RejectedRegime{
-        static_cast<int>(rejected.size()),
-        EffectName(set.blocks()[block].id, std::string(set.blocks()[block].term.word), {}),
-        ColumnOf(data, rejected)};
+    if (columns == 0 || numbers <= columns + 1) continue;
+    const double left = sum_of(squares_there(with), 1), freedom = numbers - columns;
+    const double p =
+        FisherTail((total - left) / columns / std::max(left / freedom, 1e-9), columns, freedom);
+    if (p >= least) continue;
+    least = p;
+    const Block& own = set.blocks()[block];
+    regime =
+        RejectedRegime{static_cast<int>(rejected.size()), EffectName(own.id, own.term.word, {}),
+                       ColumnOf(data, GravityLoadsAt(data, *found.linear), rejected)};
   }
   return regime;
 }

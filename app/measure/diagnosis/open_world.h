@@ -29,9 +29,10 @@ struct RejectedRegime {
 
 /// Rejected rows are gross errors only if no effect fits them. Tries each effect of the catalogue
 /// without a searched shape, and the effects of the answer, in the rejected rows alone and at full
-/// weight. One fits them if it leaves no more than noise there (chi-square, 0.1 %), by evidence
-/// that pays for its columns and for the choice.
-/// @return  the best; nullopt if none fits, or with fewer than four rejected poses
+/// weight. Gross errors have independent directions: k columns explain a share of their squares
+/// that F_{k, n - k} bounds, n the rows' lengths, reduced to (sum s)^2 / sum s^2 rows of squares s.
+/// @return  the effect with the smallest p-value, if that is at most 0.001 over all effects tried;
+///          nullopt otherwise, and with fewer than four rejected poses
 std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found);
 
 }  // namespace plumbline::measure

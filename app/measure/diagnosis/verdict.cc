@@ -333,8 +333,12 @@ void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis&
 
 /// Rows under a condition that were rejected, or whose residuals are larger: what acts there is
 /// unknown.
-void AddMisfit(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  if (const auto found = ConditionOfOutliers(data, fit.problem.weights)) {
+void AddMisfit(const Identified& identified, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  const Dataset& data = fit.problem.data;
+  const bool searched_all = identified.fit.data.rows() == data.rows();
+  const std::vector<RowQuantity> loads =
+      searched_all ? GravityLoadsAt(data, *identified.linear) : std::vector<RowQuantity>();
+  if (const auto found = ConditionOfOutliers(data, fit.problem.weights, loads)) {
     diagnosis.misfit = {found->condition, false, true, LeavesMostRows(data, found->condition)};
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
@@ -458,7 +462,7 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddMisfit(data, fit, diagnosis);
+  AddMisfit(found, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
   CheckLoadDirection(found, diagnosis);
   CheckOpenWorld(found, diagnosis);
