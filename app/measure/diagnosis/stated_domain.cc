@@ -224,12 +224,13 @@ std::optional<std::string> MovedTogetherNote(
 
 // Validity domain of a corrected model and the frames of its sessions.
 
-/// The lowest and highest load if all rows are at two distinct loads; otherwise empty. Three loads
-/// at least a tenth of their range apart can reveal a deflection that is not proportional to the
-/// load.
-std::vector<double> FewPayloadLevels(const FitProblem& problem) {
+/// The measured loads if they are too few to show what lies between them; otherwise empty. Three
+/// loads at least a tenth of their range apart can reveal a deflection that is not proportional to
+/// the load; without a confirmed cause, each load may have one of its own.
+std::vector<double> FewPayloadLevels(const FitProblem& problem, bool confirmed) {
   if (!problem.data.loads_recorded()) return {};
   constexpr double kApart = 0.1;
+  constexpr std::size_t kFewConfirmed = 2, kFew = 5;
   std::vector<double> loads_kg, levels_kg;
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
@@ -243,8 +244,9 @@ std::vector<double> FewPayloadLevels(const FitProblem& problem) {
       levels_kg.push_back(load_kg);
     }
   }
-  return levels_kg.size() == 2 ? std::vector<double>{loads_kg.front(), loads_kg.back()}
-                               : std::vector<double>{};
+  if (levels_kg.size() < 2 || levels_kg.size() > (confirmed ? kFewConfirmed : kFew)) return {};
+  levels_kg.back() = loads_kg.back();
+  return levels_kg;
 }
 
 /// Adds to `diagnosis` the estimated frames of each session, if the cell leaves them free, and the
@@ -272,12 +274,13 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     const double load_kg = data.conditions[index].payload_kg;
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
-      if (data.loads_recorded()) domain.payload_kg = model::Interval{load_kg, load_kg};
+      // A load that was not recorded is the declared one: any other is unmeasured.
+      domain.payload_kg = model::Interval{load_kg, load_kg};
       if (row.temp_C) domain.temp_C = model::Interval{*row.temp_C, *row.temp_C};
     }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
-    if (domain.payload_kg) widen(*domain.payload_kg, load_kg);
+    widen(*domain.payload_kg, load_kg);
     if (data.cell.tool.number) tools.insert(*data.cell.ToolAt(data.payloads[index].tool).number);
     items.insert(data.payloads[index].item);
     if (domain.temp_C) widen(*domain.temp_C, *row.temp_C);
@@ -285,7 +288,8 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   domain.tools.assign(tools.begin(), tools.end());
   if (!data.cell.payload_items.empty()) domain.payload_items.emplace(items.begin(), items.end());
   domain.combinations = NearlyConstantCombinations(problem);
-  domain.payload_levels_kg = FewPayloadLevels(problem);
+  domain.payload_levels_kg = FewPayloadLevels(
+      problem, diagnosis.verdict == Verdict::kExplained || diagnosis.verdict == Verdict::kNoEffect);
 }
 
 // Difference between an answer and its rivals at new points, where no row decides between them.
