@@ -308,12 +308,12 @@ bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {
 }
 
 std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation& linear) {
-  using I = effects::Influence<double>;
+  using Entries = effects::Influence<double>;
   std::vector<RowQuantity> loads;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     if (data.cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
-    const int turn = I::kTurn * model::kMaxJoints + joint;
-    const int compliance = I::kCompliance * model::kMaxJoints + joint;
+    const int turn = Entries::kTurn * model::kMaxJoints + joint;
+    const int compliance = Entries::kCompliance * model::kMaxJoints + joint;
     PerRow<double> torque;
     for (const RowIndex row : data.row_indices()) {
       const Gradient& gradient = linear.gradients[row];
@@ -325,9 +325,9 @@ std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation
   PerRow<double> about_x, about_y;
   for (const RowIndex row : data.row_indices()) {
     const Gradient& gradient = linear.gradients[row];
-    const Eigen::Vector2d moment = gradient.middleCols<2>(I::kBaseTilt)
+    const Eigen::Vector2d moment = gradient.middleCols<2>(Entries::kBaseTilt)
                                        .completeOrthogonalDecomposition()
-                                       .solve(gradient.col(I::kPedestalCompliance));
+                                       .solve(gradient.col(Entries::kPedestalCompliance));
     about_x.push_back(moment.x());
     about_y.push_back(moment.y());
   }
