@@ -404,7 +404,7 @@ TEST_CASE("a model is refused once, and the fault that prevents the reload is lo
 
 TEST_CASE("SIGTERM ends the daemon while it checks a model that is to come into force") {
   std::string many;  // out of reach of the edited cell: each takes tens of milliseconds
-  for (int id = 3; id < 200; ++id) {
+  for (int id = 3; id < 500; ++id) {
     many += "\n[[point]]\nid = " + std::to_string(id) + "\nname = \"" + std::to_string(id) +
             "\"\nframe = \"body\"\nxyz_mm = [433.0, -424.0, -76.3]\nrpy_deg = [0.0, 90.0, 0.0]\n"
             "near_deg = [18.5, -83.5, 126.0, 26.0, -46.0, -19.0]\n";
