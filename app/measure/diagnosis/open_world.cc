@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/robust.h"
@@ -96,19 +98,41 @@ bool Holds(const Explanation& explanation, BlockIndex block) {
   return std::ranges::find(explanation.blocks, block) != explanation.blocks.end();
 }
 
+/// The recorded signals that an effect follows by its law: those that it needs, and the angle of a
+/// joint along which it is periodic.
+std::vector<SignalIndex> DriversOf(const Dataset& data, const Block& block) {
+  const effects::EffectTraits& traits = block.term.effect->traits();
+  std::set<std::string> columns;
+  if (traits.Needs(effects::Signal::kTime, block.term.word) || ActsFromEventTime(block.term))
+    columns.insert({"t_s", "row"});
+  if (traits.Needs(effects::Signal::kTemperature, block.term.word)) columns.insert("temp_C");
+  if (traits.Needs(effects::Signal::kPayload, block.term.word)) columns.insert("payload_kg");
+  if (const auto line = LineOf(block)) columns.insert(fmt::format("q{}_deg", line->joint + 1));
+  std::vector<SignalIndex> drivers;
+  for (const SignalIndex signal : data.signals.indices()) {
+    if (columns.contains(data.signals[signal].column)) drivers.push_back(signal);
+  }
+  return drivers;
+}
+
 class OpenRivals {
  public:
   OpenRivals(Identified& found, Diagnosis& diagnosis)
       : set_(*found.candidate_set), best_(found.best), diagnosis_(diagnosis) {}
 
   void TryCurves() {
+    const LinearProblem& problem = set_.problem();
+    const Dataset& data = problem.data();
     for (const BlockIndex own : best_.blocks) {
-      for (const BlockIndex curve : AddEmpirical(set_, set_.PartialResidual(best_, own))) {
-        const auto other =
-            set_.EvaluateBelow(With(Without(best_.blocks, own), curve), best_.score + kRivalGap);
-        if (!other || !Holds(*other, curve) || other->blocks.size() > best_.blocks.size()) continue;
-        Keep(*other, fmt::format("{}", fmt::join(set_.blocks()[curve].term.drivers, " and ")),
-             set_.blocks()[curve].id, curve);
+      const std::vector<SignalIndex> drivers = DriversOf(data, set_.blocks()[own]);
+      if (drivers.empty()) continue;
+      const Eigen::VectorXd residual = set_.PartialResidual(best_, own);
+      for (const SignalIndex driver : drivers) {
+        for (const std::vector<int>& carrier : Carriers(data)) {
+          if (!MayFollow(carrier, data.signals[driver])) continue;
+          const auto curve = BestEmpirical(problem, residual, {driver}, carrier);
+          if (curve) TryCurve(own, set_.Add(*curve));
+        }
       }
     }
   }
@@ -131,6 +155,15 @@ class OpenRivals {
   }
 
  private:
+  void TryCurve(BlockIndex own, BlockIndex curve) {
+    if (!set_.Observable(curve)) return;
+    const auto other =
+        set_.EvaluateBelow(With(Without(best_.blocks, own), curve), best_.score + kRivalGap);
+    if (!other || !Holds(*other, curve) || other->blocks.size() > best_.blocks.size()) return;
+    const Block& block = set_.blocks()[curve];
+    Keep(*other, block.term.drivers.front(), block.id, curve);
+  }
+
   void TryLevel(const Level& level, BlockIndex block) {
     std::vector<std::vector<BlockIndex>> supports = {With(best_.blocks, block)};
     for (const BlockIndex own : best_.blocks) {

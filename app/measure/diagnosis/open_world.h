@@ -10,8 +10,8 @@
 namespace plumbline::measure {
 
 /// Lets every named effect compete with what is not in the catalogue:
-///  - a smooth curve of any recorded signal in its place. It is a rival unless it is worse by
-///    kRivalGap;
+///  - a smooth curve of the signal that its law follows (time, temperature, load, the angle of a
+///    periodic error) in its place. It is a rival unless it is worse by kRivalGap;
 ///  - an effect of the catalogue, or the named one, in one session, with one tool, payload item or
 ///    payload alone, in its place or beside it. An effect that acts everywhere is likelier, so this
 ///    is a rival only if it scores better. If it is better by kUnknownMargin, the column that
