@@ -342,21 +342,20 @@ const char* OptionForReport(const measure::CertificateDetails& details) {
   return nullptr;
 }
 
-/// What to do next, as a command where one does it.
+/// What to do next.
 std::string NextStep(const DiagnoseArguments& arguments, const measure::Diagnosis& diagnosis) {
-  const std::string again =
-      fmt::format("plumbline diagnose {} {}", arguments.cell, arguments.measured);
   if (!diagnosis.next_poses.empty()) {
     const std::string poses = NextPosesPath(arguments);
-    return poses.empty() ? again + " --next-poses next_poses.csv; measure these poses"
+    return poses.empty() ? "the same command with --next-poses next_poses.csv; measure these poses"
                          : fmt::format("measure the poses of {}, add them to {} and diagnose again",
                                        poses, arguments.measured);
   }
-  if (diagnosis.verdict == measure::Verdict::kNoEffect) return "nothing needs to be corrected";
+  if (diagnosis.verdict == measure::Verdict::kNoEffect)
+    return "nothing: no effect above the noise needs to be corrected";
   if (diagnosis.verdict == measure::Verdict::kUnknown && arguments.report.empty())
-    return again + " --report report.html; it shows what the residual follows";
+    return "the same command with --report report.html, which shows what the residual follows";
   if (!diagnosis.withheld.empty()) return "";
-  return arguments.model.empty() ? again + " --write-model corrected.toml"
+  return arguments.model.empty() ? "the same command with --write-model corrected.toml"
                                  : "plumbline model propose " + arguments.model;
 }
 
@@ -397,8 +396,9 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   if (!arguments.quiet) {
     (arguments.json == "-" ? err : out)
         << terminal::ForReading
-        << measure::SummaryText(*diagnosis, {input->cell, arguments.certificate_details.tolerance_m,
-                                             NextStep(arguments, *diagnosis), arguments.details})
+        << measure::SummaryText(*diagnosis,
+                                {input->cell, arguments.certificate_details.tolerance_m,
+                                 written ? NextStep(arguments, *diagnosis) : "", arguments.details})
         << std::flush;
   }
   const auto missing = [&](const std::string& path, const std::string& option) {

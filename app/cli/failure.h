@@ -1,4 +1,4 @@
-// Error messages of a failing command, together with its exit code.
+// Exit codes of the commands, and error messages of a failing one.
 #pragma once
 
 #include <iostream>

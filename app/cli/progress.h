@@ -1,4 +1,4 @@
-// Progress display of a long-running command, for standard error.
+// Progress of a long-running command on standard error, and its interruption by a signal.
 #pragma once
 
 #include <condition_variable>

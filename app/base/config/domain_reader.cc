@@ -146,8 +146,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
   domain.tools = table.Integers("tools", 0, kLargestNumber).value_or(std::vector<int>());
   domain.payload_items = table.Integers("payload_items", 0, kLargestNumber);
-  if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, -1)) {
-    if (levels->size() < 2) table.AddFault("payload_levels_kg", "has fewer than two loads");
+  if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
     domain.payload_levels_kg = *levels;
     std::sort(domain.payload_levels_kg.begin(), domain.payload_levels_kg.end());
   }

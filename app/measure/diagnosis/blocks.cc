@@ -246,7 +246,7 @@ model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec, st
 
 bool SameColumns(const Block& a, const Block& b) {
   return a.id == b.id && a.term.word == b.term.word && a.term.parameters == b.term.parameters &&
-         a.term.drivers == b.term.drivers && a.factors == b.factors &&
+         a.term.drivers == b.term.drivers &&
          std::equal(a.columns.begin(), a.columns.end(), b.columns.begin(), b.columns.end(),
                     [](const BlockColumn& x, const BlockColumn& y) {
                       return x.values == y.values && x.entry == y.entry && x.degree == y.degree &&
@@ -427,14 +427,13 @@ void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& bl
     for (const BlockColumn& column : block.columns) which.push_back(column.parameter);
     TermColumns(block.term, block.columns.front().values, which, data.conditions[row], gradient,
                 out);
-  } else {
-    for (const BlockColumnIndex k : block.columns.indices()) {
-      const std::array<int, 1> which = {block.columns[k].parameter};
-      TermColumns(block.term, block.columns[k].values, which, data.conditions[row], gradient,
-                  out.middleCols<1>(k.value()));
-    }
+    return;
   }
-  if (block.factors) out *= (*block.factors)[row];
+  for (const BlockColumnIndex k : block.columns.indices()) {
+    const std::array<int, 1> which = {block.columns[k].parameter};
+    TermColumns(block.term, block.columns[k].values, which, data.conditions[row], gradient,
+                out.middleCols<1>(k.value()));
+  }
 }
 
 }  // namespace plumbline::measure

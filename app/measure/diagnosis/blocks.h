@@ -38,9 +38,6 @@ struct Block {
   Indexed<BlockColumnIndex, BlockColumn> columns;
   int units = 1;
   double trials = 1;  ///< number of independent shapes searched for this one
-  /// Factor of the columns at each row of the problem: 0 where the effect does not act. Null: it
-  /// acts everywhere. Not for empirical terms.
-  std::shared_ptr<const PerRow<double>> factors{};
 
   bool empirical() const { return term.effect->traits().empirical; }
 };

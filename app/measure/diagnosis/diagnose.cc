@@ -18,7 +18,6 @@
 #include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/gross_errors.h"
 #include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/open_world.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unit_change_search.h"
@@ -216,7 +215,8 @@ void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
 
 /// Adds findings, rivals, rejected candidates, detection limits, signals, the verdict and, if there
 /// are rivals, the next poses.
-void Explain(const Task& task, Identified& found, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
+             Diagnosis& diagnosis) {
   task.Report(0.43, "comparing rivals");
   const FindingsContext context{found.fit,        *found.candidate_set, found.best,  fit.refit,
                                 found.refit.chi2, found.ranked,         task.options};
@@ -228,11 +228,7 @@ void Explain(const Task& task, Identified& found, const FitOfAllRows& fit, Diagn
       if (!rival.shift_W.empty()) rival.rows = EvenlySpacedRows(task.data, kSearchedRows).items();
     }
   }
-  if (found.unknown) {
-    AddDriverRivals(*found.candidate_set, found.best, diagnosis);
-  } else {
-    AddOpenRivals(found, diagnosis);
-  }
+  if (found.unknown) AddDriverRivals(*found.candidate_set, found.best, diagnosis);
   AddCandidateOutcomes(context, found.candidates, diagnosis);
   AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;

@@ -224,8 +224,8 @@ struct Diagnosis {
   std::vector<NextPose> next_poses;
   std::vector<RivalSeparation> rival_separations;  ///< empty without rivals
   bool next_poses_separate_all = false;            ///< from the answer and from each other
-  std::map<std::string, double>
-      minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
+  bool next_poses_searched = false;  ///< if none is proposed, none separates by the noise
+  std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by id
   /// Of the kind of observation with the most rows.
   double rms_before_m = 0, rms_after_m = 0;
   std::vector<NotObservable> not_observable;

@@ -1,6 +1,7 @@
 // The steps of Diagnose(), each defined in a file of its own.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -30,10 +31,9 @@ std::optional<std::string> HiddenMistake(const Identified& found, const Dataset&
 
 /// Looks for a column whose unit changes (UnitChanges), and for temperatures in Fahrenheit, before
 /// the main search, which would be slow: no small number of effects fits the rows as read. A change
-/// is reported if the converted rows
-/// have a sound explanation, and neither the rows as read with as many effects nor an alternative
-/// conversion factor comes within kMistakeMargin of it. Searches only if the numbers of the column
-/// suggest a change, on at most 300 rows.
+/// is reported if the converted rows have a sound explanation, and neither the rows as read with as
+/// many effects nor an alternative conversion factor comes within kMistakeMargin of it. Searches
+/// only if the numbers of the column suggest a change, on at most 300 rows.
 /// @return  the mistake and a remedy; nullopt if there is none
 std::optional<std::string> HiddenUnitChange(const Dataset& data, const DiagnosisOptions& options,
                                             const Progress& progress);

@@ -101,13 +101,16 @@ std::string RivalDrivers(const Diagnosis& diagnosis) {
   return Listed(choices, "or");
 }
 
-/// That no pose separates the rivals, and how much the choice between them matters.
+/// That no pose separates the rivals, and how little the choice between them matters; empty if none
+/// was searched, for which a note gives the reason.
 std::string InseparableClause(const Diagnosis& diagnosis) {
   const auto& separations = diagnosis.rival_separations;
-  if (separations.empty()) return ", and no pose nearby was found that would";
+  if (!diagnosis.next_poses_searched || separations.empty()) return "";
   const auto most = std::ranges::max_element(separations, {}, &RivalSeparation::distance_m);
-  return fmt::format("; no pose separates them, and the choice changes no point by more than {} mm",
-                     MillimetreText(most->distance_m));
+  return fmt::format(
+      "; no pose separates them by more than the noise: at {} sampled poses the choice moves the "
+      "tip by at most {} mm",
+      separations.size(), MillimetreText(most->distance_m));
 }
 
 std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
@@ -129,9 +132,6 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     }
     const std::size_t all = diagnosis.findings.size();
     const std::string fits = names.front() + (all == 1 ? " fits" : " fit") + " these points, but ";
-    if (doubtful.empty())
-      return names.front() + (all == 1 ? " fits" : " fit") +
-             " these points, but more is left than noise";
     if (doubtful.size() == all && all == 1) return fits + "is in doubt";
     if (doubtful.size() == all) return fits + (all == 2 ? "both" : "all of them") + " are in doubt";
     return fits + Listed(doubtful) + (doubtful.size() == 1 ? " is" : " are") + " in doubt";
@@ -179,11 +179,11 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
     if (!doubtful && !finding.effect.term.effect->traits().empirical)
       physical.push_back(EffectName(finding));
   }
-  if (!physical.empty()) text += "; beside it " + Listed(physical);
+  if (!physical.empty()) text += ", beside " + Listed(physical);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
-  text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
-                                      : "; that part is not corrected";
-  return text;
+  return text + (HasEmpiricalTerm(diagnosis)
+                     ? "; what is unknown is corrected empirically, within the measured range"
+                     : "; what is unknown is not corrected");
 }
 
 }  // namespace

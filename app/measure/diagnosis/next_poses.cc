@@ -164,17 +164,19 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
       design = std::move(with_more);
     }
   }
-  // A difference below the noise of one axis decides nothing.
-  std::erase_if(design.poses,
-                [&](const NextPose& pose) { return pose.separation_m < diagnosis.sigma_m; });
-  if (without_payload && !design.poses.empty()) diagnosis.notes.push_back(*without_payload);
+  // Differences below the noise of one axis decide nothing.
+  const bool visible = std::ranges::any_of(
+      design.poses, [&](const NextPose& pose) { return pose.separation_m >= diagnosis.sigma_m; });
+  diagnosis.next_poses_searched = true;
+  if (!visible) return;
+  if (without_payload) diagnosis.notes.push_back(*without_payload);
   if (!design.unseparated.empty()) {
     diagnosis.notes.push_back(fmt::format(
         "further poses near those measured are not certain to separate {}: record a signal in "
         "which they differ, or measure in a new part of the workspace",
         PairsText(task, design.unseparated)));
   }
-  diagnosis.next_poses_separate_all = design.unseparated.empty() && !design.poses.empty();
+  diagnosis.next_poses_separate_all = design.unseparated.empty();
   diagnosis.next_poses = std::move(design.poses);
 }
 

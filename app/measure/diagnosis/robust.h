@@ -1,4 +1,4 @@
-// Robust scale and Hampel weights of rows.
+// Robust scale and Hampel weights of rows, the tail of F, and reproducible random numbers.
 #pragma once
 
 #include <cstdint>

@@ -224,13 +224,12 @@ std::optional<std::string> MovedTogetherNote(
 
 // Validity domain of a corrected model and the frames of its sessions.
 
-/// The measured loads if they are too few to show what lies between them; otherwise empty. Three
-/// loads at least a tenth of their range apart can reveal a deflection that is not proportional to
-/// the load; without a confirmed cause, each load may have one of its own.
-std::vector<double> FewPayloadLevels(const FitProblem& problem, bool confirmed) {
+/// The lowest and highest load if all rows are at two distinct loads; otherwise empty. Three loads
+/// at least a tenth of their range apart can reveal a deflection that is not proportional to the
+/// load.
+std::vector<double> FewPayloadLevels(const FitProblem& problem) {
   if (!problem.data.loads_recorded()) return {};
   constexpr double kApart = 0.1;
-  constexpr std::size_t kFewConfirmed = 2, kFew = 5;
   std::vector<double> loads_kg, levels_kg;
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
@@ -244,9 +243,8 @@ std::vector<double> FewPayloadLevels(const FitProblem& problem, bool confirmed) 
       levels_kg.push_back(load_kg);
     }
   }
-  if (levels_kg.size() < 2 || levels_kg.size() > (confirmed ? kFewConfirmed : kFew)) return {};
-  levels_kg.back() = loads_kg.back();
-  return levels_kg;
+  return levels_kg.size() == 2 ? std::vector<double>{loads_kg.front(), loads_kg.back()}
+                               : std::vector<double>{};
 }
 
 /// Adds to `diagnosis` the estimated frames of each session, if the cell leaves them free, and the
@@ -274,13 +272,12 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     const double load_kg = data.conditions[index].payload_kg;
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
-      // A load that was not recorded is the declared one: any other is unmeasured.
-      domain.payload_kg = model::Interval{load_kg, load_kg};
+      if (data.loads_recorded()) domain.payload_kg = model::Interval{load_kg, load_kg};
       if (row.temp_C) domain.temp_C = model::Interval{*row.temp_C, *row.temp_C};
     }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
-    widen(*domain.payload_kg, load_kg);
+    if (domain.payload_kg) widen(*domain.payload_kg, load_kg);
     if (data.cell.tool.number) tools.insert(*data.cell.ToolAt(data.payloads[index].tool).number);
     items.insert(data.payloads[index].item);
     if (domain.temp_C) widen(*domain.temp_C, *row.temp_C);
@@ -288,8 +285,7 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   domain.tools.assign(tools.begin(), tools.end());
   if (!data.cell.payload_items.empty()) domain.payload_items.emplace(items.begin(), items.end());
   domain.combinations = NearlyConstantCombinations(problem);
-  domain.payload_levels_kg = FewPayloadLevels(
-      problem, diagnosis.verdict == Verdict::kExplained || diagnosis.verdict == Verdict::kNoEffect);
+  domain.payload_levels_kg = FewPayloadLevels(problem);
 }
 
 // Difference between an answer and its rivals at new points, where no row decides between them.
@@ -387,13 +383,10 @@ void AddLoadNotes(const std::vector<effects::ActiveEffect>& found, bool weight_k
       "masses");
 }
 
-/// A correction fades with the distance from the measured poses unless its causes are confirmed:
-/// between rivals, or with a doubt, they are not.
+/// A correction fades with the distance from the measured poses unless its causes are confirmed.
 Correction CorrectionOf(const Diagnosis& diagnosis) {
   if (!diagnosis.withheld.empty()) return Correction::kNone;
-  const bool open =
-      diagnosis.verdict == Verdict::kUnknown || diagnosis.verdict == Verdict::kAmbiguous;
-  const bool confirmed = !open && diagnosis.discrepancy.empty();
+  const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
   return confirmed ? Correction::kWritten : Correction::kFading;
 }
 

@@ -1,4 +1,4 @@
-// Part of a table in which a column is in another unit: from one line on, or up to it.
+// Columns in another unit than declared, in all rows, from one line on or up to it.
 #pragma once
 
 #include <array>

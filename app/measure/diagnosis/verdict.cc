@@ -15,7 +15,6 @@
 #include "app/measure/diagnosis/load_direction.h"
 #include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/open_world.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
@@ -333,12 +332,8 @@ void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis&
 
 /// Rows under a condition that were rejected, or whose residuals are larger: what acts there is
 /// unknown.
-void AddMisfit(const Identified& identified, const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  const Dataset& data = fit.problem.data;
-  const bool searched_all = identified.fit.data.rows() == data.rows();
-  const std::vector<RowQuantity> loads =
-      searched_all ? GravityLoadsAt(data, *identified.linear) : std::vector<RowQuantity>();
-  if (const auto found = ConditionOfOutliers(data, fit.problem.weights, loads)) {
+void AddMisfit(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  if (const auto found = ConditionOfOutliers(data, fit.problem.weights)) {
     diagnosis.misfit = {found->condition, false, true, LeavesMostRows(data, found->condition)};
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
@@ -415,21 +410,6 @@ void CheckLoadDirection(const Identified& found, Diagnosis& diagnosis) {
   diagnosis.verdict = Verdict::kUnknown;
 }
 
-/// What nobody listed: a driver that distinguishes groups of rows, and rejected rows that one
-/// effect explains, so that they are another regime and not gross errors.
-void CheckOpenWorld(const Identified& found, Diagnosis& diagnosis) {
-  if (const auto regime = RegimeOfRejectedRows(found)) {
-    diagnosis.notes.push_back(fmt::format(
-        "the {} rejected rows are no gross errors: {} in these rows alone explains them; they "
-        "differ from the others most in {}. What acts there is not corrected: measure more such "
-        "poses",
-        regime->rows, regime->effect, regime->driver));
-    AddEach({regime->driver}, diagnosis.drivers);
-    diagnosis.verdict = Verdict::kUnknown;
-  }
-  if (!found.unknown && !diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
-}
-
 }  // namespace
 
 double ParametersOf(const Identified& found, const Dataset& data) {
@@ -462,10 +442,9 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddMisfit(found, fit, diagnosis);
+  AddMisfit(data, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
   CheckLoadDirection(found, diagnosis);
-  CheckOpenWorld(found, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",

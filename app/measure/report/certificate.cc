@@ -113,7 +113,7 @@ std::string VerdictSentence(const Diagnosis& diagnosis, const model::CellModel& 
   std::string text = fmt::format("Either {} or {}: these rows cannot separate them; ",
                                  ReplacedFinding(diagnosis, rival), RivalName(rival));
   if (diagnosis.next_poses.empty()) {
-    text += "no pose near those measured was found that would.";
+    text += "no pose that separates them is proposed.";
   } else {
     const NextPose& pose = diagnosis.next_poses.front();
     text += fmt::format("measure {} with {:.1f} kg, where the explanations differ by {} mm.",

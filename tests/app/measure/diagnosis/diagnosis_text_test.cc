@@ -206,12 +206,13 @@ TEST_CASE("an ambiguous headline states whether further poses would separate the
   diagnosis.next_poses.resize(1);
   CHECK(Headline(diagnosis) == cannot + "; one further pose may, but need not");
   diagnosis.next_poses.clear();
-  diagnosis.rival_separations.clear();
-  CHECK(Headline(diagnosis) == cannot + ", and no pose nearby was found that would");
+  CHECK(Headline(diagnosis) == cannot);  // none was searched
+  diagnosis.next_poses_searched = true;
   diagnosis.rival_separations = {{{}, 1e-5}, {{}, 2e-5}};
-  CHECK(Headline(diagnosis) == cannot +
-                                   "; no pose separates them, and the choice changes no point by "
-                                   "more than 0.02 mm");
+  CHECK(Headline(diagnosis) ==
+        cannot +
+            "; no pose separates them by more than the noise: at 2 sampled poses the choice "
+            "moves the tip by at most 0.02 mm");
 }
 
 }  // namespace plumbline::diagnosis_text_test
