@@ -182,8 +182,8 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
   if (!physical.empty()) text += ", beside " + Listed(physical);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
   return text + (HasEmpiricalTerm(diagnosis)
-                     ? "; what is unknown is corrected empirically, within the measured range"
-                     : "; what is unknown is not corrected");
+                     ? "; the unknown part is corrected empirically, within the measured range"
+                     : "; the unknown part is not corrected");
 }
 
 }  // namespace

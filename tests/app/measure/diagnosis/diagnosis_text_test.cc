@@ -92,15 +92,15 @@ TEST_CASE("the headline of an unknown cause names its signal and whether it is c
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnknown;
   CHECK(Headline(diagnosis) ==
-        "an effect outside the catalogue that follows no recorded signal; that part is not "
-        "corrected");
+        "an effect outside the catalogue that follows no recorded signal; the unknown part is "
+        "not corrected");
   diagnosis.drivers = {"air_pressure_bar"};
   Finding finding;
   finding.effect.term.effect = effects::FindEffect("empirical");
   diagnosis.findings = {finding};
   CHECK(Headline(diagnosis) ==
-        "an effect outside the catalogue that follows air_pressure_bar; corrected empirically "
-        "within the measured range");
+        "an effect outside the catalogue that follows air_pressure_bar; the unknown part is "
+        "corrected empirically, within the measured range");
 }
 
 TEST_CASE("a linear empirical term is stated per unit of its signal, a nonlinear one is not") {
@@ -184,7 +184,7 @@ TEST_CASE("the summary begins with the verdict and is short; details have the re
   Diagnosis explained = test::ExampleDiagnosis(Verdict::kExplained);
   CHECK(SummaryText(explained, {.cell = cell}).starts_with("EXPLAINED: "));
   CHECK_THAT(SummaryText(explained, {.cell = cell, .tolerance_m = 5e-4}),
-             Catch::Contains("; tolerance 0.5 mm\n"));
+             Catch::Contains("; tolerance 0.50 mm\n"));
   CHECK(SummaryText(test::ExampleDiagnosis(Verdict::kNoEffect), {.cell = cell})
             .starts_with("NO EFFECT: "));
 }
@@ -212,7 +212,7 @@ TEST_CASE("an ambiguous headline states whether further poses would separate the
   CHECK(Headline(diagnosis) ==
         cannot +
             "; no pose separates them by more than the noise: at 2 sampled poses the choice "
-            "moves the tip by at most 0.02 mm");
+            "moves the tip by at most 0.020 mm");
 }
 
 }  // namespace plumbline::diagnosis_text_test

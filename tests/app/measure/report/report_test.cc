@@ -158,7 +158,8 @@ TEST_CASE("the report has the sections that belong to its verdict") {
         "Alternative explanations", "What to measure next"},
        {"Correlation of"}},
       {measure::Verdict::kUnknown,
-       {"an effect outside the catalogue that follows air pressure", "that part is not corrected"},
+       {"An effect outside the catalogue that follows air pressure",
+        "the unknown part is not corrected"},
        {"What to measure next"}}};
   for (const Case& c : cases) {
     CAPTURE(Describe(c.verdict));
