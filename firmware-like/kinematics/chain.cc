@@ -51,6 +51,4 @@ void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacob
   }
 }
 
-template void Chain::Evaluate(const model::JointVector&, const DhChanges<double>*, Posture&) const;
-
 }  // namespace plumbline::kinematics

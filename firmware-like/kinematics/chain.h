@@ -141,8 +141,4 @@ void Chain::Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* chang
   }
 }
 
-// Compiled in chain.cc; the sources with dual numbers instantiate theirs.
-extern template void Chain::Evaluate(const model::JointVector&, const DhChanges<double>*,
-                                     Posture&) const;
-
 }  // namespace plumbline::kinematics
