@@ -350,6 +350,8 @@ std::string NextStep(const DiagnoseArguments& arguments, const measure::Diagnosi
                          : fmt::format("measure the poses of {}, add them to {} and diagnose again",
                                        poses, arguments.measured);
   }
+  if (diagnosis.declared_noise_too_small)
+    return "measure one pose ten times, and declare the scatter as sigma_mm";
   if (diagnosis.verdict == measure::Verdict::kNoEffect)
     return "nothing: no effect above the noise needs to be corrected";
   if (diagnosis.verdict == measure::Verdict::kUnknown && arguments.report.empty())

@@ -81,8 +81,9 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
   text += fmt::format("; {} mm of {} would have been detected", MillimetreText(least->second),
                       EffectName(least->first));
   if (detectable.size() > 1) {
-    text += fmt::format(", and {} mm of any of the {} effects searched for",
-                        MillimetreText(most->second), detectable.size());
+    text += fmt::format(", and {} mm of any of the {} effects searched for{}",
+                        MillimetreText(most->second), detectable.size(),
+                        diagnosis.not_observable.empty() ? "" : " that these rows can show");
   }
   return text;
 }

@@ -91,6 +91,7 @@ AchievedAccuracy AchievedAccuracyOf(const Diagnosis& diagnosis, const model::Cel
     achieved.why_none = "the instrument measures ranges, not positions";
     return achieved;
   }
+  achieved.noise_refuted = diagnosis.declared_noise_too_small;
   achieved.frame_fitted = !cell.measurement.frame_known;
   achieved.tip_fitted = !cell.measurement.tool_known;
   achieved.other_rows = static_cast<int>(std::ranges::count_if(

@@ -32,6 +32,7 @@ struct AchievedAccuracy {
   /// The instrument's frame, or the tool's tip, was fitted to the measured points (without the rows
   /// held out, if any): an error of the base or of the tip that these absorb is not seen.
   bool frame_fitted = false, tip_fitted = false;
+  bool noise_refuted = false;  ///< the residual is too large for the declared noise
 };
 
 /// "the instrument's frame and the tool's tip"; empty if nothing was fitted.

@@ -197,6 +197,8 @@ Statement ConformityStatement(const Conformity& conformity) {
   switch (conformity.outcome) {
     case kConforms:
       return {"Conforms", "\u2713", "good", conformity.sentence, rule};
+    case kWouldConform:
+      return {"Would conform if corrected", "\u25b2", "caution", conformity.sentence, rule};
     case kDoesNotConform:
       return {"Does not conform", "\u25a0", "bad", conformity.sentence, rule};
     case kNotDecided:

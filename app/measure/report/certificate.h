@@ -29,14 +29,17 @@ std::string CertificatePage(const CertificateInput& input);
 
 /// Overall statement of conformity at the measured poses.
 struct Conformity {
-  enum class Outcome { kConforms, kDoesNotConform, kNotDecided };
+  /// kWouldConform: only as the corrected model predicts the measured poses.
+  enum class Outcome { kConforms, kWouldConform, kDoesNotConform, kNotDecided };
   Outcome outcome = Outcome::kNotDecided;
   std::string sentence;  ///< plain text
 };
 
-/// Conforms only if every assessed pose does (ISO 14253-1), the instrument's uncertainty is
-/// declared and no row was rejected; does not conform if at least one pose does not. Assesses the
-/// errors after correction, or before it if there is no correction.
+/// Conforms only if every assessed pose does (ISO 14253-1) as measured and after correction, there
+/// are at least five, the instrument's uncertainty is declared, the residual does not refute it,
+/// and no row was rejected. Would conform if the poses do so only as the corrected model predicts
+/// them: the robot was not measured with it. Does not conform if at least one pose does not, after
+/// correction if there is one.
 Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m);
 
 /// Characteristics of ISO 9283 before and after correction, with expanded uncertainties.

@@ -260,44 +260,68 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
   return html;
 }
 
+namespace {
+
+/// Decisions at the assessed poses.
+struct Decisions {
+  int poses = 0, conform = 0, fail = 0;
+
+  Decisions(const Achieved& achieved, double tolerance_m)
+      : poses(static_cast<int>(achieved.characteristics.poses.size())) {
+    for (std::size_t k = 0; k < achieved.characteristics.poses.size(); ++k) {
+      const Decision decision = DecisionFor(achieved, k, tolerance_m);
+      conform += decision == Decision::kConforms ? 1 : 0;
+      fail += decision == Decision::kDoesNotConform ? 1 : 0;
+    }
+  }
+
+  bool all() const { return conform == poses; }
+  /// "exceeded at 3 of 80 poses"
+  std::string Text() const {
+    if (fail > 0) return fmt::format("exceeded at {} of {} poses", fail, poses);
+    if (all()) return fmt::format("kept at all {} poses", poses);
+    return fmt::format("kept at {} of {} poses, the others are too uncertain", conform, poses);
+  }
+};
+
+/// Why nothing can be decided; empty if it can.
+std::string WhyUndecided(const AchievedAccuracy& achieved) {
+  constexpr int kFewestPoses = 5;  // of ISO 9283
+  if (!achieved.before) return achieved.why_none;
+  if (!achieved.before->contributions.instrument_m)
+    return "the uncertainty of the instrument is not declared (sigma_mm of [measurement])";
+  if (achieved.noise_refuted)
+    return "the declared noise is too small for the residual, so that the uncertainty is not "
+           "known; "
+           "measure one pose ten times";
+  const auto poses = static_cast<int>(achieved.before->characteristics.poses.size());
+  return poses < kFewestPoses ? fmt::format("{} pose{} measured, fewer than {}", poses,
+                                            poses == 1 ? " was" : "s were", kFewestPoses)
+                              : "";
+}
+
+}  // namespace
+
 Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m) {
   using enum Conformity::Outcome;
   const std::string limit = "Tolerance " + MillimetreText(tolerance_m) + " mm";
-  if (!achieved.before) return {kNotDecided, limit + ": " + achieved.why_none + "."};
-  const Achieved& shown = achieved.after ? *achieved.after : *achieved.before;
-  if (!shown.contributions.instrument_m) {
-    return {kNotDecided, limit +
-                             ": the uncertainty of the instrument is not declared (sigma_mm of "
-                             "[measurement])."};
-  }
-  std::string text = limit + (achieved.after ? ", after correction" : ", without correction");
+  if (const std::string why = WhyUndecided(achieved); !why.empty())
+    return {kNotDecided, limit + ": " + why + "."};
+  const Decisions measured(*achieved.before, tolerance_m);
+  const Decisions decisive = achieved.after ? Decisions(*achieved.after, tolerance_m) : measured;
+  std::string text = limit;
   if (const std::string fitted = FittedText(achieved); !fitted.empty())
-    text += fmt::format(" (with {} fitted to {})", fitted,
+    text += fmt::format(", with {} fitted to {}", fitted,
                         achieved.held_out ? "the other rows" : "the same rows");
-  int conform = 0, fail = 0;
-  const auto poses = static_cast<int>(shown.characteristics.poses.size());
-  for (std::size_t k = 0; k < shown.characteristics.poses.size(); ++k) {
-    const Decision decision = DecisionFor(shown, k, tolerance_m);
-    conform += decision == Decision::kConforms ? 1 : 0;
-    fail += decision == Decision::kDoesNotConform ? 1 : 0;
-  }
-  if (fail > 0) {
-    return {kDoesNotConform, fmt::format("{}: exceeded at {} of {} measured poses, kept at {}.",
-                                         text, fail, poses, conform)};
-  }
-  if (conform == poses && achieved.rejected_rows == 0)
-    return {kConforms, fmt::format("{}: kept at all {} measured poses.", text, poses)};
-  text += fmt::format(": kept at {} of {} assessed poses", conform, poses);
-  if (conform < poses)
-    text += fmt::format(", at {} the uncertainty is too large to tell", poses - conform);
-  if (achieved.rejected_rows > 0) {
-    text +=
-        fmt::format("; {} rejected as outlier{} not assessed",
-                    achieved.rejected_rows == 1 ? std::string("one row")
-                                                : fmt::format("{} rows", achieved.rejected_rows),
-                    achieved.rejected_rows == 1 ? " is" : "s are");
-  }
-  return {kNotDecided, text + '.'};
+  text += ". As measured: " + measured.Text();
+  if (achieved.after)
+    text += "; predicted with the correction: " + decisive.Text() + ", not yet measured with it";
+  text += '.';
+  if (achieved.rejected_rows > 0)
+    text += fmt::format(" Rejected rows, not assessed: {}.", achieved.rejected_rows);
+  if (decisive.fail > 0) return {kDoesNotConform, text};
+  if (!decisive.all() || achieved.rejected_rows > 0) return {kNotDecided, text};
+  return {measured.all() ? kConforms : kWouldConform, text};
 }
 
 }  // namespace plumbline::measure

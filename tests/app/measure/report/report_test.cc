@@ -490,9 +490,11 @@ TEST_CASE("with a tolerance, conformity is the headline and the verdict is secon
     return FirstPage(
         ReportHtml(WithReplicates(measure::Verdict::kExplained, 4, false), DeclaredCell(), source));
   };
-  const std::tuple<double, const char*, const char*> cases[] = {{2e-3, "Conforms", "good"},
-                                                                {0.15e-3, "Undecided", "caution"},
-                                                                {1e-6, "Does not conform", "bad"}};
+  const std::tuple<double, const char*, const char*> cases[] = {
+      {1e-1, "Conforms", "good"},
+      {2e-3, "Would conform if corrected", "caution"},
+      {0.15e-3, "Undecided", "caution"},
+      {1e-6, "Does not conform", "bad"}};
   for (const auto& [tolerance_m, word, state] : cases) {
     CAPTURE(word);
     const std::string html = page(tolerance_m);
@@ -614,10 +616,11 @@ TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected r
     const char* says;
   };
   const Case cases[] = {
-      {true, false, 2e-3, Outcome::kConforms, "Tolerance 2.00 mm, after correction: kept at all"},
-      {true, true, 2e-3, Outcome::kNotDecided, "2 rows rejected as outliers are not assessed"},
+      {true, false, 1e-1, Outcome::kConforms, "As measured: kept at all"},
+      {true, false, 2e-3, Outcome::kWouldConform, "not yet measured with it"},
+      {true, true, 2e-3, Outcome::kNotDecided, "Rejected rows, not assessed: 2."},
       {false, false, 2e-3, Outcome::kNotDecided, "uncertainty of the instrument is not declared"},
-      {true, false, 0.15e-3, Outcome::kNotDecided, "the uncertainty is too large to tell"},
+      {true, false, 0.15e-3, Outcome::kNotDecided, "the others are too uncertain"},
       {true, false, 1e-6, Outcome::kDoesNotConform, "exceeded at"}};
   for (const Case& c : cases) {
     CAPTURE(c.says, c.tolerance_m);
@@ -628,12 +631,16 @@ TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected r
     CHECK(conformity.outcome == c.outcome);
     CHECK(Has(conformity.sentence, c.says));
   }
+  measure::Diagnosis noisy = WithReplicates(measure::Verdict::kExplained, 4, false);
+  noisy.declared_noise_too_small = true;
+  CHECK(ConformityOf(AchievedAccuracyOf(noisy, DeclaredCell()), 1e-1).outcome ==
+        Outcome::kNotDecided);
   // Far outside the tolerance, as before a correction that was withheld.
   measure::Diagnosis withheld = WithReplicates(measure::Verdict::kExplained, 4, false);
   withheld.withheld = "the correction predicts held-out rows worse";
   const Conformity before = ConformityOf(AchievedAccuracyOf(withheld, DeclaredCell()), 1e-4);
   CHECK(before.outcome == Outcome::kDoesNotConform);
-  CHECK(Has(before.sentence, "Tolerance 0.10 mm, without correction: exceeded at"));
+  CHECK(Has(before.sentence, "Tolerance 0.10 mm. As measured: exceeded at"));
 }
 
 TEST_CASE("conformity names what was fitted, and needs rows that measure a position") {
