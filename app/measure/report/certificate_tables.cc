@@ -291,9 +291,7 @@ std::string WhyUndecided(const AchievedAccuracy& achieved) {
   if (!achieved.before->contributions.instrument_m)
     return "the uncertainty of the instrument is not declared (sigma_mm of [measurement])";
   if (achieved.noise_refuted)
-    return "the declared noise is too small for the residual, so that the uncertainty is not "
-           "known; "
-           "measure one pose ten times";
+    return "the residual refutes the declared noise; measure one pose ten times";
   const auto poses = static_cast<int>(achieved.before->characteristics.poses.size());
   return poses < kFewestPoses ? fmt::format("{} pose{} measured, fewer than {}", poses,
                                             poses == 1 ? " was" : "s were", kFewestPoses)
