@@ -127,7 +127,7 @@ def link_bows_with_temperature(size, random, cell):
     return bowed_link(size, lambda s: (s.temp - 21) / 8)
 
 
-@kind("the sun shines on one side of a link, now and then, and no sensor tells", missing=("temp_C",))
+@kind("the sun shines on one side of a link, now and then, and no sensor records it", missing=("temp_C",))
 def link_bows_in_the_sun(size, random, cell):
     periods, phases = random.uniform(1500, 5000, 2), random.uniform(0, 2 * np.pi, 2)
     wave = lambda s: sum(np.sin(2 * np.pi * s.t / p + ph) for p, ph in zip(periods, phases))
