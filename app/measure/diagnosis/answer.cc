@@ -118,6 +118,8 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                                            {"signal_left", text::NumberJson(rival.signal_left)}});
     if (!rival.scope.empty()) json["scope"] = rival.scope;
     if (!rival.word.empty()) json["word"] = rival.word;
+    if (!rival.only.empty()) json["only"] = rival.only;
+    if (!rival.along.empty()) json["along"] = rival.along;
     if (rival.cycles) json["cycles_per_turn"] = *rival.cycles;
   }
   answer["drivers"] = diagnosis.drivers;

@@ -38,11 +38,14 @@ struct Block {
   Indexed<BlockColumnIndex, BlockColumn> columns;
   int units = 1;
   double trials = 1;  ///< number of independent shapes searched for this one
+  /// Factor of the columns at each row of the data: 0 where the effect does not act. Null: it acts
+  /// everywhere.
+  std::shared_ptr<const PerRow<double>> factors{};
 
   bool empirical() const { return term.effect->traits().empirical; }
 };
 
-/// True if two blocks have the same columns.
+/// True if two blocks have the same columns, apart from their row factors.
 bool SameColumns(const Block& a, const Block& b);
 
 /// Block with one column for each size of an effect; for per-joint effects, of every joint that

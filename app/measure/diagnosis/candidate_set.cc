@@ -22,8 +22,9 @@ std::vector<BlockIndex> CandidateColumns::Add(const std::vector<Block>& blocks) 
   const BlockIndex first(blocks_.size());
   std::vector<BlockIndex> indices;
   for (const Block& block : blocks) {
-    const auto known = std::ranges::find_if(
-        blocks_, [&](const Block& other) { return SameColumns(other, block); });
+    const auto known = std::ranges::find_if(blocks_, [&](const Block& other) {
+      return SameColumns(other, block) && other.factors == block.factors;
+    });
     indices.push_back(known == blocks_.end() ? List(block) : BlockIndex(known - blocks_.begin()));
   }
   if (first.offset() < blocks_.size()) AddColumns(first);

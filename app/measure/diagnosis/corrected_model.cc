@@ -85,7 +85,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
       offered.has_value(), task.options,  predicting};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
-  const bool may_fade = diagnosis.verdict == Verdict::kUnknown || offered.has_value();
+  const bool may_fade = !found.best.blocks.empty() || offered.has_value();  // checks may follow
   CorrectedModel corrected{written->model, written->errors, Validate(input, may_fade), 0};
   if (task.Interrupted()) return Task::InterruptedError();
   diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);

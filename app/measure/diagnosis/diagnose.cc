@@ -18,6 +18,7 @@
 #include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/gross_errors.h"
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/open_world.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unit_change_search.h"
@@ -228,7 +229,11 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
       if (!rival.shift_W.empty()) rival.rows = EvenlySpacedRows(task.data, kSearchedRows).items();
     }
   }
-  if (found.unknown) AddDriverRivals(*found.candidate_set, found.best, diagnosis);
+  if (found.unknown) {
+    AddDriverRivals(*found.candidate_set, found.best, diagnosis);
+  } else {
+    AddOpenRivals(found, diagnosis);
+  }
   AddCandidateOutcomes(context, found.candidates, diagnosis);
   AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;

@@ -48,6 +48,8 @@ struct Rival {
   std::string instead_of;  ///< id of the finding
   std::string id;
   std::string instead_of_word, word;  ///< variants, if any: two variants of one id can be rivals
+  std::string only;                   ///< the rows in which it acts: "session 2"; empty: in all
+  std::string along;  ///< the signal of a curve without a cause; empty: `id` is an effect
   std::vector<std::string> scope;
   /// Cycles per turn, if only a line of the finding is exchanged.
   std::optional<double> instead_of_cycles, cycles;

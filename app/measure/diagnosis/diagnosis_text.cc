@@ -108,7 +108,10 @@ std::string CyclesText(const std::set<double>& cycles) {
 
 std::string RivalName(const Rival& rival) {
   if (rival.cycles) return EffectName(rival.id, CyclesText({*rival.cycles}), rival.scope);
-  return EffectName(rival.id, rival.id == rival.instead_of ? rival.word : "", rival.scope);
+  if (!rival.along.empty()) return "another function of " + rival.along;
+  const std::string name =
+      EffectName(rival.id, rival.id == rival.instead_of ? rival.word : "", rival.scope);
+  return rival.only.empty() ? name : name + " with " + rival.only + " only";
 }
 
 std::string ReplacedName(const Rival& rival) {

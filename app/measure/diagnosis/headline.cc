@@ -133,6 +133,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     }
     const std::size_t all = diagnosis.findings.size();
     const std::string fits = names.front() + (all == 1 ? " fits" : " fit") + " these points, but ";
+    if (doubtful.empty()) return fits + "more than the noise is left";
     if (doubtful.size() == all && all == 1) return fits + "is in doubt";
     if (doubtful.size() == all) return fits + (all == 2 ? "both" : "all of them") + " are in doubt";
     return fits + Listed(doubtful) + (doubtful.size() == 1 ? " is" : " are") + " in doubt";

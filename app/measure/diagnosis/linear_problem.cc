@@ -253,12 +253,20 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
+  Eigen::MatrixXd columns = WhitenedColumns(block);
+  if (block.factors) {
+    for (const FitRowIndex j : fit_.rows.indices())
+      layout_.PartOf(columns, j) *= (*block.factors)[fit_.rows[j]];
+  }
+  if (projected) Project(columns);
+  return columns;
+}
+
+Eigen::MatrixXd LinearProblem::WhitenedColumns(const Block& block) const {
   const ShapeSearch* const search = block.empirical() ? nullptr : ShapeSearchOf(*block.term.effect);
   if (search != nullptr) {
-    if (std::optional<Eigen::MatrixXd> carried = search->Columns(*this, block)) {
-      if (projected) Project(*carried);
+    if (std::optional<Eigen::MatrixXd> carried = search->Columns(*this, block))
       return *std::move(carried);
-    }
   }
   const int width = block.columns.count();
   Eigen::MatrixXd columns(layout_.total(), width);
@@ -268,7 +276,6 @@ Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const
     for (const FitRowIndex j : fit_.rows.indices()) {
       whitener_[j].Apply(linear_->layout.PartOf(*kept, fit_.rows[j]), layout_.PartOf(columns, j));
     }
-    if (projected) Project(columns);
     return columns;
   }
   InParallel(fit_.rows.count(), fit_.threads, [&](int first, int last) {
@@ -279,7 +286,6 @@ Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const
       whitener_[j].Apply(at, layout_.PartOf(columns, j));
     }
   });
-  if (projected) Project(columns);
   return columns;
 }
 

@@ -110,6 +110,8 @@ class LinearProblem {
  private:
   using KeptKey = std::pair<std::type_index, std::vector<int>>;
 
+  /// Not projected, and without the factors of the block.
+  Eigen::MatrixXd WhitenedColumns(const Block& block) const;
   const void* KeptAs(const KeptKey& key,
                      const std::function<std::shared_ptr<const void>()>& compute) const;
 

@@ -1,5 +1,8 @@
 #include "app/measure/diagnosis/misfit.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -129,21 +132,23 @@ std::optional<OutlierCondition> NameOfOutliers(const Dataset& data, const PerRow
   return OutlierCondition{{column, *of_rejected.begin(), 0, true}, own, count};
 }
 
-/// The best limit of a recorded signal that separates rejected rows; not of joints or time.
-std::optional<OutlierCondition> LimitOf(const Dataset& data, const std::vector<RowIndex>& counted,
+/// The best limit that separates rejected rows, of a recorded signal or one of these quantities.
+std::optional<OutlierCondition> LimitOf(const Dataset& data, const std::vector<RowQuantity>& more,
+                                        const std::vector<RowIndex>& counted,
                                         const PerRow<bool>& rejected, int count) {
   LimitSearch search(static_cast<int>(counted.size()), count);
-  for (const RecordedSignal& signal : data.signals) {
-    if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
+  const auto try_limits = [&](const std::string& column, const PerRow<double>& values) {
     std::vector<SignalRow> rows;
     rows.reserve(counted.size());
-    for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
+    for (const RowIndex row : counted) rows.push_back({values[row], rejected[row]});
     std::ranges::sort(rows,
                       [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
-    search.Try(signal.column, false, rows);
+    search.Try(column, false, rows);
     std::ranges::reverse(rows);
-    search.Try(signal.column, true, rows);
-  }
+    search.Try(column, true, rows);
+  };
+  for (const RecordedSignal& signal : data.signals) try_limits(signal.column, signal.values);
+  for (const RowQuantity& quantity : more) try_limits(quantity.column, quantity.values);
   return search.Best();
 }
 
@@ -302,8 +307,38 @@ bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {
          NumberText(data.measured(row).payload_item) == condition.name;
 }
 
+std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation& linear) {
+  using Entries = effects::Influence<double>;
+  std::vector<RowQuantity> loads;
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    if (data.cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
+    const int turn = Entries::kTurn * model::kMaxJoints + joint;
+    const int compliance = Entries::kCompliance * model::kMaxJoints + joint;
+    PerRow<double> torque;
+    for (const RowIndex row : data.row_indices()) {
+      const Gradient& gradient = linear.gradients[row];
+      const double square = gradient.col(turn).squaredNorm();
+      torque.push_back(square > 0 ? gradient.col(compliance).dot(gradient.col(turn)) / square : 0);
+    }
+    loads.push_back({fmt::format("tau{}_Nm", joint + 1), std::move(torque)});
+  }
+  PerRow<double> about_x, about_y;
+  for (const RowIndex row : data.row_indices()) {
+    const Gradient& gradient = linear.gradients[row];
+    const Eigen::Vector2d moment = gradient.middleCols<2>(Entries::kBaseTilt)
+                                       .completeOrthogonalDecomposition()
+                                       .solve(gradient.col(Entries::kPedestalCompliance));
+    about_x.push_back(moment.x());
+    about_y.push_back(moment.y());
+  }
+  loads.push_back({"base_moment_x_Nm", std::move(about_x)});
+  loads.push_back({"base_moment_y_Nm", std::move(about_y)});
+  return loads;
+}
+
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
-                                                    const PerRow<double>& weights) {
+                                                    const PerRow<double>& weights,
+                                                    const std::vector<RowQuantity>& more) {
   PerRow<bool> rejected(weights.size(), false);
   for (const RowIndex row : weights.indices()) rejected[row] = weights[row] < kOutlierWeight;
   auto of_artefact = NameOfOutliers(data, rejected, "artefact", [&](RowIndex row) {
@@ -332,7 +367,7 @@ std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
   const auto runs =
       static_cast<int>(std::ranges::count_if(counted, [&](RowIndex row) { return rejected[row]; }));
   if (runs < kMinRuns) return std::nullopt;
-  return LimitOf(data, counted, rejected, runs);
+  return LimitOf(data, more, counted, rejected, runs);
 }
 
 std::optional<LargerUnderCondition> FindLargerUnderCondition(const Dataset& data,

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "app/measure/diagnosis/dataset.h"
+#include "app/measure/diagnosis/linearisation.h"
 #include "app/measure/diagnosis/row_condition.h"
 
 namespace plumbline::measure {
@@ -19,20 +21,33 @@ struct OutlierCondition {
   int rows = 0, rejected = 0;
 };
 
+/// A quantity at every row that no column records.
+struct RowQuantity {
+  std::string column;
+  PerRow<double> values;
+};
+
+/// What gravity does at every row: the torque about each revolute joint ("tau2_Nm") and the moment
+/// about the horizontal axes of W at the base ("base_moment_x_Nm"), from the gradients
+///   d p / d compliance = tau d p / d turn,   d p / d pedestal = M_x d p / d tilt_x + M_y d p / d
+///   tilt_y
+/// @param linear  with gradients
+std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation& linear);
+
 /// The condition under which rows were rejected, if chance does not explain it: of m rejected rows
 /// among n, at least x are among the k rows beyond a limit, k < 4 x, with the hypergeometric
 /// probability P(X >= x). That of the best limit, times the number of limits tried, must be at most
-/// 0.001. Signals are payload, temperature and further columns; joints and time are not considered,
-/// because an instrument may fail in one region or for a while. For the same reason a run of
-/// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
-/// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
-/// pose is one error. Rows on one artefact or from one camera are such a condition, too, as it may
-/// have moved; runs of rows count in full there, with P(X = m) that all rejected rows are on it. So
-/// are rows of one tool, payload item, session or kind of observation (column "kind") if also at
-/// least half of those rows are rejected. nullopt if there are fewer than three rejected rows by
-/// this count.
+/// 0.001. Considered are all recorded signals, joints, time and row number included, and `more`. An
+/// instrument may fail in one region or for a while: a run of rejected rows, at most two accepted
+/// ones between them, therefore counts as one row, and repeated visits of a pose count once, since
+/// one badly seated pose is one error. Rows on one artefact or from one camera are such a
+/// condition, too, as it may have moved; runs of rows count in full there, with P(X = m) that all
+/// rejected rows are on it. So are rows of one tool, payload item, session or kind of observation
+/// (column "kind") if also at least half of those rows are rejected. nullopt if there are fewer
+/// than three rejected rows by this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
-                                                    const PerRow<double>& weights);
+                                                    const PerRow<double>& weights,
+                                                    const std::vector<RowQuantity>& more = {});
 
 /// Poses in which residuals are larger.
 struct LargerResiduals {

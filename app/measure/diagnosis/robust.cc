@@ -13,6 +13,16 @@ double FisherTail(double value, double d1, double d2) {
   return Eigen::numext::betainc(d2 / 2, d1 / 2, d2 / (d2 + d1 * value));
 }
 
+double FisherQuantile(double probability, double d1, double d2) {
+  double low = 0, high = 1;
+  while (FisherTail(high, d1, d2) > probability && high < 1e12) high *= 2;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (FisherTail(middle, d1, d2) > probability ? low : high) = middle;
+  }
+  return high;
+}
+
 std::uint64_t Random::Next() {
   std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ULL);
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;

@@ -14,6 +14,8 @@ namespace plumbline::measure {
 
 /// Upper tail probability P(F_{d1,d2} > value).
 double FisherTail(double value, double d1, double d2);
+/// The value that F_{d1,d2} exceeds with this probability.
+double FisherQuantile(double probability, double d1, double d2);
 
 /// Random number generator with the same sequence on every platform [Steele et al. 2014,
 /// splitmix64].

@@ -383,10 +383,13 @@ void AddLoadNotes(const std::vector<effects::ActiveEffect>& found, bool weight_k
       "masses");
 }
 
-/// A correction fades with the distance from the measured poses unless its causes are confirmed.
+/// A correction fades with the distance from the measured poses unless its causes are confirmed:
+/// between rivals, or with a doubt, they are not.
 Correction CorrectionOf(const Diagnosis& diagnosis) {
   if (!diagnosis.withheld.empty()) return Correction::kNone;
-  const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
+  const bool open =
+      diagnosis.verdict == Verdict::kUnknown || diagnosis.verdict == Verdict::kAmbiguous;
+  const bool confirmed = !open && diagnosis.discrepancy.empty();
   return confirmed ? Correction::kWritten : Correction::kFading;
 }
 

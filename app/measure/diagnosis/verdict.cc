@@ -15,6 +15,7 @@
 #include "app/measure/diagnosis/load_direction.h"
 #include "app/measure/diagnosis/misfit.h"
 #include "app/measure/diagnosis/nuisances.h"
+#include "app/measure/diagnosis/open_world.h"
 #include "app/measure/diagnosis/periodic_search.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
@@ -68,17 +69,6 @@ double ExcessKurtosis(const std::vector<Vec3>& lengths, double components) {
     fourth += one.array().pow(4).sum();
   }
   return second > 0 ? std::max(0.0, fourth * components / (second * second) - 3) : 0;
-}
-
-/// Upper quantile of F: the value whose tail has this probability.
-double FisherQuantile(double probability, double d1, double d2) {
-  double low = 0, high = 1;
-  while (FisherTail(high, d1, d2) > probability && high < 1e12) high *= 2;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (FisherTail(middle, d1, d2) > probability ? low : high) = middle;
-  }
-  return high;
 }
 
 }  // namespace
@@ -332,8 +322,13 @@ void AddLargerResiduals(const Dataset& data, const FitOfAllRows& fit, Diagnosis&
 
 /// Rows under a condition that were rejected, or whose residuals are larger: what acts there is
 /// unknown.
-void AddMisfit(const Dataset& data, const FitOfAllRows& fit, Diagnosis& diagnosis) {
-  if (const auto found = ConditionOfOutliers(data, fit.problem.weights)) {
+/// Loads of gravity are considered up to the number of rows that are searched.
+void AddMisfit(const Identified& identified, const FitOfAllRows& fit, Diagnosis& diagnosis) {
+  const Dataset& data = fit.problem.data;
+  const bool searched_all = identified.fit.data.rows() == data.rows();
+  const std::vector<RowQuantity> loads =
+      searched_all ? GravityLoadsAt(data, *identified.linear) : std::vector<RowQuantity>();
+  if (const auto found = ConditionOfOutliers(data, fit.problem.weights, loads)) {
     diagnosis.misfit = {found->condition, false, true, LeavesMostRows(data, found->condition)};
     diagnosis.notes.push_back(fmt::format("{} of the {} rows with {} are rejected as outliers: {}",
                                           found->rejected, found->rows, TextOf(found->condition),
@@ -410,6 +405,21 @@ void CheckLoadDirection(const Identified& found, Diagnosis& diagnosis) {
   diagnosis.verdict = Verdict::kUnknown;
 }
 
+/// Rejected rows that one effect explains are another regime; drivers of open-world rivals make the
+/// answer unknown.
+void CheckOpenWorld(const Identified& found, Diagnosis& diagnosis) {
+  if (const auto regime = RegimeOfRejectedRows(found)) {
+    diagnosis.notes.push_back(fmt::format(
+        "the {} rejected rows are hardly gross errors: {} in these rows only explains {} of their "
+        "squares; they differ from the others most in {}. What acts there is not corrected: "
+        "measure "
+        "more such poses",
+        regime->rows, regime->effect, PercentText(regime->share), regime->driver));
+    AddEach({regime->driver}, diagnosis.drivers);
+  }
+  if (!found.unknown && !diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
+}
+
 }  // namespace
 
 double ParametersOf(const Identified& found, const Dataset& data) {
@@ -442,9 +452,10 @@ void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& dia
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
-  AddMisfit(data, fit, diagnosis);
+  AddMisfit(found, fit, diagnosis);
   CheckLackOfFit(found, fit, diagnosis);
   CheckLoadDirection(found, diagnosis);
+  CheckOpenWorld(found, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm{}",
