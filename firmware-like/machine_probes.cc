@@ -134,14 +134,10 @@ void Machine::ReportPrediction(const Prediction& at) {
   prediction.X_BP_command = at.state.X_BT;
   prediction.translation_B.setZero();
   prediction.rotation_B.setZero();
-  prediction.extrapolated =
-      deflection::OutsideDomain(config_.cell, {.q = probe.q,
-                                               .payload_kg = at.payload.mass_kg,
-                                               .temp_C = probe.temp_C,
-                                               .t_s = ConditionsOf(at.payload).t_s,
-                                               .tool = at.payload.tool,
-                                               .item = at.payload.item,
-                                               .tau = at.state.tau});
+  effects::Conditions moment = ConditionsOf(at.payload);
+  moment.temp_C = probe.temp_C;
+  const deflection::LoadedArm& arm = corrector_.arm();
+  prediction.extrapolated = arm.growth().Outside(arm.PointAt(probe.q, at.payload, moment));
   corrector_.StateRadius(at.payload, ConditionsOf(at.payload), Vec3::Zero(), prediction);
   const bool stated = prediction.basis != model::RadiusBasis::kUnknown;
   snapshot_.probe.radius_m = stated ? prediction.uncertainty_m : 0;

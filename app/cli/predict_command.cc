@@ -194,7 +194,7 @@ void WarnAboutTemperature(const PredictOptions& options, const model::CellModel&
   std::cerr << fmt::format(
       "{}: warning: has no column temp_C; the radius holds for the measured {:.1f} to {:.1f} degC, "
       "and no pose counts as extrapolated because of its temperature\n",
-      options.poses, cell.domain->temp_C->low, cell.domain->temp_C->high);
+      options.poses, cell.domain->temp_C->Hull().low, cell.domain->temp_C->Hull().high);
 }
 
 /// "lines 3, 7"; a long list is cut.

@@ -136,23 +136,17 @@ Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable&
                     "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                     poses.file, row.line, load.modelled.mass_kg)};
   }
-  const bool outside = deflection::OutsideDomain(session.cell, {.q = row.q,
-                                                                .payload_kg = load.mass_kg,
-                                                                .temp_C = row.temp_C,
-                                                                .t_s = moment.t_s,
-                                                                .tool = load.modelled.tool,
-                                                                .item = load.modelled.item,
-                                                                .tau = state.tau});
-  const bool extrapolated = outside || session.arm.LacksColumn(moment) ||
-                            PayloadNotRecorded(session.cell, poses) ||
-                            EventStateUnknown(session.arm, moment);
+  const deflection::OperatingPoint point = session.arm.PointAt(row.q, load.modelled, moment);
+  const bool extrapolated =
+      session.arm.growth().Outside(point) || session.arm.LacksColumn(moment) ||
+      PayloadNotRecorded(session.cell, poses) || EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =
       session.uncertainty.At(session.arm, row.q, load, moment, extrapolated);
   if (session.frames && radius.known()) {
     radius.radius_m =
         std::hypot(radius.radius_m, FrameRadius(*session.frames, session.cell.robot.X_WB, state));
   }
-  const Vec3 moved_W = MovedByFading(session.cell, session.arm.growth().Share(row.q), state);
+  const Vec3 moved_W = MovedByFading(session.cell, session.arm.growth().Share(point), state);
   return Prediction{.p_WT = state.p_read_W + moved_W,
                     .radius = radius,
                     .extrapolated = extrapolated,

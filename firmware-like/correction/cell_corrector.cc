@@ -7,7 +7,8 @@
 namespace plumbline::correction {
 namespace {
 
-bool AnyEffectReadsTime(const model::CellModel& cell) {
+bool ReadsTime(const model::CellModel& cell) {
+  if (cell.domain && cell.domain->t_s) return true;
   const std::vector<effects::ActiveEffect> effects = effects::ActiveEffectsOf(cell);
   return std::any_of(effects.begin(), effects.end(), [](const effects::ActiveEffect& effect) {
     return effect.seen_t_s || effects::ReadsTime(effect.term);
@@ -19,7 +20,7 @@ bool AnyEffectReadsTime(const model::CellModel& cell) {
 CellCorrector::CellCorrector(const model::CellModel& cell, const CorrectionLimits& limits)
     : solver_(cell, limits),
       uncertainty_(cell, solver_.arm(), limits.deviation),
-      reads_time_(AnyEffectReadsTime(cell)),
+      reads_time_(ReadsTime(cell)),
       time_zero_s_(cell.domain ? cell.domain->time_zero_s : std::nullopt) {}
 
 effects::Conditions CellCorrector::ConditionsOf(const loads::Payload& payload, double utc_s,

@@ -16,7 +16,7 @@ class CellCorrector {
 
   const Corrector& solver() const { return solver_; }
   const deflection::LoadedArm& arm() const { return solver_.arm(); }
-  /// True if an effect of the cell depends on time.
+  /// True if the correction or its radius depends on time.
   bool reads_time() const { return reads_time_; }
 
   /// Conditions read by the cell's effects, for the robot at standstill with this payload.

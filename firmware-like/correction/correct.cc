@@ -132,16 +132,9 @@ void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payloa
 }
 
 bool Corrector::Extrapolates(const model::JointVector& q, const loads::Payload& payload,
-                             const effects::Conditions& conditions,
-                             const deflection::LoadedState& state) const {
+                             const effects::Conditions& conditions) const {
   return arm_.LacksColumn(conditions) ||
-         deflection::OutsideDomain(cell_, {.q = q,
-                                           .payload_kg = payload.mass_kg,
-                                           .temp_C = conditions.temp_C,
-                                           .t_s = conditions.t_s,
-                                           .tool = payload.tool,
-                                           .item = payload.item,
-                                           .tau = state.tau});
+         arm_.growth().Outside(arm_.PointAt(q, payload, conditions));
 }
 
 void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
@@ -160,7 +153,7 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
-  correction.extrapolated = Extrapolates(correction.q, payload, conditions, state);
+  correction.extrapolated = Extrapolates(correction.q, payload, conditions);
 
   kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -200,7 +193,7 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
-  landing.extrapolated = Extrapolates(landing.q, payload, conditions, state);
+  landing.extrapolated = Extrapolates(landing.q, payload, conditions);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

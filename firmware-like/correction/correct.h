@@ -92,10 +92,8 @@ class Corrector {
                       BranchSearch search, Correction& landing) const;
 
  private:
-  /// @param state  of the arm commanded to q
   bool Extrapolates(const model::JointVector& q, const loads::Payload& payload,
-                    const effects::Conditions& conditions,
-                    const deflection::LoadedState& state) const;
+                    const effects::Conditions& conditions) const;
   void CheckSolution(const Pose& X_BP_target, const Vec3& p_TP, bool orientation_free,
                      const loads::Payload& payload, const effects::Conditions& conditions,
                      const model::JointVector& theta, Correction& correction) const;

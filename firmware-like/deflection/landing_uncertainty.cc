@@ -328,7 +328,7 @@ AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState&
                                         const LoadStatement& load,
                                         const effects::Conditions& conditions, const Vec3& p_TP,
                                         const Mat3& covariance_W) {
-  influence_ = arm.EffectsAt(arm.ConditionsAt(conditions.q, conditions));
+  influence_ = arm.EffectsAt(arm.ConditionsAt(conditions.q, conditions), load.modelled);
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
   const Vec3 g_B = state.posture.X_BF().R * g_F;
@@ -432,7 +432,8 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
       CovarianceOfUncertainEvents(arm, q, load.modelled, conditions) +
       CovarianceOfMissingColumns(arm, q, load.modelled, conditions, state_);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
-  const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
+  const OperatingPoint point = arm.PointAt(q, load.modelled, conditions);
+  const double grown_m2 = held_out_ ? arm.growth().Variance(point) : 0;
   const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;
   const Mat3 covariance = effects_W + variance_m2 * Mat3::Identity();
   const model::RadiusBasis basis =
@@ -440,6 +441,8 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
   const model::StatedRadius inside{statistics::RadiusHolding95Percent(covariance),
                                    as_validated_ ? basis : model::RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;
+  if (as_validated_ && load.mass_kg && arm.growth().Describes(point))
+    return {inside.radius_m, model::Weakest(inside.basis, model::RadiusBasis::kAssumed)};
   const model::StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
   return {std::hypot(inside.radius_m, outside.radius_m),
           model::Weakest(inside.basis, outside.basis)};

@@ -31,7 +31,7 @@ class AssumedError;
 ///   C = c share^2(d) sum_e J_e Sigma_e J_e^T + sigma^2(d) I
 /// with the covariance of the effects' parameters (EffectCovariance; c is Domain::covariance_share)
 /// and sigma(d), the standard deviation per axis of the residual of held-out rows, which grows with
-/// the distance d from the measured poses (DistanceGrowth). The basis is `measured`. Without a
+/// the distance d from the fitted rows (ErrorGrowth). The basis is `measured`. Without a
 /// held-out residual, sigma is the instrument's and the basis is `propagated`. It is `propagated`
 /// for ranges, too, because ranges validate the tip only along the wire; across it, only the
 /// covariance is known. The radius applies to points measured with this instrument; for the tip
@@ -46,11 +46,12 @@ class AssumedError;
 /// An effect whose column is missing from the conditions (t_s, temp_C) adds what it can do over its
 /// fitted range.
 ///
-/// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker
-/// basis. The instrument's noise then counts twice, which is conservative. The same applies
-/// everywhere, with a basis of at most `assumed`, to a model that was changed after its fit
-/// (Domain::as_validated): its covariance and residual belong to another model, and an edit must
-/// not shrink the radius.
+/// Extrapolated points of a fitted model: the same radius, whose basis is `assumed`. Where the
+/// growth does not describe the error (an unmeasured tool, a load although none was recorded), and
+/// everywhere for a model that was changed after its fit (Domain::as_validated): the root of the
+/// sum of squares of both radii, with the weaker basis; the covariance and the residual belong to
+/// another model, and an edit must not shrink the radius. The instrument's noise then counts twice,
+/// which is conservative.
 ///
 /// Owns its scratch memory, so it is not thread-safe; At() takes some tens of microseconds. It does
 /// not allocate, unless the conditions lack a column other than t_s and temp_C, which the daemon's

@@ -8,34 +8,6 @@
 namespace plumbline::deflection {
 namespace {
 
-std::span<const model::JointVector> FittedPoses(const model::Domain* domain) {
-  if (domain == nullptr || !domain->distant_sigma_m) return {};
-  return domain->poses;
-}
-
-double Squared(double value) {
-  return value * value;
-}
-
-}  // namespace
-
-DistanceGrowth::DistanceGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
-                               const model::Domain* domain)
-    : distance_(chain, tip_F, FittedPoses(domain)) {
-  if (distance_.empty()) return;
-  distant_m2_ = Squared(*domain->distant_sigma_m);
-  reach2_ = Squared(domain->reach_rad);
-  declared_m2_ = Squared(domain->declared_sigma_m.value_or(0));
-  fades_ = declared_m2_ > 0 && distant_m2_ > 0;
-}
-
-double DistanceGrowth::Gained(const model::JointVector& q) const {
-  if (distance_.empty()) return 0;
-  return distant_m2_ * std::max(0.0, Squared(distance_.Of(q)) - reach2_);
-}
-
-namespace {
-
 constexpr double kSettled_rad = 1e-12;
 constexpr int kMostPasses = 50;
 
@@ -78,7 +50,7 @@ LoadedArm::LoadedArm(const model::CellModel& cell)
       g_B_(cell.robot.X_WB.R.transpose() * cell.robot.g_W),
       compliance_(chain_.size()),
       effects_(effects::ActiveEffectsOf(cell)),
-      growth_(chain_, FarthestTip_F(cell), cell.domain ? &*cell.domain : nullptr),
+      growth_(chain_, FarthestTip_F(cell), cell),
       ranges_(cell.measurement.kind == model::MeasurementKind::kRange) {
   for (int k = 0; k < cell.tools(); ++k) tools_.emplace_back(cell.ToolAt(k));
   for (int i = 0; i < chain_.size(); ++i) {
@@ -109,11 +81,28 @@ bool LoadedArm::LacksColumn(const effects::Conditions& conditions) const {
   });
 }
 
-effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& moment) const {
+OperatingPoint LoadedArm::PointAt(const model::JointVector& q, const loads::Payload& payload,
+                                  const effects::Conditions& conditions) const {
+  OperatingPoint point{
+      .q = q,
+      .payload_kg = conditions.payload_kg != 0 ? conditions.payload_kg : payload.mass_kg,
+      .temp_C = conditions.temp_C,
+      .t_s = conditions.t_s,
+      .tool = payload.tool,
+      .item = payload.item};
+  kinematics::Posture posture;
+  chain_.Evaluate(q, posture);
+  loads_.Torques(posture, g_B_, payload, point.tau);
+  return point;
+}
+
+effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& moment,
+                                                const loads::Payload& payload) const {
   effects::Influence<double> influence;
   if (effects_.empty()) return influence;
   effects::AddEffects(effects_, moment, influence);
-  const double share = growth_.Share(moment.q);
+  if (!growth_.fades()) return influence;
+  const double share = growth_.Share(PointAt(moment.q, payload, moment));
   if (share < 1) influence.Scale(share);
   return influence;
 }
@@ -128,7 +117,7 @@ void LoadedArm::AtActual(const model::JointVector& theta, const loads::Payload& 
   // Effects depend on the command q = theta - s, which depends on the effects: iterate.
   effects::Conditions moment = ConditionsAt(theta, conditions);
   for (int pass = 0; pass < 6; ++pass) {
-    const effects::Influence<double> influence = EffectsAt(moment);
+    const effects::Influence<double> influence = EffectsAt(moment, payload);
     Equations<double>(theta, payload, &influence, conditions.tau, state);
     const double change = (theta - state.sag - moment.q).cwiseAbs().maxCoeff();
     moment.q = theta - state.sag;
@@ -143,7 +132,7 @@ bool LoadedArm::AtCommanded(const model::JointVector& q, const loads::Payload& p
   if (effects_.empty()) {
     settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
   } else {
-    const effects::Influence<double> influence = EffectsAt(ConditionsAt(q, conditions));
+    const effects::Influence<double> influence = EffectsAt(ConditionsAt(q, conditions), payload);
     settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;

@@ -1,4 +1,4 @@
-// Covariance of the predicted tip, and the domain in which it holds.
+// Covariance of the predicted tip.
 #pragma once
 
 #include <vector>
@@ -28,7 +28,7 @@ struct EffectScratch {
 /// cell's effects:
 ///   C = share^2 sum_e J_e Sigma_e J_e^T
 /// with J_e the derivative of the tip with respect to the parameters of effect e, and share the
-/// part of the effects that applies at this distance from the fitted poses (loaded_arm.h). An
+/// part of the effects that applies at this distance from the fitted rows (error_growth.h). An
 /// effect without a covariance contributes nothing. Zero if the deflected posture does not
 /// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
@@ -37,56 +37,5 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
                       const loads::Payload& payload, const effects::Conditions& conditions,
                       EffectScratch& scratch);
-
-/// Where and under what conditions the tip is predicted. What is absent or empty is unknown.
-struct OperatingPoint {
-  model::JointVector q;  ///< commanded [rad] or [m]
-  std::optional<double> payload_kg{};
-  std::optional<double> temp_C{};
-  std::optional<double> t_s{};
-  int tool = 0;              ///< index, see CellModel::ToolAt
-  int item = 0;              ///< number of the payload item, or 0 for none
-  model::JointVector tau{};  ///< gravity torques [N m], or forces [N] of prismatic joints
-};
-
-/// A load may exceed the largest one of the fitted rows by this share.
-inline constexpr double kLoadTolerance = 0.02;
-
-/// True if q, payload or temperature lie outside the domain of the model's fit, if a combination of
-/// joints that hardly varied in the fitted rows leaves its range, if the load of a compliant joint
-/// leaves its range (kLoadTolerance), or if the time lies outside the fitted time span
-/// of a time-dependent effect, or no fitted row had this tool or payload item. Without a domain:
-/// true if q is outside the joint limits.
-bool OutsideDomain(const model::CellModel& cell, const OperatingPoint& at);
-
-/// An input that lies outside the domain.
-struct DomainExit {
-  enum class Input {
-    kJoint,             ///< its position [rad] or [m]
-    kJointCombination,  ///< its sum [rad]
-    kJointLoad,         ///< of a compliant joint [N m] or [N]
-    kPayload,           ///< [kg]
-    kPayloadLevel,      ///< between the two measured loads, `range` [kg]
-    kTemperature,       ///< [degC]
-    kTime,              ///< of an effect [s]
-    kTool,
-    kItem,
-  };
-  Input input = Input::kJoint;
-  std::size_t index = 0;  ///< joint, combination or effect, from 0
-  double value = 0;
-  model::Interval range{};  ///< of the fitted rows; of a joint without a domain, its limits
-};
-
-/// Every input that lies outside the domain; empty if OutsideDomain() is false.
-std::vector<DomainExit> DomainExits(const model::CellModel& cell, const OperatingPoint& at);
-
-/// False if the cell has a domain and no fitted row had this tool. @param tool  index
-bool ToolCovered(const model::CellModel& cell, int tool);
-
-/// False if the cell has a domain and no fitted row carried this payload item, or, for an item
-/// other than 0, if the domain does not name the items of the fitted rows. @param item  number; 0:
-/// none
-bool ItemCovered(const model::CellModel& cell, int item);
 
 }  // namespace plumbline::deflection

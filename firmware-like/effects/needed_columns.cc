@@ -20,7 +20,7 @@ void AddNeeded(std::vector<NeededColumn>& needed, const NeededColumn& one) {
 }
 
 model::Interval TemperaturesOf(const model::CellModel& cell) {
-  if (cell.domain && cell.domain->temp_C) return *cell.domain->temp_C;
+  if (cell.domain && cell.domain->temp_C) return cell.domain->temp_C->Hull();
   const double middle = DeclaredConditions(cell).reference_temperature_C.value_or(20);
   return {middle - kHallVariation_K, middle + kHallVariation_K};
 }

@@ -23,6 +23,8 @@ class PoseDistance {
   PoseDistance(const Chain& chain, const Vec3& tip_F, std::span<const model::JointVector> poses);
 
   bool empty() const { return features_.cols() == 0; }
+  /// r_j / sqrt(sum of squares); of a prismatic joint [1/m].
+  double weight(int joint) const { return weights_[joint]; }
 
   /// Distance of q from the nearest posture of the set [rad]; 0 if the set is empty. Does not
   /// allocate; takes about a nanosecond per posture and joint.

@@ -116,6 +116,12 @@ struct Interval {
   double low = 0;
   double high = 0;
   bool Contains(double value) const { return value >= low && value <= high; }
+  double Width() const { return high - low; }
+  /// How far a value lies beyond the interval; 0 inside.
+  double DistanceOf(double value) const {
+    return value < low ? low - value : value > high ? value - high : 0;
+  }
+  bool operator==(const Interval&) const = default;
 };
 
 /// One parameter of a stored effect, in the unit defined by the effect catalogue.
@@ -154,39 +160,48 @@ struct SessionFrames {
   std::optional<Vec3> tip_declared_F{};
 };
 
-/// The sum w^T q of weighted joint angles, |w| = 1, and the range in which it lay [rad]. Joints
-/// that moved together leave such a sum nearly constant, e.g. q2 + q3 + q4 with the tool kept
-/// vertical.
-struct JointCombination {
-  JointVector weights;  ///< one per joint; 0 for a prismatic joint
-  Interval range;
+/// The values that an input of the model had in the fitted rows.
+struct MeasuredRange {
+  std::vector<Interval> intervals;  ///< ascending and disjoint; one for values without large gaps
+  /// Standard deviation per axis that the error gains per unit of distance from the nearest of
+  /// these values [m/unit]; absent if it is not known.
+  std::optional<double> growth{};
+
+  bool operator==(const MeasuredRange&) const = default;
+  Interval Hull() const { return {intervals.front().low, intervals.back().high}; }
+  /// The interval nearest to a value.
+  const Interval& Nearest(double value) const {
+    const Interval* nearest = &intervals.front();
+    for (const Interval& other : intervals) {
+      if (other.DistanceOf(value) < nearest->DistanceOf(value)) nearest = &other;
+    }
+    return *nearest;
+  }
 };
 
-/// The gravity torques of a compliant joint, in N m, or its forces in N if it is prismatic.
-struct JointLoad {
+/// The gravity torques of a joint in the fitted rows, in N m, or its forces in N if it is
+/// prismatic. They include 0, at which no joint yields.
+struct MeasuredTorque {
   int joint = 0;  ///< 0-based
-  Interval range;
+  MeasuredRange range;
+
+  bool operator==(const MeasuredTorque&) const = default;
 };
 
 /// The domain covered by the data of a fit; predictions outside it are extrapolated.
 struct Domain {
-  std::vector<Interval> q;                     ///< [rad] or [m], one per joint
-  std::vector<JointCombination> combinations;  ///< that hardly varied over the fitted rows
-  std::optional<Interval> payload_kg;
-  /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that
-  /// the deflection is proportional to the load. If empty, every load within `payload_kg` is
-  /// covered.
-  std::vector<double> payload_levels_kg;
-  std::optional<Interval> temp_C;
+  std::vector<Interval> q;  ///< [rad] or [m], one per joint
+  /// Payload, temperature and time of the fitted rows. Without `payload_kg`, the rows did not
+  /// record their loads. `t_s` is present only if the error grows with time.
+  std::optional<MeasuredRange> payload_kg, temp_C, t_s;
+  std::vector<MeasuredTorque> torques{};  ///< of the joints whose torque is known
   /// Length of the largest residual that the declared model leaves in the fitted rows [m]. A model
   /// explains residuals of this size, so that moving a point much farther contradicts its data.
   std::optional<double> largest_residual_m{};
   /// Standard deviation per axis of the residual of held-out rows at the measured poses, instrument
   /// noise included.
   std::optional<double> residual_sigma_m;
-  /// Growth of that deviation per radian of distance d from the measured poses:
-  ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, with d from kinematics/pose_distance.h.
-  /// Absent if there is no growth.
+  /// Its growth per radian of distance from `poses`; see deflection/error_growth.h.
   std::optional<double> distant_sigma_m;
   /// Factor applied to the sum of the effects' covariances. Each effect is written with its own
   /// covariance only; the sum overstates the uncertainty of effects that are nearly collinear.
@@ -196,7 +211,7 @@ struct Domain {
   double reach_rad = 0;
   /// Standard deviation per axis of the declared model's error. Present if the causes of the
   /// correction are not confirmed; the correction then fades with distance towards the declared
-  /// model, see loaded_arm.h.
+  /// model, see deflection/error_growth.h.
   std::optional<double> declared_sigma_m;
   /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent if unknown;
   /// time-dependent effects are then meaningless outside those rows.
@@ -207,9 +222,6 @@ struct Domain {
   /// Numbers of the payload items in the fitted rows, 0 for rows without one. Absent if the fit
   /// states nothing about items, so every item is outside.
   std::optional<std::vector<int>> payload_items{};
-  /// Joints that yield and that too few of the fitted rows load in one of the two directions (see
-  /// joint_loads.h): how they yield in it is not known. Each range includes 0.
-  std::vector<JointLoad> joint_loads{};
 };
 
 struct CellModel {

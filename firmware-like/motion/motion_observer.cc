@@ -249,11 +249,11 @@ DynamicDeflection DynamicModel::At(const deflection::LoadedArm& arm, const Joint
   arm.chain().JacobianAt(setting.posture, setting.posture.X_BF() * arm.X_FT(payload.tool).p,
                          setting.tip_jacobian);
   effects::Conditions moment = arm.ConditionsAt(motion.q, conditions);
-  setting.influence = arm.EffectsAt(moment);
+  setting.influence = arm.EffectsAt(moment, payload);
   setting.payload.mass_kg += setting.influence[I::kPayloadMass];
   setting.payload.cog_F += setting.influence.Vector(I::kPayloadCog);
   moment.qdd = motion.qdd;
-  const effects::Influence<double> moving = arm.EffectsAt(moment);
+  const effects::Influence<double> moving = arm.EffectsAt(moment, payload);
   const int joints = arm.size();
   setting.turn_s2.setZero(joints);
   for (int i = 0; i < joints; ++i) {

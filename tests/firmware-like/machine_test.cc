@@ -1399,6 +1399,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared devi
   for (const model::Joint& joint : cell.config.cell.robot.joints) {
     cell.config.cell.domain->q.push_back({joint.min, joint.max});
   }
+  cell.config.cell.domain->payload_kg = model::MeasuredRange{{{0, 60}}, {}};
   cell.config.cell.domain->residual_sigma_m = 3e-5;
   const deflection::LoadedArm arm(cell.config.cell);
   const loads::Payload payload{60, *cell.config.cell.payload_cog_F};
@@ -1497,6 +1498,7 @@ TEST_CASE("time-dependent effects start at the model's time zero and hold their 
   effect.seen_t_s = model::Interval{100, 600};
   cell.config.cell.effects = {effect};
   cell.config.cell.domain.emplace();
+  cell.config.cell.domain->payload_kg = model::MeasuredRange{{{0, 60}}, {}};
   for (const model::Joint& joint : cell.config.cell.robot.joints) {
     cell.config.cell.domain->q.push_back({joint.min, joint.max});
   }

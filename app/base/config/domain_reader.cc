@@ -15,15 +15,6 @@ constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of di
 constexpr NumberRange kLargestResidual{0, 100000, kMetrePerMm};
 constexpr NumberRange kReach{0, 1000};  // prismatic joints contribute metres
 
-/// An interval `[low, high]`; adds a fault if the ends are swapped.
-std::optional<model::Interval> IntervalFrom(const TomlTable& table, std::string_view key,
-                                            NumberRange range) {
-  const auto values = table.Numbers(key, range, 2);
-  if (!values) return std::nullopt;
-  if ((*values)[0] > (*values)[1]) table.AddFault(key, "has its lower end above its upper end");
-  return model::Interval{(*values)[0], (*values)[1]};
-}
-
 /// Reads the measured poses, the growth of the residual with distance from them and the fading of
 /// the correction; none is meaningful without the poses.
 void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Domain& domain) {
@@ -60,54 +51,80 @@ void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Doma
   }
 }
 
-std::vector<model::JointCombination> CombinationsFrom(const TomlTable& table, int joints) {
-  constexpr const char* kKey = "joint_combinations";
-  std::vector<model::JointCombination> combinations;
-  const auto rows = table.Rows(kKey, {-100000, 100000});
-  if (!rows) return combinations;
-  if (rows->cols() != joints + 2) {
-    table.AddFault(kKey, fmt::format("is not a list of {} weights and a range [deg] each", joints));
-    return combinations;
+/// The ascending intervals of a flat list [low, high, low, high, ..], with the growth of the error
+/// beside them.
+std::optional<model::MeasuredRange> RangeFrom(const TomlTable& table, const char* key,
+                                              NumberRange range, const char* growth_key,
+                                              double growth_to_SI) {
+  const std::optional<double> growth = table.Number(growth_key, {0, 1e6, growth_to_SI});
+  const auto ends = table.Numbers(key, range);
+  if (growth && !table.Has(key)) table.AddFault(growth_key, fmt::format("requires {}", key));
+  if (!ends) return std::nullopt;
+  if (ends->empty() || ends->size() % 2 != 0 || !std::ranges::is_sorted(*ends)) {
+    table.AddFault(key, "is not an ascending list of pairs [low, high, low, high, ..]");
+    return std::nullopt;
   }
-  for (Eigen::Index row = 0; row < rows->rows(); ++row) {
-    const double low = (*rows)(row, joints), high = (*rows)(row, joints + 1);
-    if (low > high) {
-      table.AddFault(kKey, fmt::format("has the lower end of the range of combination {} above its "
-                                       "upper end",
-                                       row + 1));
-    }
-    combinations.push_back(
-        {rows->row(row).head(joints).transpose(), {low * kRadPerDeg, high * kRadPerDeg}});
-  }
-  return combinations;
+  model::MeasuredRange measured;
+  for (std::size_t k = 0; k < ends->size(); k += 2)
+    measured.intervals.push_back({(*ends)[k], (*ends)[k + 1]});
+  measured.growth = growth;
+  return measured;
 }
 
-std::vector<model::JointLoad> JointLoadsFrom(const TomlTable& table, int joints) {
-  constexpr const char* kKey = "joint_loads_Nm";
-  std::vector<model::JointLoad> loads;
-  const auto rows = table.Rows(kKey, {-1e9, 1e9});
-  if (!rows) return loads;
-  if (rows->cols() != 3) {
-    table.AddFault(kKey, "is not a list of [joint, lowest load, highest load]");
-    return loads;
+/// Rows of [joint, lowest, highest torque, growth], or without the growth.
+std::vector<model::MeasuredTorque> TorquesFrom(const TomlTable& table, const char* key,
+                                               int joints) {
+  std::vector<model::MeasuredTorque> torques;
+  const auto rows = table.Rows(key, {-1e9, 1e9});
+  if (!rows) return torques;
+  if (rows->cols() != 3 && rows->cols() != 4) {
+    table.AddFault(key, "is not a list of [joint, lowest torque, highest torque, growth]");
+    return torques;
   }
   for (Eigen::Index row = 0; row < rows->rows(); ++row) {
     const double number = (*rows)(row, 0), low = (*rows)(row, 1), high = (*rows)(row, 2);
     if (number != std::floor(number) || number < 1 || number > joints) {
-      table.AddFault(kKey, fmt::format("names joint {:g}; the joints are 1 to {}", number, joints));
+      table.AddFault(key, fmt::format("names joint {:g}; the joints are 1 to {}", number, joints));
       continue;
     }
     const auto joint = static_cast<int>(number) - 1;
-    if (low > 0 || high < 0) {
-      table.AddFault(kKey, fmt::format("has a range of joint {} without 0", joint + 1));
-    }
-    if (std::any_of(loads.begin(), loads.end(),
-                    [&](const model::JointLoad& load) { return load.joint == joint; })) {
-      table.AddFault(kKey, fmt::format("has joint {} twice", joint + 1));
-    }
-    loads.push_back({joint, {low, high}});
+    if (low > 0 || high < 0)
+      table.AddFault(key, fmt::format("has a range of joint {} without 0", joint + 1));
+    if (std::ranges::any_of(torques, [&](const auto& other) { return other.joint == joint; }))
+      table.AddFault(key, fmt::format("has joint {} twice", joint + 1));
+    model::MeasuredTorque& torque = torques.emplace_back(joint, model::MeasuredRange{});
+    torque.range.intervals = {{low, high}};
+    if (rows->cols() == 3) continue;
+    torque.range.growth = (*rows)(row, 3) * kMetrePerMm;
+    if (*torque.range.growth < 0)
+      table.AddFault(key, fmt::format("has a negative growth of joint {}", joint + 1));
   }
-  return loads;
+  return torques;
+}
+
+/// What a file of an earlier version states of loads: the levels that were measured, each with 5 %
+/// of their range to both sides, and torques without a growth, 2 % beyond which were covered.
+void ReadFormerKeys(const TomlTable& table, const model::Robot& robot, model::Domain& domain) {
+  constexpr double kSameLoad = 0.05, kSameTorque = 0.02;
+  for (model::MeasuredTorque torque : TorquesFrom(table, "joint_loads_Nm", robot.size())) {
+    for (model::Interval& range : torque.range.intervals)
+      range = {(1 + kSameTorque) * range.low, (1 + kSameTorque) * range.high};
+    domain.torques.push_back(std::move(torque));
+  }
+  if (auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2); levels) {
+    std::ranges::sort(*levels);
+    const double same_kg = kSameLoad * (levels->back() - levels->front());
+    domain.payload_kg = model::MeasuredRange{};
+    for (const double level : *levels)
+      domain.payload_kg->intervals.push_back({level - same_kg, level + same_kg});
+  }
+  // Combinations of joints: the distance of the postures says as much.
+  const bool former = table.Rows("joint_combinations", {-100000, 100000}).has_value() ||
+                      table.Has("joint_loads_Nm") || table.Has("payload_levels_kg");
+  if (!former) return;
+  table.AddWarning("",
+                   "is from an earlier version; the next one will not read it: "
+                   "diagnose the rows again");
 }
 
 /// The residual of held-out rows is valid only for the exact model that was validated with them.
@@ -141,16 +158,15 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
   } else if (!table.Has("q_deg")) {
     table.AddMissing("q_deg", "one pair [low, high] per joint");
   }
-  domain.combinations = CombinationsFrom(table, robot.size());
-  domain.joint_loads = JointLoadsFrom(table, robot.size());
-  domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
+  domain.torques = TorquesFrom(table, "torques_Nm", robot.size());
+  domain.payload_kg =
+      RangeFrom(table, "payload_kg", {-10000, 10000}, "payload_growth_mm_per_kg", kMetrePerMm);
+  domain.temp_C =
+      RangeFrom(table, "temp_C", kTemperatureRange, "temp_growth_mm_per_K", kMetrePerMm);
+  domain.t_s = RangeFrom(table, "t_s", {-1e12, 1e12}, "time_growth_mm_per_h", kMetrePerMm / 3600);
+  ReadFormerKeys(table, robot, domain);
   domain.tools = table.Integers("tools", 0, kLargestNumber).value_or(std::vector<int>());
   domain.payload_items = table.Integers("payload_items", 0, kLargestNumber);
-  if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
-    domain.payload_levels_kg = *levels;
-    std::sort(domain.payload_levels_kg.begin(), domain.payload_levels_kg.end());
-  }
-  domain.temp_C = IntervalFrom(table, "temp_C", kTemperatureRange);
   domain.largest_residual_m = table.Number("largest_residual_mm", kLargestResidual);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigmaRange);
   domain.covariance_share = table.Number("covariance_share", {0, 1}).value_or(1);

@@ -225,27 +225,24 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 }
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
-  const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, largest_residual_m,
-               residual_sigma_m, distant_sigma_m, covariance_share, poses, reach_rad,
-               declared_sigma_m, time_zero_s, as_validated, tools, payload_items, joint_loads] =
-      domain;
+  const auto& [q, payload_kg, temp_C, t_s, torques, largest_residual_m, residual_sigma_m,
+               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
+               as_validated, tools, payload_items] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
   }
-  for (std::size_t i = 0; i < combinations.size(); ++i) {
-    const std::string at = Numbered("domain.joint_combinations", i);
-    values.Matrix(at + " (weights)", combinations[i].weights);
-    values.Range(at + " (range, deg)", combinations[i].range, 1 / kRadPerDeg);
-  }
-  for (const model::JointLoad& load : joint_loads) {
-    values.Range(fmt::format("domain.joint_loads_Nm (q{})", load.joint + 1), load.range);
-  }
-  if (payload_kg) values.Range("domain.payload_kg", *payload_kg);
-  for (std::size_t i = 0; i < payload_levels_kg.size(); ++i) {
-    values.Number(Numbered("domain.payload_levels_kg", i), payload_levels_kg[i]);
-  }
-  if (temp_C) values.Range("domain.temp_C", *temp_C);
+  const auto add_range = [&](const std::string& at, const model::MeasuredRange& measured,
+                             const char* growth_unit, double from_SI = 1 / kMetrePerMm) {
+    for (std::size_t i = 0; i < measured.intervals.size(); ++i)
+      values.Range(measured.intervals.size() > 1 ? Numbered(at, i) : at, measured.intervals[i]);
+    values.Number(fmt::format("{} (growth, {})", at, growth_unit), measured.growth, from_SI);
+  };
+  for (const model::MeasuredTorque& torque : torques)
+    add_range(fmt::format("domain.torques_Nm (q{})", torque.joint + 1), torque.range, "mm/Nm");
+  if (payload_kg) add_range("domain.payload_kg", *payload_kg, "mm/kg");
+  if (temp_C) add_range("domain.temp_C", *temp_C, "mm/K");
+  if (t_s) add_range("domain.t_s", *t_s, "mm/h", 3600 / kMetrePerMm);
   values.Number("domain.largest_residual_mm", largest_residual_m, 1 / kMetrePerMm);
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
   values.Number("domain.distant_sigma_mm", distant_sigma_m, 1 / kMetrePerMm);

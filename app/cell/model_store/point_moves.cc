@@ -121,8 +121,8 @@ std::vector<Load> ReportedLoads(const model::CellModel& before, const model::Cel
   add({0, std::nullopt});
   for (const model::CellModel* cell : {&before, &after}) {
     if (!cell->domain || !cell->domain->payload_kg) continue;
-    add({std::max(0.0, cell->domain->payload_kg->low), std::nullopt});
-    add({std::max(0.0, cell->domain->payload_kg->high), std::nullopt});
+    add({std::max(0.0, cell->domain->payload_kg->Hull().low), std::nullopt});
+    add({std::max(0.0, cell->domain->payload_kg->Hull().high), std::nullopt});
   }
   std::sort(loads.begin(), loads.end(),
             [](const Load& a, const Load& b) { return a.mass_kg < b.mass_kg; });

@@ -79,10 +79,17 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   const auto predicting = [&task](double share) {
     task.Report(0.5 + 0.5 * share, "predicting held-out rows");
   };
-  const HeldOutInput input{
-      found.fit,           found.linear,  found.model,
-      found.candidates,    found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
-      offered.has_value(), task.options,  predicting};
+  const InputsOfRows inputs = InputsOf(found.fit.data, found.model, found.fit.weights);
+  const HeldOutInput input{found.fit,
+                           found.linear,
+                           found.model,
+                           found.candidates,
+                           inputs,
+                           found.unknown,
+                           std::max<std::size_t>(3, found.best.blocks.size() + 2),
+                           offered.has_value(),
+                           task.options,
+                           predicting};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
   const bool may_fade = !found.best.blocks.empty() || offered.has_value();  // checks may follow

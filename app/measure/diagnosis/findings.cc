@@ -131,7 +131,7 @@ TipDisplacement TipDisplacementOf(const FitProblem& problem, const effects::Acti
   for (const RowIndex row : EvenlySpacedRows(data, kMostRows)) {
     if (problem.weights[row] < kOutlierWeight) continue;
     const effects::Conditions& moment = data.conditions[row];
-    const effects::Influence<double> declared = arm.EffectsAt(moment);
+    const effects::Influence<double> declared = arm.EffectsAt(moment, data.payloads[row]);
     const auto at = [&](const effects::ActiveEffect* added) -> std::optional<Vec3> {
       effects::Influence<double> influence = declared;
       if (added != nullptr) effects::AddEffects({added, 1}, moment, influence);

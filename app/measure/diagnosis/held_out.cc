@@ -372,6 +372,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   };
   const model::CellModel cell = CellOf(data, input.model, SessionIndex(0));
   const FitRows inliers = Inliers(input, fold);
+  const InputRanges ranges(input.inputs, inliers);
   const kinematics::PoseDistance distance = DistanceFrom(cell, StoredPoses(cell, data, inliers));
   const double reach = ReachOf(distance, data, inliers);
   const Eigen::VectorXd before = steps(y), after = steps(fold.after),
@@ -389,6 +390,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
     result.predicted[row] = true;
     result.distance[row] = distance.Of(data.measured(row).q);
     result.reach[row] = reach;
+    result.beyond[row] = ranges.Beyond(input.inputs.rows[row]);
     result.before[row] = error(y[row], before);
     result.after[row] = error(fold.after[row], after);
     result.after_named[row] = error(fold.after_named[row], named);
@@ -407,6 +409,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   result.predicted.assign(y.size(), false);
   result.distance.assign(y.size(), 0);
   result.reach.assign(y.size(), 0);
+  result.beyond.assign(y.size(), BeyondRanges::Zero());
   result.other_sessions = plan.aligned;
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));

@@ -9,6 +9,7 @@
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/discrepancy.h"
 #include "app/measure/diagnosis/fold_plan.h"
+#include "app/measure/diagnosis/input_ranges.h"
 
 namespace plumbline::measure {
 
@@ -20,6 +21,7 @@ struct HeldOutInput {
   std::shared_ptr<const Linearisation> linear;
   const Model& model;  ///< linearisation point of `linear`
   const Candidates& candidates;
+  const InputsOfRows& inputs;
   bool with_unknown = false;    ///< folds may use empirical terms
   std::size_t most_blocks = 3;  ///< maximum of each fold's search
   bool with_discrepancy = false;
@@ -47,6 +49,7 @@ struct HeldOut {
   PerRow<bool> predicted;
   PerRow<double> distance;  ///< of a predicted row from the stored poses of the other folds [rad]
   PerRow<double> reach;     ///< largest distance of a row of the other folds from those poses [rad]
+  PerRow<BeyondRanges> beyond;  ///< of its other inputs from the rows of the other folds
   bool other_sessions = false;  ///< folds are sessions
   PerRow<Vec3> before;          ///< [m], declared model with the frames of the other folds
   PerRow<Vec3> after;           ///< [m], with the fold's named effects and discrepancy model

@@ -247,7 +247,7 @@ bool ModelAtRows::At(RowIndex row, const deflection::InfluenceSet& wanted,
   const effects::Conditions& moment = data_.conditions[row];
   const MeasuredRow& measured = data_.measured(row);
   const int count = data_.numbers[row].count;
-  effects::Influence<double> influence = arm.EffectsAt(moment);
+  effects::Influence<double> influence = arm.EffectsAt(moment, data_.payloads[row]);
   effects::AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
     if (!deflection::SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau,

@@ -222,12 +222,18 @@ std::string PoseText(const model::JointVector& q, const std::vector<model::Joint
   return ListText(values, [](double value) { return fmt::format("{:.3f}", value); });
 }
 
-/// Weights of the joints, then the range in degrees.
-std::string CombinationText(const model::JointCombination& combination) {
-  std::vector<double> values(combination.weights.begin(), combination.weights.end());
-  values.push_back(kDegPerRad * combination.range.low);
-  values.push_back(kDegPerRad * combination.range.high);
-  return ListText(values, [](double value) { return fmt::format("{:.4f}", value); });
+/// The ends of the intervals, and the growth if it is known.
+std::string RangeText(const char* key, const model::MeasuredRange& measured, const char* growth_key,
+                      double growth_from_SI) {
+  std::vector<std::string> ends;
+  for (const model::Interval& interval : measured.intervals) {
+    ends.push_back(NumberText(interval.low));
+    ends.push_back(NumberText(interval.high));
+  }
+  std::string text = fmt::format("{} = [{}]\n", key, fmt::join(ends, ", "));
+  if (measured.growth)
+    text += fmt::format("{} = {}\n", growth_key, NumberText(growth_from_SI * *measured.growth));
+  return text;
 }
 
 std::string DomainText(const model::Domain& domain, const std::vector<model::Joint>& joints) {
@@ -238,18 +244,14 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
   }
   std::string text = "\n[domain]\nq_deg = ";
   text += ListText(pairs, [](const std::string& pair) { return pair; }) + '\n';
-  if (!domain.combinations.empty()) {
-    text += "joint_combinations = [\n";
-    for (const model::JointCombination& combination : domain.combinations) {
-      text += "  " + CombinationText(combination) + ",\n";
-    }
-    text += "]\n";
-  }
-  if (!domain.joint_loads.empty()) {
-    text += "joint_loads_Nm = [\n";
-    for (const model::JointLoad& load : domain.joint_loads) {
-      text += fmt::format("  [{}, {}, {}],\n", load.joint + 1, NumberText(load.range.low),
-                          NumberText(load.range.high));
+  if (!domain.torques.empty()) {
+    text += "torques_Nm = [\n";
+    for (const model::MeasuredTorque& torque : domain.torques) {
+      const model::Interval& range = torque.range.intervals.front();
+      text += fmt::format("  [{}, {}, {}", torque.joint + 1, NumberText(range.low),
+                          NumberText(range.high));
+      if (torque.range.growth) text += ", " + NumberText(1e3 * *torque.range.growth);
+      text += "],\n";
     }
     text += "]\n";
   }
@@ -257,15 +259,10 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
   if (domain.payload_items) {
     text += fmt::format("payload_items = [{}]\n", fmt::join(*domain.payload_items, ", "));
   }
-  if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
-  if (!domain.payload_levels_kg.empty()) {
-    std::vector<std::string> levels;
-    for (const double level : domain.payload_levels_kg) levels.push_back(NumberText(level));
-    text +=
-        "payload_levels_kg = " + ListText(levels, [](const std::string& level) { return level; }) +
-        '\n';
-  }
-  if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
+  if (domain.payload_kg)
+    text += RangeText("payload_kg", *domain.payload_kg, "payload_growth_mm_per_kg", 1e3);
+  if (domain.temp_C) text += RangeText("temp_C", *domain.temp_C, "temp_growth_mm_per_K", 1e3);
+  if (domain.t_s) text += RangeText("t_s", *domain.t_s, "time_growth_mm_per_h", 1e3 * 3600);
   if (domain.largest_residual_m) {
     text += "largest_residual_mm = " + NumberText(1e3 * *domain.largest_residual_m) + '\n';
   }

@@ -12,17 +12,6 @@
 namespace plumbline::measure {
 namespace {
 
-/// t(0.975, freedom) / z(0.975) [Abramowitz & Stegun 26.7.5]; 2 % too low for two degrees of
-/// freedom. One degree of freedom is treated as two.
-double StudentFactor(int freedom) {
-  constexpr double kZ = 1.959964;
-  const double n = std::max(2, freedom), z2 = kZ * kZ;
-  const double g1 = (z2 + 1) / 4;
-  const double g2 = (5 * z2 * z2 + 16 * z2 + 3) / 96;
-  const double g3 = (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / 384;
-  return 1 + g1 / n + g2 / (n * n) + g3 / (n * n * n);
-}
-
 /// One-sided tolerance limit [Wilks, Ann. Math. Stat. 12 (1941) 91]: the largest share k / n of n
 /// independent rows outside a radius at which it contains a share 1 - p of new rows with confidence
 /// 1 - `significance`, that is, the largest k with P(X <= k) <= significance for a binomial X. 0 if
@@ -41,8 +30,12 @@ double Squared(double value) {
   return value * value;
 }
 
-/// Variance components: common to all rows, of held-out sessions, per squared distance.
-using Components = Eigen::Array3d;
+/// Variance components: common to all rows, of held-out sessions, per squared distance of the
+/// posture, and per squared distance of each other input.
+enum Component { kNear, kSession, kPosture, kOthers };
+constexpr int kComponents = kOthers + kInputs;
+constexpr int kTimeComponent = kOthers + static_cast<int>(Input::kTime);
+using Components = Eigen::Array<double, kComponents, 1>;
 
 /// A held-out row: its squared error on one axis, and the coefficients of its variance components.
 struct HeldOutSquare {
@@ -50,6 +43,7 @@ struct HeldOutSquare {
   Components share = Components::Zero();  ///< variance = share . components
   double noise_m2 = 0;                    ///< noise that this row states in excess of sigma, known
   int fold = 0;
+  double weight = 1;  ///< in the likelihood
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
 
@@ -84,12 +78,14 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, 
     const double error_m = correction == Correction::kNone
                                ? scheme.before[row].norm()
                                : std::hypot(scheme.after[row].norm(), added_error_m);
-    const double reach = correction == Correction::kFading ? scheme.reach[row] : 0;
-    const double beyond = std::max(0.0, Squared(scheme.distance[row]) - Squared(reach));
-    const HeldOutSquare one{
-        error_m * error_m / axes,  {1, scheme.other_sessions ? 1.0 : 0.0, beyond},
-        ExcessNoise(problem, row), scheme.fold_of[row],
-        scheme.before[row],        scheme.after[row]};
+    const double beyond = std::max(0.0, Squared(scheme.distance[row]) - Squared(scheme.reach[row]));
+    HeldOutSquare one;
+    one.square_m2 = error_m * error_m / axes;
+    one.share << 1, (scheme.other_sessions ? 1.0 : 0.0), beyond, scheme.beyond[row];
+    one.noise_m2 = ExcessNoise(problem, row);
+    one.fold = scheme.fold_of[row];
+    one.before = scheme.before[row];
+    one.after = scheme.after[row];
     squares.with_outliers.push_back(one);
     folds.insert(scheme.fold_of[row]);
     if (problem.weights[row] >= kOutlierWeight) squares.rows.push_back(one);
@@ -98,41 +94,37 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, 
   return squares;
 }
 
-/// Maximum likelihood estimate by the MM algorithm of Zhou, Hu, Zhou & Lange (J. Comput. Graph.
-/// Stat. 28 (2019) 350), whose multiplicative steps keep every component positive and never
-/// decrease the likelihood.
-Components MaximumLikelihood(const std::vector<HeldOutSquare>& rows, double min_near_m2) {
+/// A priori: inverse gamma distributions of the variance components.
+struct Prior {
+  Components mode_m2 = Components::Zero();
+  double rows = 0;  ///< that weigh as much as each of them
+};
+
+/// Mode of the posterior by the MM algorithm of Zhou, Hu, Zhou & Lange (J. Comput. Graph. Stat. 28
+/// (2019) 350), whose multiplicative steps keep every component positive and never decrease the
+/// likelihood; the prior is one more term of the same form.
+Components PosteriorMode(const std::vector<HeldOutSquare>& rows, const Prior& prior,
+                         double min_near_m2) {
   constexpr int kMaxSteps = 300;
   constexpr double kConverged = 1e-6;  // relative change of each component
-  Components sum = Components::Zero();
-  double squares_m2 = 0;
-  for (const HeldOutSquare& row : rows) {
-    sum += row.share;
-    squares_m2 += row.square_m2;
-  }
-  // Each component starts as if it were the only one; a component that no row has is zero.
-  Components components = (sum > 0).select(squares_m2 / sum.max(1e-300), 0.0);
-  components[0] = std::max(components[0], min_near_m2);
+  Components components = prior.mode_m2;
+  components[kNear] = min_near_m2;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Components last = components;
     Components up = Components::Zero(), down = Components::Zero();
     for (const HeldOutSquare& row : rows) {
       const double variance = VarianceOf(row, components);
-      up += row.share * (row.square_m2 / (variance * variance));
-      down += row.share / variance;
+      up += row.weight * row.share * (row.square_m2 / (variance * variance));
+      down += row.weight * row.share / variance;
     }
+    const auto has_prior = prior.mode_m2 > 0;
+    up += has_prior.select(prior.rows * prior.mode_m2 / components.square(), 0.0);
+    down += has_prior.select(prior.rows / components, 0.0);
     components = (down > 0).select(components * (up / down.max(1e-300)).sqrt(), 0.0);
-    components[0] = std::max(components[0], min_near_m2);
+    components[kNear] = std::max(components[kNear], min_near_m2);
     if (((components - last).abs() <= kConverged * last).all()) break;
   }
   return components;
-}
-
-/// Mean ratio of the squared errors to their variances; 1 if there are no rows.
-double MeanRatio(const std::vector<HeldOutSquare>& rows, const Components& components) {
-  double sum = 0;
-  for (const HeldOutSquare& row : rows) sum += row.square_m2 / VarianceOf(row, components);
-  return rows.empty() ? 1 : sum / static_cast<double>(rows.size());
 }
 
 /// Effective number of independent rows for estimating the share outside a radius, since errors of
@@ -172,9 +164,10 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
   for (const HeldOutSquare& row : rows) {
     Components parts = row.share * components;
     double square_m2 = row.square_m2;
-    if (declared_m2 > 0 && parts[2] > 0) {
-      const double kept = declared_m2 / (declared_m2 + parts[2]);
-      parts[2] *= kept;
+    auto gained = parts.tail<kComponents - kPosture>();
+    if (declared_m2 > 0 && gained.sum() > 0) {
+      const double kept = declared_m2 / (declared_m2 + gained.sum());
+      gained *= kept;
       square_m2 = (row.before + kept * (row.after - row.before)).squaredNorm() / axes;
     }
     ratios.push_back(axes * square_m2 / (parts.sum() + row.noise_m2));
@@ -206,54 +199,109 @@ double DeclaredVariance(const std::vector<SchemeSquares>& schemes, double axes) 
   return count > 0 ? std::max(0.0, sum_m2 / count) : 0;
 }
 
-/// The components widened for the small number of regions and sessions and for errors that the
-/// distance does not explain.
-Components WidenedForFewFolds(Components components, const std::vector<SchemeSquares>& schemes) {
-  int regions = 0, sessions = 0;
-  for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
-    (schemes[scheme].other_sessions ? sessions : regions) += schemes[scheme].folds;
+/// Smallest mean square on one axis of the declared model's errors in any group of rows [m^2].
+class LeastDeviation {
+ public:
+  explicit LeastDeviation(double axes) : axes_(axes) {}
+  void Add(double group, const Vec3& before) {
+    auto& [sum_m2, count] = groups_[group];
+    sum_m2 += before.squaredNorm() / axes_;
+    count += 1;
   }
-  components[1] *= Squared(StudentFactor(sessions));
-  components[2] *= Squared(StudentFactor(regions + sessions));
-  double beyond = 0;
-  for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
-    const double excess = MeanRatio(schemes[scheme].rows, components) - 1;
-    beyond = std::max(beyond, Squared(StudentFactor(schemes[scheme].folds)) * excess);
+  /// Variance `all_m2` over that of the group with the least; 1 if no group has enough rows.
+  double RatioOf(double all_m2, double noise_m2) const {
+    constexpr double kMinRows = 5, kLargest = 100;
+    double ratio = 1;
+    for (const auto& [group, sum] : groups_) {
+      if (sum.second < kMinRows) continue;
+      ratio = std::max(ratio, all_m2 / std::max(noise_m2, sum.first / sum.second));
+    }
+    return std::min(ratio, kLargest);
   }
-  return components * (1 + beyond);
+
+ private:
+  double axes_;
+  std::map<double, std::pair<double, double>> groups_;
+};
+
+/// Factors on the components of a correction that fades, so that it is no worse than none where
+/// the deviation to be corrected is smallest, too: along the posture, that of the regions that were
+/// held out; along the payload, that of the loads.
+Components CautionOf(const std::vector<const HeldOut*>& held_out, const FitProblem& problem,
+                     double deviation_m2, double axes) {
+  const Dataset& data = problem.data;
+  LeastDeviation of_loads(axes);
+  Components caution = Components::Ones();
+  double& posture = caution[kPosture];
+  for (const HeldOut* scheme : held_out) {
+    LeastDeviation of_folds(axes);
+    for (const RowIndex row : scheme->predicted.indices()) {
+      if (!scheme->predicted[row] || problem.weights[row] < kOutlierWeight) continue;
+      of_folds.Add(scheme->fold_of[row], scheme->before[row]);
+      if (data.loads_recorded()) of_loads.Add(data.conditions[row].payload_kg, scheme->before[row]);
+    }
+    const bool regions = scheme != held_out.front() && !scheme->other_sessions;
+    if (regions)
+      posture = std::max(posture, of_folds.RatioOf(deviation_m2, Squared(problem.sigma_m)));
+  }
+  caution[kOthers + static_cast<int>(Input::kPayload)] =
+      of_loads.RatioOf(deviation_m2, Squared(problem.sigma_m));
+  return caution;
+}
+
+/// Rows of one fold have correlated errors: those of a held-out region or session together weigh as
+/// much as kRowsPerFold.
+constexpr double kRowsPerFold = 3;
+
+void WeighByFolds(SchemeSquares& scheme) {
+  const double count = kRowsPerFold * scheme.folds / static_cast<double>(scheme.rows.size());
+  for (HeldOutSquare& row : scheme.rows) row.weight = std::min(1.0, count);
 }
 
 }  // namespace
 
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,
-                                       Correction correction) {
+                                       Correction correction, std::optional<double> drift_m) {
   const double axes = problem.data.lengths_per_row();
   std::vector<SchemeSquares> schemes;
   std::vector<HeldOutSquare> rows;
-  bool away = false;  // a row of a held-out region or session was predicted
+  bool away = false, sessions = false;  // a row of a held-out region or session was predicted
   const bool fades = correction == Correction::kFading;
   std::vector<const HeldOut*> held_out;
   for (const HeldOut& scheme : validation.schemes) held_out.push_back(&scheme);
   if (fades && validation.halves) held_out.push_back(&*validation.halves);
   for (const HeldOut* scheme : held_out) {
-    schemes.push_back(
+    SchemeSquares& own = schemes.emplace_back(
         SquaresOfScheme(*scheme, problem, axes, validation.added_error_m, correction));
-    const std::vector<HeldOutSquare>& of_scheme = schemes.back().rows;
-    rows.insert(rows.end(), of_scheme.begin(), of_scheme.end());
-    away = away || (schemes.size() > 1 && !of_scheme.empty());
+    if (schemes.size() > 1) WeighByFolds(own);
+    rows.insert(rows.end(), own.rows.begin(), own.rows.end());
+    away = away || (schemes.size() > 1 && !own.rows.empty());
+    sessions = sessions || (own.other_sessions && !own.rows.empty());
   }
   if (!away) return std::nullopt;
-  const Components likely = MaximumLikelihood(rows, Squared(problem.sigma_m));
-  Components components = WidenedForFewFolds(likely, schemes);
-  // Widening both variances alike preserves the applied share of the correction.
-  const double widened = likely[2] > 0 ? components[2] / likely[2] : 1;
-  const double declared_m2 = fades ? widened * DeclaredVariance(schemes, axes) : 0;
+  const double noise_m2 = Squared(problem.sigma_m), deviation_m2 = DeclaredVariance(schemes, axes);
+  Prior prior{Components::Constant(noise_m2), kRowsPerFold};
+  if (correction != Correction::kWritten) prior.mode_m2 += deviation_m2;
+  if (drift_m) {
+    prior.mode_m2[kTimeComponent] += Squared(*drift_m) / axes;
+  } else {
+    prior.mode_m2[kTimeComponent] = 0;
+    for (HeldOutSquare& row : rows) row.share[kTimeComponent] = 0;
+  }
+  prior.mode_m2[kNear] = 0;
+  if (!sessions) prior.mode_m2[kSession] = 0;
+  Components components = PosteriorMode(rows, prior, noise_m2);
+  const double declared_m2 = fades ? deviation_m2 : 0;
+  if (fades) components *= CautionOf(held_out, problem, deviation_m2, axes);
   double ratio = 1;
   for (const SchemeSquares& scheme : schemes) {
     ratio = std::max(ratio, GrowthOfRadius(scheme.with_outliers, components, declared_m2, axes));
   }
   components *= ratio;
-  ResidualSpread spread{std::sqrt(components[0] + components[1]), std::sqrt(components[2]), {}};
+  ResidualSpread spread{std::sqrt(components[kNear] + components[kSession]),
+                        std::sqrt(components[kPosture]),
+                        components.tail<kInputs>().sqrt(),
+                        {}};
   if (fades) spread.declared_m = std::sqrt(ratio * declared_m2);
   return spread;
 }

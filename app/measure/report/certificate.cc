@@ -256,12 +256,12 @@ std::string ParticularsTable(const CertificateInput& input) {
                                        (of_rows_m ? "median of the rows" : "declared")
                                  : "not stated");
   std::string temperature =
-      domain.temp_C ? RangeText(*domain.temp_C, "\u00b0C") : std::string("not recorded");
+      domain.temp_C ? RangeText(domain.temp_C->Hull(), "\u00b0C") : std::string("not recorded");
   if (measurement.reference_temperature_C) {
     temperature += fmt::format(", reference {:.3g} \u00b0C", *measurement.reference_temperature_C);
   }
   add("Temperature", temperature);
-  add("Payload", domain.payload_kg ? RangeText(*domain.payload_kg, "kg") : "not recorded");
+  add("Payload", domain.payload_kg ? RangeText(domain.payload_kg->Hull(), "kg") : "not recorded");
   add("Model, declared", OrNotStated(source.declared_fingerprint));
   add("Model, corrected",
       source.corrected_fingerprint.empty() ? "not written" : source.corrected_fingerprint);

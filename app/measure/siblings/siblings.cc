@@ -111,6 +111,13 @@ void Widen(double factor, Diagnosis& diagnosis) {
        {&domain.residual_sigma_m, &domain.distant_sigma_m, &domain.declared_sigma_m}) {
     if (*sigma_m) **sigma_m *= factor;
   }
+  for (std::optional<model::MeasuredRange>* input :
+       {&domain.payload_kg, &domain.temp_C, &domain.t_s}) {
+    if (*input && (*input)->growth) *(*input)->growth *= factor;
+  }
+  for (model::MeasuredTorque& torque : domain.torques) {
+    if (torque.range.growth) *torque.range.growth *= factor;
+  }
 }
 
 /// Held-out error of the model that an answer writes; nullopt if no row could be held out.

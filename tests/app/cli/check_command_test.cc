@@ -187,7 +187,7 @@ TEST_CASE("Each point is computed with its payload: correction, radius, posture,
 TEST_CASE("The inputs of a point that no measured row covered are named, with value and range") {
   std::string domain = "\n[domain]\nq_deg = [";
   for (int joint = 0; joint < 6; ++joint) domain += "[-360.0, 360.0], ";
-  domain += "]\npayload_kg = [0.0, 40.0]\njoint_loads_Nm = [\n  [4, -100.0, 800.0],\n]\n";
+  domain += "]\npayload_kg = [0.0, 40.0]\ntorques_Nm = [\n  [4, -100.0, 800.0],\n]\n";
   const TemporaryFile cell(test::FileText("tests/virtual_cell/demo/cockpit-cell.toml") + domain,
                            ".cell.toml");
   const TemporaryFile file(test::WithLine(WithPayload("source = \"fixed\"\nmass_kg = 60.0"), "",
@@ -201,9 +201,9 @@ TEST_CASE("The inputs of a point that no measured row covered are named, with va
                                  "measured: 0 to 40 kg\n"));
   const auto json = text::JsonOrNull(RunCheck(file.path() + " --json").out);
   CHECK(json.at("points")[0].at("out_of_range") == "the payload is 60 kg, measured: 0 to 40 kg");
-  CHECK_THAT(
-      json.at("points")[1].at("out_of_range").get<std::string>(),
-      Catch::Contains("; q4 carries -2") && Catch::Contains(" N m, measured: -102 to 816 N m"));
+  CHECK_THAT(json.at("points")[1].at("out_of_range").get<std::string>(),
+             Catch::Contains("; the gravity torque of q4 is -2") &&
+                 Catch::Contains(" N m, measured: -100 to 800 N m"));
 }
 
 TEST_CASE("A payload known to the robot only is noted; the point is computed without it") {

@@ -302,7 +302,8 @@ TEST_CASE("where a correction has faded the frames are those of the declared mod
       "2.0, 3.0]\ndeclared_base_rpy_deg = [0.1, -0.2, 0.3]\ndeclared_tip_mm = [4.0, 5.0, 600.0]\n";
   const auto domain = [](const std::string& q) {
     return "[domain]\nq_deg = [[-360, 360], [-360, 360], [-360, 360], [-360, 360], [-360, 360], "
-           "[-360, 360]]\nresidual_sigma_mm = 0.05\ndistant_sigma_mm = 10000\n"
+           "[-360, 360]]\npayload_kg = [0, 100]\nresidual_sigma_mm = 0.05\ndistant_sigma_mm = "
+           "10000\n"
            "declared_sigma_mm = 0.001\nposes_deg = [[" +
            q + "]]\n";
   };

@@ -157,7 +157,8 @@ TEST_CASE("a thermal effect without a temperature is extrapolated and widens the
   cell.effects = {growth};
   model::Domain domain;
   domain.q.assign(static_cast<std::size_t>(cell.robot.size()), model::Interval{-7, 7});
-  domain.temp_C = model::Interval{18, 30};
+  domain.payload_kg = model::MeasuredRange{{{0, 80}}, {}};
+  domain.temp_C = model::MeasuredRange{{{18, 30}}, {}};
   domain.residual_sigma_m = 5e-5;
   cell.domain = domain;
   CellCorrector corrector(cell, {});

@@ -25,6 +25,7 @@ model::CellModel Identified() {
   cell.domain.emplace();
   for (const model::Joint& joint : cell.robot.joints)
     cell.domain->q.push_back({joint.min, joint.max});
+  cell.domain->payload_kg = model::MeasuredRange{{{0, 80}}, {}};
   cell.domain->residual_sigma_m = 5e-5;
   return cell;
 }
@@ -80,6 +81,21 @@ TEST_CASE("the radius of an identified model grows with the distance from the me
   CHECK(Radius(cell, away, false).radius_m < uniform_m);
 }
 
+TEST_CASE("the radius grows with the load beyond the measured ones, by its growth") {
+  model::CellModel cell = Identified();
+  cell.effects[0].covariance.setZero();
+  constexpr double kGrowth_m = 1e-5;
+  cell.domain->payload_kg = model::MeasuredRange{{{0, 0}, {40, 40}}, kGrowth_m};
+  const model::JointVector q = model::JointVector::Constant(6, 0.3);
+  const auto radius_m = [&](double payload_kg) {
+    return Radius(cell, q, false, LoadStatement::Stated({payload_kg, *cell.payload_cog_F}))
+        .radius_m;
+  };
+  const double near_m = radius_m(40);
+  for (const auto& [payload_kg, beyond_kg] : {std::pair(45.0, 5.0), {15.0, 15.0}})
+    CHECK(radius_m(payload_kg) == Approx(near_m * std::hypot(5e-5, kGrowth_m * beyond_kg) / 5e-5));
+}
+
 TEST_CASE(
     "a correction without a confirmed cause fades with distance, and its radius stays bounded") {
   model::CellModel cell = Identified();
@@ -108,8 +124,9 @@ TEST_CASE(
   const double gained_m2 = kDistant_m * kDistant_m * (d * d - kReach * kReach);
   const double share = kDeclared_m * kDeclared_m / (kDeclared_m * kDeclared_m + gained_m2);
   CHECK(share < 0.5);
-  CHECK(arm.growth().Share(away) == Approx(share));
-  CHECK(arm.growth().Variance(away) == Approx(share * gained_m2));
+  const OperatingPoint point = arm.PointAt(away, payload, {});
+  CHECK(arm.growth().Share(point) == Approx(share));
+  CHECK(arm.growth().Variance(point) == Approx(share * gained_m2));
   const Vec3 correction = tip(everywhere, away) - tip(declared, away);
   CHECK((tip(cell, away) - tip(declared, away) - share * correction).norm() <
         1e-2 * correction.norm());
@@ -159,9 +176,18 @@ TEST_CASE("the basis is measured inside the domain of a validated fit, and weake
   const model::StatedRadius inside = Radius(cell, q, false);
   CHECK(inside.basis == model::RadiusBasis::kMeasured);
 
-  const model::StatedRadius outside = Radius(cell, q, true);
-  CHECK(outside.basis == model::RadiusBasis::kAssumed);
-  CHECK(outside.radius_m > inside.radius_m);
+  // The growth says how large the error is; but it was not validated there.
+  cell.domain->payload_kg->growth = 1e-5;
+  const LoadStatement heavy = LoadStatement::Stated({90, *cell.payload_cog_F});
+  const model::StatedRadius described = Radius(cell, q, true, heavy);
+  CHECK(described.basis == model::RadiusBasis::kAssumed);
+  CHECK(described.radius_m == Radius(cell, q, false, heavy).radius_m);
+  CHECK(described.radius_m > inside.radius_m);
+
+  cell.domain->payload_kg->growth.reset();  // how the error grows is not known
+  const model::StatedRadius undescribed = Radius(cell, q, true, heavy);
+  CHECK(undescribed.basis == model::RadiusBasis::kAssumed);
+  CHECK(undescribed.radius_m > Radius(cell, q, false, heavy).radius_m);
 
   cell.domain->residual_sigma_m.reset();  // no held-out rows
   cell.measurement.sigma_m = 5e-5;

@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
@@ -176,108 +175,6 @@ TEST_CASE("an effect that depends on joint torques needs outboard masses or meas
     CHECK(LoadedArm(cell).torques_missing() == c.counts);
     CHECK(LoadedArm(cell).torques_missing(true) == (c.counts && c.by_weight));
   }
-}
-
-TEST_CASE("outside the domain, or without a domain outside the joint limits, is extrapolated") {
-  model::CellModel cell = test::HeavyArm();
-  model::JointVector q = model::JointVector::Zero(6);
-  CHECK_FALSE(OutsideDomain(cell, {q, 60, 22}));
-  q[4] = cell.robot.joints[4].max + 0.01;
-  CHECK(OutsideDomain(cell, {q, 60, 22}));
-  model::Domain domain;
-  domain.q.assign(6, model::Interval{-1, 1});
-  domain.payload_kg = model::Interval{0, 80};
-  cell.domain = domain;
-  q.setZero();
-  CHECK_FALSE(OutsideDomain(cell, {q, 80, 500}));
-  CHECK(OutsideDomain(cell, {q, 80.5, std::nullopt}));
-  // Two loads cannot show that the deflection is proportional to the load.
-  cell.domain->payload_levels_kg = {0, 80};
-  CHECK_FALSE(OutsideDomain(cell, {q, 78, std::nullopt}));
-  CHECK(OutsideDomain(cell, {q, 40, std::nullopt}));
-  cell.domain->payload_levels_kg.clear();
-  // Joints that moved together while the model was fitted.
-  model::JointVector weights = model::JointVector::Zero(6);
-  weights.segment(1, 2) << std::sqrt(0.5), -std::sqrt(0.5);
-  cell.domain->combinations = {{weights, {-0.1, 0.1}}};
-  q.segment(1, 2).setConstant(0.9);
-  CHECK_FALSE(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
-  q[2] = 0.7;
-  CHECK(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
-  q[2] = 1.01;
-  CHECK(OutsideDomain(cell, {q, std::nullopt, std::nullopt}));
-}
-
-TEST_CASE("a joint that yields is extrapolated under a load in a direction that was not measured") {
-  model::CellModel cell = test::HeavyArm();
-  cell.domain.emplace();
-  cell.domain->q.assign(6, model::Interval{-1, 1});
-  cell.domain->joint_loads = {{1, {0, 50}}};
-  const auto outside = [&](double tau2_Nm) {
-    OperatingPoint at{.q = model::JointVector::Zero(6), .payload_kg = 20};
-    at.tau = model::JointVector::Zero(6);
-    at.tau[0] = -200;  // of a joint without a range
-    at.tau[1] = tau2_Nm;
-    return OutsideDomain(cell, at);
-  };
-  CHECK_FALSE(outside(20));
-  CHECK_FALSE(outside(50.9));  // within 2 % of the largest load
-  CHECK(outside(51.1));
-  CHECK_FALSE(outside(0));
-  CHECK(outside(-0.1));
-  // Without torques nothing is known about the load.
-  CHECK_FALSE(OutsideDomain(cell, {.q = model::JointVector::Zero(6), .payload_kg = 20}));
-}
-
-TEST_CASE("every input outside the domain is named, with its value and range") {
-  model::CellModel cell = test::HeavyArm();
-  cell.domain.emplace();
-  cell.domain->q.assign(6, model::Interval{-1, 1});
-  cell.domain->payload_kg = model::Interval{0, 40};
-  cell.domain->joint_loads = {{4, {-2, 50}}};
-  OperatingPoint at{.q = model::JointVector::Zero(6), .payload_kg = 20};
-  at.tau = model::JointVector::Zero(6);
-  CHECK(DomainExits(cell, at).empty());
-  at.q[2] = 1.5;
-  at.tau[4] = -30;
-  at.payload_kg = 60;
-  const std::vector<DomainExit> exits = DomainExits(cell, at);
-  REQUIRE(exits.size() == 3);
-  CHECK(exits[0].input == DomainExit::Input::kJoint);
-  CHECK(exits[0].index == 2);
-  CHECK(exits[0].value == 1.5);
-  CHECK(exits[0].range.high == 1);
-  CHECK(exits[1].input == DomainExit::Input::kPayload);
-  CHECK(exits[2].input == DomainExit::Input::kJointLoad);
-  CHECK(exits[2].index == 4);
-  CHECK(exits[2].value == -30);
-  CHECK(OutsideDomain(cell, at));
-}
-
-TEST_CASE("a tool or payload item that was not measured is outside the domain") {
-  model::CellModel cell = test::HeavyArm();
-  const model::JointVector q = model::JointVector::Zero(6);
-  const auto outside = [&](int tool, int item) {
-    return OutsideDomain(cell, {.q = q, .payload_kg = 20, .tool = tool, .item = item});
-  };
-  cell.tool.number = 4;
-  cell.further_tools = {cell.tool};
-  cell.further_tools[0].number = 7;
-  cell.payload_items = {{1, 5, Vec3::Zero()}, {2, 5, Vec3::Zero()}};
-  CHECK_FALSE(outside(1, 2));  // without a domain
-  cell.domain.emplace();
-  cell.domain->q.assign(6, model::Interval{-1, 1});
-  // A domain of an older model names neither: nothing is known about the items.
-  CHECK_FALSE(outside(1, 0));
-  CHECK(outside(0, 1));
-  cell.domain->tools = {4};
-  cell.domain->payload_items = {0, 1};
-  CHECK_FALSE(outside(0, 0));
-  CHECK_FALSE(outside(0, 1));
-  CHECK(outside(0, 2));
-  CHECK(outside(1, 0));
-  cell.domain->payload_items = {1};
-  CHECK(outside(0, 0));
 }
 
 namespace {

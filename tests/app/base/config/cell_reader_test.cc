@@ -153,8 +153,10 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   REQUIRE(cell->domain);
   CHECK(cell->domain->q[0].low == Approx(-kPi / 2));
   CHECK(cell->domain->q[1].high == Approx(0.5));
-  CHECK(cell->domain->payload_kg->high == 80.0);
-  CHECK(cell->domain->temp_C->low == 21.0);
+  CHECK(cell->domain->payload_kg->Hull() == model::Interval{0, 80});
+  CHECK_FALSE(cell->domain->payload_kg->growth);
+  CHECK(cell->domain->temp_C->Hull() == model::Interval{21, 37});
+  CHECK_FALSE(cell->domain->t_s);
 }
 
 TEST_CASE("Each faulty field of a cell gives exactly one message") {
@@ -282,7 +284,7 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]", "",
        "@62 domain.q_deg: missing; expected one pair [low, high] per joint"},
       {"payload_kg = [0.0, 80.0]", "payload_kg = [80.0, 0.0]",
-       "domain.payload_kg: [80, 0] has its lower end above its upper end"},
+       "domain.payload_kg: [80, 0] is not an ascending list of pairs [low, high, low, high, ..]"},
       {"temp_C = [21.0, 37.0]", "temp_C = [21.0, 370.0]",
        "domain.temp_C[2]: 370 is outside -50..150"},
   };
@@ -696,28 +698,89 @@ TEST_CASE("distant_sigma_mm and poses_deg require each other") {
         std::string::npos);
 }
 
-TEST_CASE("joint_combinations need a weight for every joint and an ascending range") {
-  const auto told = [](const std::string& rows) {
-    FaultList faults;
-    CHECK_FALSE(CellFromText(kGood + "joint_combinations = " + rows + "\n", "cell.toml", faults));
-    return FaultsText(faults);
-  };
-  CHECK(told("[[1, -1, 0, 5]]").find("3 weights and a range") != std::string::npos);
-  CHECK(told("[[1, -1, 0, 5, 4]]").find("combination 1") != std::string::npos);
+TEST_CASE("measured values of an input are ascending pairs, each with the growth of the error") {
+  std::string text = Replaced(kGood, "payload_kg = [0.0, 80.0]",
+                              "payload_kg = [0, 0, 5, 5, 20, 30]\npayload_growth_mm_per_kg = 0.02");
+  text +=
+      "temp_growth_mm_per_K = 0.01\nt_s = [0, 60, 3600, 7200]\ntime_growth_mm_per_h = 0.36\n"
+      "torques_Nm = [[1, -20, 80, 0.002], [3, 0, 0, 0]]\n";
+  FaultList faults;
+  const auto cell = CellFromText(text, "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  CHECK(faults.All().empty());
+  const model::Domain& domain = *cell->domain;
+  CHECK(domain.payload_kg->intervals == std::vector<model::Interval>{{0, 0}, {5, 5}, {20, 30}});
+  CHECK(*domain.payload_kg->growth == Approx(2e-5));
+  CHECK(domain.temp_C->intervals == std::vector<model::Interval>{{21, 37}});
+  CHECK(*domain.temp_C->growth == Approx(1e-5));
+  CHECK(domain.t_s->Hull() == model::Interval{0, 7200});
+  CHECK(*domain.t_s->growth == Approx(1e-7));
+  REQUIRE(domain.torques.size() == 2);
+  CHECK(domain.torques[0].joint == 0);
+  CHECK(domain.torques[0].range.intervals == std::vector<model::Interval>{{-20, 80}});
+  CHECK(*domain.torques[0].range.growth == Approx(2e-6));
+  CHECK(domain.torques[1].joint == 2);
+  CHECK(*domain.torques[1].range.growth == 0);
 }
 
-TEST_CASE("joint_loads_Nm name joints of the arm once, with a range that includes zero") {
-  const auto fault = [](const std::string& rows) {
+TEST_CASE("measured values that are no ascending pairs, or a growth without them, are faults") {
+  const auto told = [](const std::string& keys) {
     FaultList faults;
-    CHECK_FALSE(CellFromText(kGood + "joint_loads_Nm = " + rows + "\n", "cell.toml", faults));
+    CHECK_FALSE(Reads(kGood + keys + "\n", faults));
     return FaultsText(faults);
   };
-  CHECK_THAT(fault("[[1, 0]]"), Catch::Contains("[joint, lowest load, highest load]"));
-  CHECK_THAT(fault("[[4, 0, 10]]"), Catch::Contains("names joint 4; the joints are 1 to 3"));
+  for (const char* values : {"[0]", "[0, 60, 90]", "[60, 0]", "[0, 60, 50, 90]"}) {
+    CAPTURE(values);
+    CHECK_THAT(told(std::string("t_s = ") + values),
+               Catch::Contains("is not an ascending list of pairs [low, high, low, high, ..]"));
+  }
+  CHECK_THAT(told("time_growth_mm_per_h = 0.1"),
+             Catch::Contains("domain.time_growth_mm_per_h: 0.1 requires t_s"));
+  CHECK_THAT(told("payload_growth_mm_per_kg = -1"),
+             Catch::Contains("domain.payload_growth_mm_per_kg: -1 is outside 0.."));
+}
+
+TEST_CASE("torques_Nm name joints of the arm once, with a range that includes zero") {
+  const auto fault = [](const std::string& rows) {
+    FaultList faults;
+    CHECK_FALSE(Reads(kGood + "torques_Nm = " + rows + "\n", faults));
+    return FaultsText(faults);
+  };
+  CHECK_THAT(fault("[[1, 0]]"), Catch::Contains("[joint, lowest torque, highest torque, growth]"));
+  CHECK_THAT(fault("[[4, 0, 10, 1]]"), Catch::Contains("names joint 4; the joints are 1 to 3"));
   CHECK_THAT(fault("[[1.5, 0, 10]]"), Catch::Contains("names joint 1.5"));
   CHECK_THAT(fault("[[2, 10, 0]]"), Catch::Contains("range of joint 2 without 0"));
   CHECK_THAT(fault("[[2, 10, 50]]"), Catch::Contains("range of joint 2 without 0"));
   CHECK_THAT(fault("[[2, 0, 10], [2, 0, 5]]"), Catch::Contains("joint 2 twice"));
+  // Without the last column, how the error grows is not known.
+  FaultList faults;
+  const auto cell = CellFromText(kGood + "torques_Nm = [[2, -5, 10]]\n", "cell.toml", faults);
+  REQUIRE(cell);
+  CHECK_FALSE(cell->domain->torques.at(0).range.growth);
+}
+
+TEST_CASE("what a domain of an earlier version states of loads is read, with a warning") {
+  const auto read = [](const std::string& keys) {
+    FaultList faults;
+    const auto cell = CellFromText(kGood + keys + "\n", "cell.toml", faults);
+    CAPTURE(FaultsText(faults));
+    REQUIRE(cell);
+    const auto warnings = Texts(faults, Fault::Severity::kWarning);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::Contains("is from an earlier version"));
+    return *cell->domain;
+  };
+  const model::Domain torques = read("joint_loads_Nm = [[2, -5, 10]]");
+  REQUIRE(torques.torques.size() == 1);
+  CHECK(torques.torques[0].joint == 1);
+  CHECK(torques.torques[0].range.Hull() == model::Interval{-5, 10});
+  CHECK_FALSE(torques.torques[0].range.growth);
+  const model::Domain levels = read("payload_levels_kg = [80, 0]");
+  CHECK_FALSE(levels.payload_kg->growth);
+  CHECK(levels.payload_kg->Hull() == model::Interval{0, 80});
+  CHECK(levels.payload_kg->intervals.size() == 2);  // no load between them
+  CHECK(read("joint_combinations = [[1, 0, -1, -5, 5]]").torques.empty());
 }
 
 TEST_CASE("A fitted model keeps its validation through edits that change no value") {

@@ -166,8 +166,13 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
   other.payload_cog_F.reset();
   CHECK(difference(other) == "payload.cog_mm [20, 50, 1100] -> absent");
   other = cell;
-  other.domain.emplace().payload_kg = model::Interval{0, 60};
+  other.domain.emplace().payload_kg = model::MeasuredRange{{{0, 60}}, {}};
   CHECK(difference(other) == "domain.payload_kg absent -> [0, 60]");
+  other.domain->payload_kg = model::MeasuredRange{{{0, 0}, {60, 60}}, 2e-5};
+  CHECK(CellDifferences(cell, other) ==
+        std::vector<std::string>{"domain.payload_kg[1] absent -> [0, 0]",
+                                 "domain.payload_kg[2] absent -> [60, 60]",
+                                 "domain.payload_kg (growth, mm per unit) absent -> 0.02"});
   model::CellModel fitted = cell;
   fitted.domain.emplace();
   other = fitted;
@@ -760,7 +765,7 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
     CHECK_THAT(unknown.notes[0], Catch::Contains("assumed to be no load"));
-    after.domain.emplace().payload_kg = model::Interval{0, 60};
+    after.domain.emplace().payload_kg = model::MeasuredRange{{{0, 60}}, {}};
     after.domain->q.assign(6, model::Interval{-10, 10});
     const PointMoves fitted = ComputePointMoves(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
     REQUIRE(fitted.all.size() == 7);
@@ -818,6 +823,7 @@ TEST_CASE("a person must confirm a model that moves points farther than its data
   const auto objections = [&] { return Objections(ComputePointMoves(config, before, after, 0)); };
   const auto fitted = [](model::CellModel& cell, double largest_m) {
     cell.domain.emplace().largest_residual_m = largest_m;
+    cell.domain->payload_kg = model::MeasuredRange{{{0, 60}}, {}};
     cell.domain->q.assign(6, model::Interval{-10, 10});
   };
   const double most_m = ComputePointMoves(config, before, after, 0).Largest()->Distance_m();
@@ -849,7 +855,7 @@ TEST_CASE("a person must confirm a model that moves points farther than its data
     fitted(before, 1);
     fitted(after, 1);
     CHECK(objections().empty());
-    after.domain->payload_kg = model::Interval{0, 40};
+    after.domain->payload_kg = model::MeasuredRange{{{0, 40}}, {}};
     REQUIRE(objections().size() == 3);
     CHECK_THAT(objections()[0],
                Catch::Contains("would be outside the range that its model was fitted "

@@ -190,7 +190,11 @@ void AddRival(const Simulation& simulation, const measure::Finding& rival_findin
               measure::Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  measure::Rival rival{"tool_stiffness", "payload_mass", "", "", {}, {}, {}, 0.012, 1.4, {}, {}};
+  measure::Rival rival;
+  rival.instead_of = "tool_stiffness";
+  rival.id = "payload_mass";
+  rival.signal_left = 0.012;
+  rival.evidence_gap = 1.4;
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
     rival.rows.emplace_back(k);
@@ -267,8 +271,8 @@ measure::Diagnosis ExampleDiagnosis(measure::Verdict verdict) {
       "accelerations (qdd1_deg_s2..) were not recorded: dynamic inertia cannot be seen"};
   diagnosis.notes = {"Temperature only rises with time: growth and drift are hard to tell apart."};
   diagnosis.domain.q.assign(6, model::Interval{-1.5, 1.5});
-  diagnosis.domain.payload_kg = model::Interval{0, 80};
-  diagnosis.domain.temp_C = model::Interval{22, 31};
+  diagnosis.domain.payload_kg = model::MeasuredRange{{{0, 80}}, {}};
+  diagnosis.domain.temp_C = model::MeasuredRange{{{22, 31}}, {}};
   return diagnosis;
 }
 

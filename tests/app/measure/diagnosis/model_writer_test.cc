@@ -45,6 +45,16 @@ bool Same(double a, double b) {
   return std::abs(a - b) <= 1e-12 * std::abs(b);
 }
 
+void CheckSame(const model::MeasuredRange& read, const model::MeasuredRange& wanted) {
+  REQUIRE(read.intervals.size() == wanted.intervals.size());
+  for (std::size_t k = 0; k < read.intervals.size(); ++k) {
+    CHECK(Same(read.intervals[k].low, wanted.intervals[k].low));
+    CHECK(Same(read.intervals[k].high, wanted.intervals[k].high));
+  }
+  REQUIRE(read.growth.has_value() == wanted.growth.has_value());
+  if (read.growth) CHECK(Same(*read.growth, *wanted.growth));
+}
+
 }  // namespace
 
 TEST_CASE("effects, frames and domain read back within 1e-12") {
@@ -57,7 +67,9 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   diagnosis.sessions = {session};
   diagnosis.domain.q[1] = {-1.0 / 3, 2.0 / 3};
   diagnosis.domain.largest_residual_m = 1e-3 / 3;
-  diagnosis.domain.joint_loads = {{1, {0, 1e3 / 3}}, {4, {-1.0 / 7, 0}}};
+  diagnosis.domain.torques = {{1, {{{0, 1e3 / 3}}, 1e-6 / 3}}, {4, {{{-1.0 / 7, 0}}, 1e-5}}};
+  diagnosis.domain.payload_kg = model::MeasuredRange{{{0, 0}, {20, 80}}, 1e-5 / 7};
+  diagnosis.domain.t_s = model::MeasuredRange{{{0, 1e5 / 3}}, 1e-8 / 3};
   const std::string original = CellText();
   const std::string text = Corrected(original, diagnosis);
   CHECK(text.starts_with(original));
@@ -93,15 +105,14 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
     CHECK(Same(cell.domain->q[i].high, diagnosis.domain.q[i].high));
   }
   CHECK(Same(cell.domain->largest_residual_m.value(), 1e-3 / 3));
-  REQUIRE(cell.domain->joint_loads.size() == 2);
+  REQUIRE(cell.domain->torques.size() == 2);
   for (std::size_t k = 0; k < 2; ++k) {
-    const model::JointLoad& read = cell.domain->joint_loads[k];
-    CHECK(read.joint == diagnosis.domain.joint_loads[k].joint);
-    CHECK(Same(read.range.low, diagnosis.domain.joint_loads[k].range.low));
-    CHECK(Same(read.range.high, diagnosis.domain.joint_loads[k].range.high));
+    CHECK(cell.domain->torques[k].joint == diagnosis.domain.torques[k].joint);
+    CheckSame(cell.domain->torques[k].range, diagnosis.domain.torques[k].range);
   }
-  CHECK(cell.domain->payload_kg->high == 80);
-  CHECK(cell.domain->temp_C->low == 22);
+  CheckSame(cell.domain->payload_kg.value(), *diagnosis.domain.payload_kg);
+  CheckSame(cell.domain->temp_C.value(), *diagnosis.domain.temp_C);  // without a growth
+  CheckSame(cell.domain->t_s.value(), *diagnosis.domain.t_s);
 }
 
 TEST_CASE(
@@ -127,7 +138,7 @@ TEST_CASE(
   CHECK(cell.effects[0].id == "joint_offset");
   REQUIRE(cell.sessions.size() == 1);
   CHECK(cell.sessions[0].id == "2");
-  CHECK(cell.domain->payload_kg->high == 80);
+  CHECK(cell.domain->payload_kg->Hull().high == 80);
   CHECK(text.find("93.0") == std::string::npos);
   CHECK(text.find("# frames of spring\n") != std::string::npos);
   CHECK(text.find(tool_comment) != std::string::npos);
@@ -142,7 +153,7 @@ TEST_CASE(
     const model::CellModel kept = Read(Corrected(original, Diagnosis{}));
     REQUIRE(kept.sessions.size() == 1);
     CHECK(kept.sessions[0].id == "1");
-    CHECK(kept.domain->payload_kg->high == 1);
+    CHECK(kept.domain->payload_kg->Hull().high == 1);
   }
 }
 
@@ -267,9 +278,6 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   q << 0.1, -0.2, 0.3, -0.4, 0.5, -0.6;
   diagnosis.domain.poses = {q, 2 * q};
   diagnosis.domain.reach_rad = 0.25;
-  model::JointVector weights = model::JointVector::Zero(6);
-  weights.segment(1, 2) << 0.6, -0.8;
-  diagnosis.domain.combinations = {{weights, {-0.1, 0.2}}};
   diagnosis.domain.covariance_share = 0.5;
   diagnosis.domain.declared_sigma_m = 7e-4;
   const std::string written = Corrected(original, diagnosis);
@@ -277,10 +285,6 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   CHECK(domain.as_validated);
   CHECK(*domain.distant_sigma_m == Approx(2e-4));
   CHECK(domain.reach_rad == 0.25);
-  REQUIRE(domain.combinations.size() == 1);
-  CHECK((domain.combinations[0].weights - weights).norm() < 1e-12);
-  CHECK(domain.combinations[0].range.low == Approx(-0.1).margin(1e-6));
-  CHECK(domain.combinations[0].range.high == Approx(0.2).margin(1e-6));
   CHECK(domain.covariance_share == 0.5);
   CHECK(*domain.declared_sigma_m == Approx(7e-4));
   REQUIRE(domain.poses.size() == 2);

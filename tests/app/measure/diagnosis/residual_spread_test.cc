@@ -1,4 +1,4 @@
-// Variance model of held-out errors near the measured poses and far from them.
+// Variance model of held-out errors near the measured rows and far from them.
 #include "app/measure/diagnosis/residual_spread.h"
 
 #include <catch2/catch.hpp>
@@ -47,6 +47,7 @@ HeldOut Drawn(const std::string& by, double near_m, double distant_m, double low
   }
   scheme.predicted.assign(kRows, true);
   scheme.reach.assign(kRows, 0.0);
+  scheme.beyond.assign(kRows, BeyondRanges::Zero());
   return scheme;
 }
 
@@ -63,22 +64,75 @@ ResidualSpread Spread(const Validation& validation, Correction correction = Corr
   return SpreadOf(validation, Problem(), correction).value();
 }
 
+double Growth(const ResidualSpread& spread, Input input) {
+  return spread.growth_m[static_cast<int>(input)];
+}
+
 }  // namespace
 
-TEST_CASE(
-    "the growth with the distance is estimated, and widened by Student's factor for five regions") {
-  constexpr double kWidened = 1.3115;  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
+TEST_CASE("the growth with the distance is estimated, of the correction or without it") {
   const ResidualSpread spread = Spread(Drawn(1e-4, 3e-4));
-  CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
-  CHECK(spread.distant_m == Approx(kWidened * 3e-4).epsilon(0.1));
+  CHECK(spread.near_m == Approx(1e-4).epsilon(0.2));
+  CHECK(spread.distant_m == Approx(3e-4).epsilon(0.1));
   const ResidualSpread declared = Spread(Drawn(1e-4, 3e-4), Correction::kNone);
-  CHECK(declared.distant_m == Approx(2 * spread.distant_m).epsilon(0.01));
+  CHECK(declared.distant_m == Approx(2 * spread.distant_m).epsilon(0.1));
+}
+
+TEST_CASE("the growth along an input that no fold tests is the prior's") {
+  // All components are widened alike.
+  const Validation validation = Drawn(1e-4, 0);
+  const ResidualSpread confirmed = Spread(validation);
+  double declared_m2 = 0;  // of the declared model on one axis, in the held-out regions
+  for (const Vec3& before : validation.schemes[1].before)
+    declared_m2 += before.squaredNorm() / (3 * kRows);
+  const ResidualSpread fading = Spread(validation, Correction::kFading);
+  for (const Input input : {Input::kTorque, Input::kPayload, Input::kTemperature, Input::kTime}) {
+    CHECK(Growth(confirmed, input) >= kSigma_m);  // a confirmed law extrapolates within the noise
+    CHECK(Growth(confirmed, input) < 1.2 * kSigma_m);
+    CHECK(Growth(fading, input) / fading.declared_m.value() ==
+          Approx(std::sqrt(1 + kSigma_m * kSigma_m / declared_m2)));
+  }
+}
+
+TEST_CASE("held-out rows beyond an input's range override the prior, along this input only") {
+  constexpr double kGrowth_m = 5e-4;
+  const auto beyond = [](int every) {
+    Validation validation = Drawn(1e-4, 0);
+    HeldOut& regions = validation.schemes[1];
+    for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
+      if (row.value() % every != 0) continue;
+      regions.beyond[row][static_cast<int>(Input::kPayload)] = 1;
+      regions.after[row] *= std::hypot(1e-4, kGrowth_m) / 1e-4;
+    }
+    return Spread(validation);
+  };
+  const ResidualSpread tested = beyond(1);
+  CHECK(Growth(tested, Input::kPayload) > 0.9 * kGrowth_m);
+  CHECK(Growth(tested, Input::kPayload) < 1.2 * kGrowth_m);
+  CHECK(Growth(tested, Input::kTorque) < 1.3 * kSigma_m);
+  CHECK(tested.near_m < 1.3e-4);
+  // A single fold weighs as much as the prior: the growth is halfway between both variances.
+  const ResidualSpread once = beyond(5);
+  const double widened = Growth(once, Input::kTorque) / kSigma_m;
+  CHECK(Growth(once, Input::kPayload) / widened ==
+        Approx(std::sqrt((kGrowth_m * kGrowth_m + kSigma_m * kSigma_m) / 2)).epsilon(0.2));
+}
+
+TEST_CASE("along time, the error of an answer that drifts grows by the drift at least") {
+  constexpr double kDrift_m = 3e-4;
+  const ResidualSpread still = Spread(Drawn(1e-4, 0));
+  const ResidualSpread drifting =
+      SpreadOf(Drawn(1e-4, 0), Problem(), Correction::kWritten, kDrift_m).value();
+  CHECK(Growth(still, Input::kTime) == Approx(Growth(still, Input::kTemperature)));
+  CHECK(Growth(drifting, Input::kTemperature) == Approx(Growth(still, Input::kTemperature)));
+  CHECK(Growth(drifting, Input::kTime) / Growth(drifting, Input::kTemperature) ==
+        Approx(std::hypot(kSigma_m, kDrift_m / std::sqrt(3)) / kSigma_m));
 }
 
 TEST_CASE("errors that do not grow give a constant spread, never below the noise") {
   const ResidualSpread spread = Spread(Drawn(1e-4, 0));
   CHECK(spread.near_m == Approx(1e-4).epsilon(0.1));
-  CHECK(spread.distant_m < 0.4 * spread.near_m);
+  CHECK(spread.distant_m < 0.6 * spread.near_m);
   CHECK(Spread(Drawn(1e-5, 0)).near_m == Approx(kSigma_m));
 }
 
