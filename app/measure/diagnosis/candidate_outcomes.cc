@@ -67,30 +67,12 @@ std::string OutcomeText(const CandidateOutcome& considered, const std::vector<Ri
                      PercentText(considered.signal_share));
 }
 
-/// Adds a note on effects that are easily confused with the findings, but that these rows cannot
-/// test.
-void NoteUntested(const Candidates& candidates, Diagnosis& diagnosis) {
-  std::vector<std::string> untested;
-  for (const ExcludedCandidate& excluded : candidates.excluded) {
-    const auto confused = [&](const Finding& finding) {
-      const auto& ids = finding.effect.term.effect->traits().confused_with;
-      return std::ranges::find(ids, excluded.id) != ids.end();
-    };
-    if (!excluded.real || std::ranges::none_of(diagnosis.findings, confused)) {
-      continue;
-    }
-    untested.push_back(fmt::format("{} ({})", EffectName(excluded.id), excluded.reason));
-  }
-  if (untested.empty()) return;
-  diagnosis.notes.push_back(
-      fmt::format("easily confused with the named effects, but not testable with these rows: {}",
-                  Listed(untested)));
-}
-
 }  // namespace
 
-void AddCandidateOutcomes(const FindingsContext& context, const Candidates& candidates,
-                          Diagnosis& diagnosis) {
+std::vector<CandidateOutcome> CandidateOutcomes(const FindingsContext& context,
+                                                const Candidates& candidates,
+                                                const std::vector<Rival>& rivals) {
+  std::vector<CandidateOutcome> outcomes;
   const std::map<std::string, double> best_with = BestScores(context);
   const std::vector<std::string> taken = EffectIds(context.candidate_set, context.best);
   // Elimination by nonlinear refits may leave the answer with a worse score in the linear search.
@@ -106,19 +88,18 @@ void AddCandidateOutcomes(const FindingsContext& context, const Candidates& cand
       considered.evidence_gap = context.ranked.back().score - best;
       considered.gap_is_lower_bound = true;
     }
-    considered.reason = OutcomeText(considered, diagnosis.rivals);
-    diagnosis.considered.push_back(considered);
+    considered.reason = OutcomeText(considered, rivals);
+    outcomes.push_back(considered);
   }
-  NoteUntested(candidates, diagnosis);
   for (const ExcludedCandidate& missing : candidates.excluded) {
-    CandidateOutcome& considered = diagnosis.considered.emplace_back();
+    CandidateOutcome& considered = outcomes.emplace_back();
     considered.id = missing.id;
     considered.reason = missing.reason;
   }
-  std::ranges::stable_sort(diagnosis.considered,
-                           [](const CandidateOutcome& a, const CandidateOutcome& b) {
-                             return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
-                           });
+  std::ranges::stable_sort(outcomes, [](const CandidateOutcome& a, const CandidateOutcome& b) {
+    return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
+  });
+  return outcomes;
 }
 
 }  // namespace plumbline::measure

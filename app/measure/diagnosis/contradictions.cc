@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/measure/diagnosis/explanation_checks.h"
+#include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -193,10 +193,10 @@ bool TestedReferences::CorrectionIsUseful(double rms_before_m) const {
   return with_effects_m < kUseful * declared_m && largest_m < kUseful * rms_before_m;
 }
 
-void CheckContradictions(const TestedReferences& tested, Diagnosis& diagnosis) {
-  diagnosis.references = tested.references;
-  const std::vector<Contradiction>& contradicting = diagnosis.references.contradicting;
-  if (diagnosis.references.tested == 0) return;
+Opinion OpinionOnContradictions(const TestedReferences& tested, const Diagnosis& diagnosis) {
+  Opinion opinion;
+  const std::vector<Contradiction>& contradicting = tested.references.contradicting;
+  if (tested.references.tested == 0) return opinion;
   ExplanationCheck check;
   check.name = "contradictions";
   check.figure = static_cast<double>(contradicting.size());
@@ -205,23 +205,22 @@ void CheckContradictions(const TestedReferences& tested, Diagnosis& diagnosis) {
                        ? fmt::format(
                              "all {} declared distances and places in use that other data can "
                              "test agree with it",
-                             diagnosis.references.tested)
+                             tested.references.tested)
                        : Sentences(contradicting);
-  diagnosis.checks.push_back(check);
-  if (check.passed) return;
-  const std::string advice = "; measure it again; if it is right, the model lacks something";
+  opinion.checks.push_back(check);
+  if (check.passed) return opinion;
   if (diagnosis.findings.empty()) {
-    diagnosis.verdict = Verdict::kUnknown;
-    return;
+    opinion.permits = Verdict::kUnknown;
+    return opinion;
   }
+  const std::string reason = "a declared value contradicts the model: " + check.sentence;
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
-    diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
-                                "a declared value contradicts the model: " + check.sentence});
+    opinion.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term), reason});
   }
-  if (diagnosis.withheld.empty() && !tested.CorrectionIsUseful(diagnosis.rms_before_m)) {
-    diagnosis.withheld = "a declared value contradicts the model: " + check.sentence + advice;
-  }
+  if (!tested.CorrectionIsUseful(diagnosis.rms_before_m))
+    opinion.withheld = reason + "; measure it again; if it is right, the model lacks something";
+  return opinion;
 }
 
 Result<Diagnosis> SetAsideContradictions(

@@ -6,6 +6,7 @@
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
 
@@ -35,10 +36,10 @@ struct TestedReferences {
 /// @return  an error if a deflected posture does not converge
 Result<TestedReferences> TestReferences(const Identified& found);
 
-/// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
-/// contradicts, each finding is doubtful, and the correction is withheld unless it is useful
-/// nevertheless (CorrectionIsUseful); without findings the verdict is `unknown`.
-void CheckContradictions(const TestedReferences& tested, Diagnosis& diagnosis);
+/// The check `contradictions` of the whole answer. If a reference contradicts, each finding is
+/// doubtful, and the correction is withheld unless it is useful nevertheless (CorrectionIsUseful);
+/// without findings the answer is `unknown`.
+Opinion OpinionOnContradictions(const TestedReferences& tested, const Diagnosis& diagnosis);
 
 /// A diagnosis whose model is identified and tested against the references, but not validated yet.
 class Attempt {

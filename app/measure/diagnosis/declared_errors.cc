@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/explanation_checks.h"
+#include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/support_fit.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "firmware-like/geometry/units.h"
@@ -255,21 +255,6 @@ FitProblem WithRejectedTouches(FitProblem fit) {
   return fit;
 }
 
-/// Doubts the findings that the error would replace, and withholds the correction.
-void AddDoubts(const DeclaredError& error, const std::string& sentence, const Identified& found,
-               Diagnosis& diagnosis) {
-  for (const Finding& finding : diagnosis.findings) {
-    const auto& replaced = error.instead_of;
-    if (std::ranges::find(replaced, KeyOfFinding(finding)) == replaced.end()) continue;
-    diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term), sentence});
-  }
-  if (diagnosis.withheld.empty()) {
-    const Dataset& data = found.fit.data;
-    diagnosis.withheld = fmt::format("either {}, or the named effects act: {}, and diagnose again",
-                                     TextOf(error, data), RemedyOf(error, data));
-  }
-}
-
 const char* CheckOf(What what) {
   switch (what) {
     case What::kItemMass:
@@ -359,32 +344,37 @@ std::string SentenceOf(const DeclaredError& error, const Identified& found) {
   return text + fmt::format("; as declared, the rows would need {}", Listed(instead_of));
 }
 
-void CheckDeclarations(const DeclaredErrorSearch& search, const Identified& found,
-                       Diagnosis& diagnosis) {
+Opinion OpinionOnDeclarations(const DeclaredErrorSearch& search, const Identified& found,
+                              const std::vector<Finding>& findings) {
+  Opinion opinion;
   const std::optional<DeclaredError>& error = search.likeliest;
-  if (diagnosis.findings.empty()) return;
+  if (findings.empty()) return opinion;
   const auto add = [&](const char* name, const std::string& sentence) {
-    ExplanationCheck& check = diagnosis.checks.emplace_back();
+    ExplanationCheck& check = opinion.checks.emplace_back();
     check.name = name;
     check.passed = !error;
     check.figure = error ? 1 : 0;
     check.sentence = sentence;
   };
   const Dataset& data = found.fit.data;
-  if (error) {
-    const std::string sentence =
-        fmt::format("these rows are explained as well if {}", TextOf(*error, data));
-    add(CheckOf(error->kind.what), sentence);
-    AddDoubts(*error, sentence, found, diagnosis);
-    return;
+  if (!error) {
+    if (TestsTips(data))
+      add("tool_tips", "no wrong tip of a tool and no turned orientation fits as well");
+    if (search.tested_items) add("payload_items", "no wrong mass of a payload item fits as well");
+    if (search.tested_moves) add("artefact_moves", "no artefact that moved fits as well");
+    return opinion;
   }
-  if (TestsTips(data)) {
-    add("tool_tips", "no wrong tip of a tool and no turned orientation fits as well");
+  const std::string sentence =
+      fmt::format("these rows are explained as well if {}", TextOf(*error, data));
+  add(CheckOf(error->kind.what), sentence);
+  for (const Finding& finding : findings) {
+    const auto& replaced = error->instead_of;
+    if (std::ranges::find(replaced, KeyOfFinding(finding)) == replaced.end()) continue;
+    opinion.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term), sentence});
   }
-  if (search.tested_items) {
-    add("payload_items", "no wrong mass of a payload item fits as well");
-  }
-  if (search.tested_moves) add("artefact_moves", "no artefact that moved fits as well");
+  opinion.withheld = fmt::format("either {}, or the named effects act: {}, and diagnose again",
+                                 TextOf(*error, data), RemedyOf(*error, data));
+  return opinion;
 }
 
 }  // namespace plumbline::measure

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "app/measure/diagnosis/declared_error_columns.h"
-#include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
 
@@ -50,10 +50,10 @@ DeclaredErrorSearch SearchDeclaredErrors(const Identified& found, bool with_move
 /// The mistake and its remedy.
 std::string SentenceOf(const DeclaredError& error, const Identified& found);
 
-/// Adds the checks `tool_tips`, `payload_items` and `artefact_moves` of findings whose rows can
-/// show such an error. If there is one, adds only the check that it fails, doubts the findings that
-/// it would replace, and withholds the correction.
-void CheckDeclarations(const DeclaredErrorSearch& search, const Identified& found,
-                       Diagnosis& diagnosis);
+/// The checks `tool_tips`, `payload_items` and `artefact_moves` of findings whose rows can show
+/// such an error. If there is one: only the check that it fails, a doubt of each finding that it
+/// would replace, and the correction is withheld.
+Opinion OpinionOnDeclarations(const DeclaredErrorSearch& search, const Identified& found,
+                              const std::vector<Finding>& findings);
 
 }  // namespace plumbline::measure

@@ -7,7 +7,6 @@
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/diagnosis_steps.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
@@ -51,16 +50,17 @@ bool Absorbed(const LinearProblem& problem, Eigen::MatrixXd columns) {
   return columns.norm() <= kAbsorbed * before;
 }
 
-/// Adds the frames and the scale that rows on artefacts leave free:
+/// The frames and the scale that rows on artefacts leave free:
 ///   base_frame  no instrument and no artefact of known position relates the robot's base to W
 ///   scale       all lengths of the arm change in proportion, and unknown positions with them
-void AddFreeOfArtefacts(const LinearProblem& problem, Diagnosis& diagnosis) {
+std::vector<NotObservable> FreeOfArtefacts(const LinearProblem& problem) {
+  std::vector<NotObservable> free;
   const Dataset& data = problem.data();
-  if (data.instrument_used()) return;
+  if (data.instrument_used()) return free;
   Eigen::MatrixXd base(problem.response().size(), 3);
   for (int axis = 0; axis < 3; ++axis) base.col(axis) = problem.Carrier(I::kBase + axis);
   if (data.frames_free() && Absorbed(problem, base)) {  // otherwise it is an effect like any other
-    diagnosis.not_observable.push_back(
+    free.push_back(
         {"base_frame",
          {},
          {},
@@ -68,13 +68,14 @@ void AddFreeOfArtefacts(const LinearProblem& problem, Diagnosis& diagnosis) {
          "place of three artefacts, or measure with an instrument"});
   }
   if (Absorbed(problem, ScaleColumn(problem))) {
-    diagnosis.not_observable.push_back(
+    free.push_back(
         {"scale",
          {},
          {},
          "if all lengths of the arm change in proportion, unknown places change with them: give a "
          "[[distance]] between two artefacts, or the places of two"});
   }
+  return free;
 }
 
 /// Joint, parameter spec and second joint of a size.
@@ -116,16 +117,9 @@ std::optional<NotObservable> UndetectableSizes(const std::string& id, const Dete
   return sizes;
 }
 
-/// "joint offset (q1, q6)"; the name alone if no size of the effect is detectable.
-std::string UndetectableText(const NotObservable& sizes, const Detectability& found) {
-  if (found.limit_m == 0) return EffectName(sizes.id);
-  return fmt::format("{} ({})", EffectName(sizes.id), fmt::join(sizes.parameters, ", "));
-}
-
 }  // namespace
 
-void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
-                   Diagnosis& diagnosis) {
+DetectionLimits DetectionLimitsOf(const CandidateSet& candidate_set, const Candidates& candidates) {
   std::map<std::string, double> costs;
   for (const BlockIndex b : candidate_set.blocks().indices()) {
     double& cost = costs[candidate_set.blocks()[b].id];
@@ -147,20 +141,13 @@ void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidat
       Add(all_shapes, all_shapes.Add(block), costs[id], effects[id]);
     }
   }
-  AddFreeOfArtefacts(candidate_set.problem(), diagnosis);
-  std::vector<std::string> undetectable;
+  DetectionLimits limits;
+  limits.not_observable = FreeOfArtefacts(candidate_set.problem());
   for (const auto& [id, found] : effects) {
-    if (found.limit_m > 0) diagnosis.minimum_detectable_m[id] = found.limit_m;
-    const std::optional<NotObservable> sizes = UndetectableSizes(id, found);
-    if (!sizes) continue;
-    undetectable.push_back(UndetectableText(*sizes, found));
-    diagnosis.not_observable.push_back(*sizes);
+    if (found.limit_m > 0) limits.minimum_detectable_m[id] = found.limit_m;
+    if (auto sizes = UndetectableSizes(id, found)) limits.not_observable.push_back(*sizes);
   }
-  if (undetectable.empty()) return;
-  diagnosis.notes.push_back(fmt::format(
-      "not detectable in these rows at any size plausible for a healthy machine (absorbed by free "
-      "frames, short lever arms or joints that hardly move): {}",
-      fmt::join(undetectable, ", ")));
+  return limits;
 }
 
 }  // namespace plumbline::measure

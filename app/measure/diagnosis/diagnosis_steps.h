@@ -2,8 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/diagnosis_stages.h"
@@ -53,17 +55,21 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
 
 // Detection limits: the smallest detectable value of each effect, and what the rows cannot show.
 
-/// Adds to `diagnosis.minimum_detectable_m` the smallest 3-D RMS displacement over the rows [m] at
-/// which an effect is detected with power 0.9, in the worst case over its joints, directions and
-/// variants:
+/// What the rows can show: the smallest detectable size of each effect, and what they cannot show.
+struct DetectionLimits {
+  std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by id
+  std::vector<NotObservable> not_observable;
+};
+
+/// The smallest 3-D RMS displacement over the rows [m] at which an effect is detected with power
+/// 0.9, in the worst case over its joints, directions and variants:
 ///   size = max over columns of (sqrt(cost) + 1.28) rms(column) / |projected column|
 /// where the column is whitened and projected orthogonally to the free frames, and `cost` is the
 /// score that naming the effect costs (for a searched shape, including the search over all shapes).
 /// A joint or direction that would require a value beyond the plausible range is undetectable: it
-/// is excluded from the maximum and named in a note. Of the shapes, those that the search proposed
-/// are evaluated, and one and two cycles per turn of every joint.
-void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
-                   Diagnosis& diagnosis);
+/// is excluded from the maximum and is not observable. Of the shapes, those that the search
+/// proposed are evaluated, and one and two cycles per turn of every joint.
+DetectionLimits DetectionLimitsOf(const CandidateSet& candidate_set, const Candidates& candidates);
 
 // Other recorded signals that could drive an empirical term equally well.
 
@@ -99,9 +105,11 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
 void AddDomain(const Task& task, const Identified& found, const FittedModel& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis);
 
-/// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains
-/// alone and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
-void AddCandidateOutcomes(const FindingsContext& context, const Candidates& candidates,
-                          Diagnosis& diagnosis);
+/// Every effect of the catalogue with the share that it explains alone and the reason why it was
+/// selected or rejected.
+/// @param rivals  of the answer
+std::vector<CandidateOutcome> CandidateOutcomes(const FindingsContext& context,
+                                                const Candidates& candidates,
+                                                const std::vector<Rival>& rivals);
 
 }  // namespace plumbline::measure

@@ -5,86 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/references.h"
+#include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
-namespace {
-
-/// The effects of the answer that are still worth their cost with this reference unknown.
-Result<std::vector<SelectedEffect>> EffectsWithout(const Identified& found,
-                                                   const Reference& reference, int threads) {
-  Dataset data = found.fit.data;
-  data.cell = Without(reference, std::move(data.cell));
-  // Declared values of an artefact determine which of its constants are free.
-  Result<Linearisation> linear = reference.distance ? Result<Linearisation>(*found.linear)
-                                                    : LineariseApart(data, found.model, threads);
-  if (!linear) return linear.failure();
-  const FitProblem fit = found.fit.WithData(data);
-  const LinearProblem problem(fit, std::make_shared<const Linearisation>(std::move(linear).value()),
-                              found.model);
-  CandidateSet candidate_set(problem);
-  std::vector<BlockIndex> support;
-  for (const BlockIndex block : found.best.blocks) {
-    support.push_back(candidate_set.Add(found.candidate_set->blocks()[block]));
-  }
-  return SelectedEffects(candidate_set, candidate_set.Evaluate(support));
-}
-
-}  // namespace
-
-Result<void> CheckReferences(const Identified& found, int threads, bool useful,
-                             Diagnosis& diagnosis) {
-  if (diagnosis.findings.empty()) return {};
-  const std::vector<Reference> references = ReferencesOf(found.fit.data);
-  if (references.empty()) return {};
-  std::vector<std::vector<SelectedEffect>> kept;
-  for (const Reference& reference : references) {
-    Result<std::vector<SelectedEffect>> effects = EffectsWithout(found, reference, threads);
-    if (!effects) return effects.failure();
-    kept.push_back(std::move(effects).value());
-  }
-  for (const Finding& finding : diagnosis.findings) {
-    const effects::EffectTerm& term = finding.effect.term;
-    if (!term.drivers.empty()) continue;  // an empirical curve names no cause
-    const EffectKey key = KeyOfFinding(finding);
-    std::vector<std::string> needed;
-    for (std::size_t k = 0; k < references.size(); ++k) {
-      if (!SelectedWhole(kept[k], finding))
-        needed.push_back(NameOf(references[k], found.fit.data.cell));
-    }
-    ExplanationCheck check;
-    check.name = "references";
-    check.effect = key.id;
-    check.figure = static_cast<double>(needed.size());
-    check.passed = needed.empty();
-    check.sentence =
-        needed.empty()
-            ? "the rows show this effect without any single declared distance or place"
-            : fmt::format(
-                  "rests on {}: with it unknown, the rows do not show this effect in all "
-                  "of its joints, so a wrong value there has the same consequence",
-                  fmt::join(needed, ", and on "));
-    diagnosis.checks.push_back(check);
-    if (check.passed) continue;
-    diagnosis.doubts.push_back({key.id, ScopeOf(term), check.sentence});
-    if (!diagnosis.withheld.empty() || useful) continue;
-    diagnosis.withheld = fmt::format(
-        "{} {}; confirm that value, or declare another distance or place", key.id, check.sentence);
-  }
-  return {};
-}
-
-EffectKey KeyOfFinding(const Finding& finding) {
-  return {std::string(finding.effect.term.effect->traits().id),
-          std::string(finding.effect.term.word)};
-}
-
 bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& finding) {
   const auto selected = std::ranges::find_if(
       fold, [key = KeyOfFinding(finding)](const SelectedEffect& one) { return one.key == key; });
@@ -414,45 +344,71 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
   return static_cast<double>(count) / static_cast<double>(folds.size());
 }
 
-void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {
-  bool sound = true, within_noise = true;
-  if (auto noise = NoiseCheck(evidence)) {
-    const KnownNoise known(evidence.problem.data);
-    within_noise = noise->passed;
-    // What a data sheet states may be exceeded, but not far.
-    sound = within_noise || evidence.residual_sigma_m <= kUnexplainedNoiseRatio * known.sigma_m;
-    if (!within_noise && !known.repeats) diagnosis.declared_noise_too_small = true;
-    diagnosis.checks.push_back(*std::move(noise));
-    if (!sound) diagnosis.verdict = Verdict::kUnknown;
-  }
-  if (diagnosis.findings.empty()) return;
+namespace {
+
+/// Whether noise accounts for the residual. What a data sheet states may be exceeded, but not far.
+Opinion OpinionOnNoise(const ExplanationEvidence& evidence, const Diagnosis& diagnosis) {
+  Opinion opinion;
+  const auto noise = NoiseCheck(evidence);
+  if (!noise) return opinion;
+  opinion.checks.push_back(*noise);
+  if (noise->passed) return opinion;
+  const KnownNoise known(evidence.problem.data);
+  opinion.noise_too_small = !known.repeats;
+  if (!diagnosis.findings.empty()) opinion.permits = Verdict::kAmbiguous;
+  if (evidence.residual_sigma_m > kUnexplainedNoiseRatio * known.sigma_m)
+    opinion.permits = Verdict::kUnknown;
+  return opinion;
+}
+
+/// The checks of each finding; one that fails any of them is doubtful.
+Opinion OpinionOnFindings(const ExplanationEvidence& evidence, const Diagnosis& diagnosis) {
+  Opinion opinion;
+  if (diagnosis.findings.empty()) return opinion;
   const std::optional<ExplanationCheck> gain = HeldOutGainCheck(diagnosis);
-  if (gain) diagnosis.checks.push_back(*gain);
+  if (gain) opinion.checks.push_back(*gain);
   const Dataset& data = evidence.problem.data;
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
-    std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
+    std::vector<std::string> failed = CheckFinding(evidence, finding, opinion.checks);
     if (failed.empty() && gain && !gain->passed && IsUnsupported(finding, data, diagnosis)) {
       failed.push_back((finding.implausible.empty() ? "" : finding.implausible + ", and ") +
                        "held-out points are predicted no better than by the declared model");
     }
     if (failed.empty()) continue;
-    diagnosis.doubts.push_back(
+    opinion.doubts.push_back(
         {KeyOfFinding(finding).id, ScopeOf(finding.effect.term), Listed(failed)});
   }
+  return opinion;
+}
+
+/// An answer that fails the check leaves a part of the residual unexplained.
+Opinion OpinionOfCheck(ExplanationCheck check) {
+  Opinion opinion;
+  if (!check.passed) opinion.permits = Verdict::kUnknown;
+  opinion.checks.push_back(std::move(check));
+  return opinion;
+}
+
+Opinion OpinionOnHeldOutError(const ExplanationEvidence& evidence, const Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return {};
   const HeldOutRatio found = HeldOutOverNoise(evidence, diagnosis.findings);
-  if (found.clusters > 0) {
-    diagnosis.checks.push_back(HeldOutCheck(evidence, found));
-    sound = sound && diagnosis.checks.back().passed;
+  return found.clusters > 0 ? OpinionOfCheck(HeldOutCheck(evidence, found)) : Opinion();
+}
+
+Opinion OpinionOnDiscrepancy(const ExplanationEvidence& evidence, const Diagnosis& diagnosis) {
+  return diagnosis.findings.empty() ? Opinion() : OpinionOfCheck(DiscrepancyCheck(evidence));
+}
+
+}  // namespace
+
+void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {
+  std::vector<Opinion> opinions;
+  for (const auto critic :
+       {OpinionOnNoise, OpinionOnFindings, OpinionOnHeldOutError, OpinionOnDiscrepancy}) {
+    opinions.push_back(critic(evidence, diagnosis));
   }
-  diagnosis.checks.push_back(DiscrepancyCheck(evidence));
-  sound = sound && diagnosis.checks.back().passed;
-  if (!sound) {
-    diagnosis.verdict = Verdict::kUnknown;
-  } else if ((!diagnosis.doubts.empty() || !within_noise) &&
-             diagnosis.verdict == Verdict::kExplained) {
-    diagnosis.verdict = Verdict::kAmbiguous;
-  }
+  Fold(std::move(opinions), diagnosis);
 }
 
 }  // namespace plumbline::measure

@@ -3,22 +3,9 @@
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/held_out.h"
-#include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
-
-// Check whether a finding rests on a single declared length of the artefacts.
-
-/// A [[distance]] or the declared position, direction and radius of an artefact are references:
-/// rows on artefacts are compared with them. Repeats the evaluation of the named effects with each
-/// reference in turn treated as unknown. If a finding is then no longer worth its cost, an error of
-/// that one value would have the same consequence as the effect, and nothing in the data
-/// contradicts it: the check `references` of the finding fails, the finding is doubtful, and the
-/// correction is withheld unless it is `useful` nevertheless
-/// (TestedReferences::CorrectionIsUseful).
-/// @param found  the answer whose findings are in `diagnosis`
-Result<void> CheckReferences(const Identified& found, int threads, bool useful,
-                             Diagnosis& diagnosis);
 
 /// Input of the checks in addition to the findings.
 struct ExplanationEvidence {
@@ -42,9 +29,6 @@ struct HeldOutRatio {
 HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
                               const std::vector<Finding>& findings);
 
-/// Id and variant of a finding.
-EffectKey KeyOfFinding(const Finding& finding);
-
 /// True if a search selected the finding's effect with all of its joints.
 bool SelectedWhole(const std::vector<SelectedEffect>& selected, const Finding& finding);
 
@@ -52,10 +36,10 @@ bool SelectedWhole(const std::vector<SelectedEffect>& selected, const Finding& f
 /// no fold was searched.
 std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding);
 
-/// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that
-/// fails a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to
-/// `ambiguous`. If the answer as a whole fails, part of the residual is unexplained and the verdict
-/// is `unknown`. Without a finding, only the residual is compared with the noise.
+/// Folds the opinions of the critics of a validated answer: the noise, each finding, the held-out
+/// error and the discrepancy model. A finding that fails a check is doubtful. If the answer as a
+/// whole fails, part of the residual is unexplained and the verdict is `unknown`. Without a
+/// finding, only the residual is compared with the noise.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
 }  // namespace plumbline::measure

@@ -374,6 +374,11 @@ bool HasUsableCovariance(const Finding& finding) {
           written.covariance.cwiseAbs().maxCoeff() < kLargestVariance);
 }
 
+EffectKey KeyOfFinding(const Finding& finding) {
+  return {std::string(finding.effect.term.effect->traits().id),
+          std::string(finding.effect.term.word)};
+}
+
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
   const double freedom = std::max(1.0, context.candidate_set.problem().freedom() -
                                            static_cast<double>(context.best.columns.size()));

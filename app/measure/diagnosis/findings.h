@@ -54,6 +54,9 @@ struct FindingsContext {
 /// determine a parameter at all.
 bool HasUsableCovariance(const Finding& finding);
 
+/// Id and variant of a finding.
+EffectKey KeyOfFinding(const Finding& finding);
+
 /// Adds the effects with values, covariance, p-values and plausibility, and the correlation of all
 /// their parameters.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);

@@ -445,4 +445,9 @@ Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, in
   return apart;
 }
 
+double ParametersOf(const Identified& found, const Dataset& data) {
+  const Nuisances nuisances(data);
+  return static_cast<double>(found.best.columns.size()) + nuisances.size() - nuisances.equations();
+}
+
 }  // namespace plumbline::measure

@@ -40,6 +40,10 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const std::function<void(double, const std::string&)>& progress,
                             std::size_t most = kMaxBlocks);
 
+/// Number of parameters fitted to the rows: of the named effects, free frames and positions of
+/// artefacts, minus what is known about the positions.
+double ParametersOf(const Identified& found, const Dataset& data);
+
 /// Residuals of the model with the gradients of the arm without added effects. The columns of an
 /// effect are thus independent of the other effects, and the working response y = residual + (d
 /// prediction / d influence) influence contains the nonlinear part of the model.

@@ -1,11 +1,14 @@
 #include "app/measure/diagnosis/load_direction.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -161,6 +164,46 @@ std::optional<LoadDirection> LargestLoadDirection(const Identified& found) {
   }
   if (largest) largest->tested = std::move(tested);
   return largest;
+}
+
+namespace {
+
+ExplanationCheck LoadDirectionCheck(const LoadDirection& found) {
+  ExplanationCheck check;
+  check.name = "load_direction";
+  check.effect = found.effect;
+  check.figure = found.t;
+  check.limit = found.limit;
+  check.passed = !found.significant();
+  std::vector<std::string> axes;
+  axes.reserve(found.tested.size());
+  for (const int joint : found.tested) axes.push_back(std::to_string(joint + 1));
+  check.sentence = fmt::format(
+      "the residual does not follow the size of the gravity torque of axis {} (largest t = {:.1f}, "
+      "limit {:.1f}); an axis whose torque has one direction in all rows is not tested",
+      Listed(axes), found.t, found.limit);
+  if (check.passed) return check;
+  check.sentence = fmt::format(
+      "axis {0}: the residual follows the size of its gravity torque (t = {1:.1f}, at most {2:.1f} "
+      "by chance), as if it yielded by {3:.2g} rad/(N m) under a positive torque and by {4:.2g} "
+      "under a negative one; a compliance that depends on the direction of the load, or "
+      "friction on arrivals from one side, would do this",
+      found.joint + 1, found.t, found.limit, found.positive, found.negative);
+  return check;
+}
+
+}  // namespace
+
+Opinion OpinionOnLoadDirection(const Identified& found) {
+  const auto direction = LargestLoadDirection(found);
+  if (!direction) return {};
+  Opinion opinion;
+  opinion.checks.push_back(LoadDirectionCheck(*direction));
+  if (!direction->significant()) return opinion;
+  opinion.notes.push_back(opinion.checks.back().sentence);
+  opinion.drivers = {fmt::format("tau{}_Nm", direction->joint + 1)};
+  opinion.permits = Verdict::kUnknown;
+  return opinion;
 }
 
 }  // namespace plumbline::measure

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
 
@@ -35,5 +36,9 @@ struct LoadDirection {
 /// The joint with the largest t among the revolute joints with a named compliance; nullopt if there
 /// is none, or if the rows cannot show a for any of them.
 std::optional<LoadDirection> LargestLoadDirection(const Identified& found);
+
+/// The check `load_direction`, if a compliance is named. If it fails, one compliance does not
+/// explain the joint's deflection: the answer is `unknown`.
+Opinion OpinionOnLoadDirection(const Identified& found);
 
 }  // namespace plumbline::measure

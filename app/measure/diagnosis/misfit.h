@@ -6,7 +6,10 @@
 #include <string>
 
 #include "app/measure/diagnosis/dataset.h"
+#include "app/measure/diagnosis/diagnosis_stages.h"
+#include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/linearisation.h"
+#include "app/measure/diagnosis/opinion.h"
 #include "app/measure/diagnosis/row_condition.h"
 
 namespace plumbline::measure {
@@ -85,5 +88,9 @@ std::optional<LargerUnderCondition> FindLargerUnderCondition(const Dataset& data
 /// or if the order of the rows is unknown.
 std::optional<LargerResiduals> FindLargerForAWhile(const Dataset& data,
                                                    const PerRow<double>& sizes);
+
+/// Rows under a condition that were rejected, or whose residuals are larger: what acts there is
+/// unknown. Loads of gravity are considered up to the number of rows that are searched.
+Opinion OpinionOnMisfit(const Identified& identified, const FitOfAllRows& fit);
 
 }  // namespace plumbline::measure

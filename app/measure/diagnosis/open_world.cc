@@ -118,8 +118,7 @@ std::vector<SignalIndex> DriversOf(const Dataset& data, const Block& block) {
 /// Rivals of the answer in a candidate set of its own, so that what is tried leaves no trace.
 class OpenRivals {
  public:
-  OpenRivals(const Identified& found, Diagnosis& diagnosis)
-      : found_(found), set_(*found.problem), diagnosis_(diagnosis) {
+  OpenRivals(const Identified& found, Opinion& opinion) : set_(*found.problem), opinion_(opinion) {
     std::vector<BlockIndex> support;
     for (const BlockIndex block : found.best.blocks)
       support.push_back(set_.Add(found.candidate_set->blocks()[block]));
@@ -163,7 +162,7 @@ class OpenRivals {
     if (better && better->score < best_.score - kUnknownMargin) AddDriver(level, *better);
   }
 
-  /// Adds the best rivals of each name to the diagnosis.
+  /// Adds the best rivals of each name.
   void Finish() {
     std::ranges::stable_sort(
         kept_, [](const Rival& a, const Rival& b) { return a.evidence_gap < b.evidence_gap; });
@@ -174,7 +173,7 @@ class OpenRivals {
       if (!names.insert(rival.instead_of + rival.instead_of_word + RivalName(rival)).second)
         continue;
       ++count[{rival.instead_of, rival.instead_of_word}];
-      diagnosis_.rivals.push_back(rival);
+      opinion_.rivals.push_back(rival);
     }
   }
 
@@ -189,14 +188,13 @@ class OpenRivals {
 
   /// The answer is unknown, driven by the column that distinguishes the level.
   void AddDriver(const Level& level, const Explanation& better) {
-    auto& drivers = diagnosis_.drivers;
-    if (std::ranges::find(drivers, level.column) == drivers.end()) drivers.push_back(level.column);
+    opinion_.drivers.push_back(level.column);
     std::vector<std::string> names;
     for (const BlockIndex block : better.blocks) {
       const Block& own = set_.blocks()[block];
       if (own.factors) names.push_back(EffectName(own.id, own.term.word, {}));
     }
-    diagnosis_.notes.push_back(fmt::format(
+    opinion_.notes.push_back(fmt::format(
         "{} with {} only fits better than the answer (by {:.0f} in the score; 10 is very strong): "
         "find out what differs there",
         Listed(names), level.text, best_.score - better.score));
@@ -222,10 +220,9 @@ class OpenRivals {
     }
   }
 
-  const Identified& found_;
   CandidateSet set_;
   Explanation best_;
-  Diagnosis& diagnosis_;
+  Opinion& opinion_;
   std::vector<Rival> kept_;
 };
 
@@ -271,18 +268,23 @@ std::string ColumnOf(const Dataset& data, const std::vector<RowQuantity>& loads,
 
 }  // namespace
 
-void AddOpenRivals(const Identified& found, Diagnosis& diagnosis) {
+Opinion OpinionOnOpenWorld(const Identified& found) {
+  Opinion opinion;
+  if (found.unknown) return opinion;
   const std::vector<Level> levels = LevelsOf(found.fit.data);
   const std::vector<Block> effects =
       levels.empty() ? std::vector<Block>() : EffectsThatMayVary(found);
-  OpenRivals curves(found, diagnosis);
+  OpenRivals curves(found, opinion);
   curves.TryCurves();
   curves.Finish();
   for (const Level& level : levels) {  // each in a set of its own, which bounds the memory
-    OpenRivals rivals(found, diagnosis);
+    OpenRivals rivals(found, opinion);
     rivals.TryLevel(level, levels.size(), effects);
     rivals.Finish();
   }
+  if (!opinion.rivals.empty()) opinion.permits = Verdict::kAmbiguous;
+  if (!opinion.drivers.empty()) opinion.permits = Verdict::kUnknown;
+  return opinion;
 }
 
 namespace {
@@ -391,6 +393,21 @@ std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
     regime->driver = ColumnOf(data, GravityLoadsAt(data, *found.linear), rejected);
   }
   return regime;
+}
+
+Opinion OpinionOnRejectedRows(const Identified& found) {
+  const auto regime = RegimeOfRejectedRows(found);
+  if (!regime) return {};
+  Opinion opinion;
+  opinion.notes.push_back(fmt::format(
+      "the {} rejected rows are hardly gross errors: {} in these rows only explains {} of their "
+      "squares; they differ from the others most in {}. What acts there is not corrected: "
+      "measure "
+      "more such poses",
+      regime->rows, regime->effect, PercentText(regime->share), regime->driver));
+  opinion.drivers = {regime->driver};
+  if (!found.unknown) opinion.permits = Verdict::kUnknown;
+  return opinion;
 }
 
 }  // namespace plumbline::measure

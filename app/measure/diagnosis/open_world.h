@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
 
@@ -15,10 +15,10 @@ namespace plumbline::measure {
 ///  - an effect of the catalogue in one session, or with one tool, payload item or payload only, in
 ///    its place. An effect that acts everywhere is likelier, so this is a rival only if it scores
 ///    better. If that effect, in place of a name or beside all, is better by kUnknownMargin, the
-///    column that distinguishes these rows is added to `diagnosis.drivers`, with a note.
+///    column that distinguishes these rows is a driver, with a note.
 /// The fits are linear. An effect that moves the measured rows exactly as the named one does is not
-/// a rival.
-void AddOpenRivals(const Identified& found, Diagnosis& diagnosis);
+/// a rival. A driver makes the answer `unknown`. No opinion if the answer is unknown already.
+Opinion OpinionOnOpenWorld(const Identified& found);
 
 /// Rejected rows that one effect explains.
 struct RejectedRegime {
@@ -36,5 +36,8 @@ struct RejectedRegime {
 /// @return  the effect with the smallest p-value, if that is at most kRegimeSignificance over all
 ///          effects and choices of joints; nullopt otherwise, and with fewer than four events
 std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found);
+
+/// Rejected rows that one effect explains are another regime, not gross errors.
+Opinion OpinionOnRejectedRows(const Identified& found);
 
 }  // namespace plumbline::measure

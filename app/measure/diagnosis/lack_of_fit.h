@@ -1,16 +1,14 @@
-// Verdict of a diagnosis: explained, ambiguous, unknown or no effect.
+// Lack of fit: whether the residual differs between poses by more than replicates scatter.
 #pragma once
 
 #include <optional>
 
 #include "app/measure/diagnosis/dataset.h"
-#include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/diagnosis_stages.h"
 #include "app/measure/diagnosis/identify.h"
+#include "app/measure/diagnosis/opinion.h"
 
 namespace plumbline::measure {
-
-// Lack of fit: whether the residual differs between poses by more than replicates scatter.
 
 /// Residual of a fit, divided into the scatter of replicates about the mean of their pose (pure
 /// error, which no effect of the pose can cause) and the means of the poses (lack of fit) [Draper &
@@ -42,18 +40,8 @@ std::optional<LackOfFit> LackOfFitOf(const Dataset& data, const PerRow<RowResidu
                                      const PerRow<double>& weights, double row_correlation,
                                      double parameters);
 
-/// Adds all recorded signals, each with the p-value that the residual of the identified model
-/// follows it (by sign flips of clusters), and the spectrum of the residual along each joint angle.
-/// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
-void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
-
-/// Number of parameters fitted to the rows: of the named effects, free frames and positions of
-/// artefacts, minus what is known about the positions.
-double ParametersOf(const Identified& found, const Dataset& data);
-
-/// Sets the verdict before the checks of the explanation (explanation_checks.h), the driver signals
-/// of an unknown cause, and whether the declared noise is too small; adds the check `lack_of_fit`.
-/// Requires `rivals` and `signals`.
-void SetVerdict(const Identified& found, const FitOfAllRows& fit, Diagnosis& diagnosis);
+/// The check `lack_of_fit`, if there are enough replicates. If it fails, the residual is not noise,
+/// whatever was declared: the answer is `unknown`.
+Opinion OpinionOnReplicates(const Identified& found, const FitOfAllRows& fit);
 
 }  // namespace plumbline::measure
