@@ -26,6 +26,7 @@
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/measure/diagnosis/answer.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/model_writer.h"
 #include "app/measure/diagnosis/summary.h"

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <optional>
 
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/frame_start.h"
 #include "app/measure/diagnosis/linearisation.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/whitener.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/statistics.h"
 

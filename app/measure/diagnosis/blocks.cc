@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/measure/diagnosis/legendre.h"
+#include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/written.h"

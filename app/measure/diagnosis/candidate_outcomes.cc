@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
+#include "app/measure/diagnosis/rivals.h"
 #include "app/measure/diagnosis/thresholds.h"
 
 namespace plumbline::measure {

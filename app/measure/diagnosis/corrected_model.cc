@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/measure/diagnosis/diagnosis_steps.h"
+#include "app/measure/diagnosis/diagnosis_stages.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/discrepancy.h"
 #include "app/measure/diagnosis/held_out.h"

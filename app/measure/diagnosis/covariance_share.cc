@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/thresholds.h"
-#include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "app/measure/diagnosis/indices.h"
 #include "app/measure/diagnosis/observations.h"
-#include "app/measure/diagnosis/residual_layout.h"
 #include "app/measure/table/csv.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/result.h"
@@ -93,5 +92,23 @@ FitRows EvenlySpacedRows(const Dataset& data, int most);
 
 /// A copy with a subset of the rows; clusters are renumbered.
 Dataset SelectRows(const Dataset& data, const FitRows& rows);
+
+/// A [[distance]] between artefacts, or what is declared of one artefact: position, direction and
+/// radius. Exactly one of the two is set.
+struct Reference {
+  std::optional<int> distance;  ///< position in `distances` of the cell
+  std::optional<ArtefactIndex> artefact;
+
+  auto operator<=>(const Reference&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+/// The references between and of artefacts that the rows use.
+std::vector<Reference> ReferencesOf(const Dataset& data);
+
+/// "the distance between a and b", "the declared values of a".
+std::string NameOf(const Reference& reference, const model::CellModel& cell);
+
+/// The cell with this reference unknown.
+model::CellModel Without(const Reference& reference, model::CellModel cell);
 
 }  // namespace plumbline::measure

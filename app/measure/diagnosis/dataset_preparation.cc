@@ -14,7 +14,6 @@
 
 #include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_noise.h"
-#include "app/measure/diagnosis/fahrenheit.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/unit_segment.h"
 #include "app/measure/table/conditions.h"

@@ -5,9 +5,9 @@
 #include <set>
 #include <utility>
 
+#include "app/measure/diagnosis/fit_problem.h"
+#include "app/measure/diagnosis/linearisation.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/placed_artefact.h"
-#include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
 namespace {

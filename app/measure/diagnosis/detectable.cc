@@ -1,3 +1,5 @@
+#include "app/measure/diagnosis/detectable.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <tuple>
 
 #include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/linear_problem.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"

@@ -1,4 +1,6 @@
 // Stages of a diagnosis, in the order of execution.
+#include "app/measure/diagnosis/diagnose.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,20 +13,22 @@
 #include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
 #include "app/measure/diagnosis/declared_errors.h"
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/detectable.h"
 #include "app/measure/diagnosis/diagnosis_stages.h"
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explanation_checks.h"
 #include "app/measure/diagnosis/findings.h"
 #include "app/measure/diagnosis/gross_errors.h"
+#include "app/measure/diagnosis/hidden_mistakes.h"
 #include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/opinion.h"
+#include "app/measure/diagnosis/pose_design.h"
 #include "app/measure/diagnosis/reference_dependence.h"
+#include "app/measure/diagnosis/rivals.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/signals.h"
+#include "app/measure/diagnosis/stated_domain.h"
 #include "app/measure/diagnosis/thresholds.h"
-#include "app/measure/diagnosis/unit_change_search.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {

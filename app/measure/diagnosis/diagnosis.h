@@ -1,4 +1,4 @@
-// Result and entry point of the diagnosis.
+// Result and options of the diagnosis.
 #pragma once
 
 #include <functional>
@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/indices.h"
 #include "app/measure/diagnosis/observations.h"
-#include "app/measure/diagnosis/references.h"
-#include "app/measure/diagnosis/row_condition.h"
 #include "app/measure/table/csv.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
@@ -194,6 +193,14 @@ struct References {
   std::vector<Contradiction> set_aside;      ///< not used
 };
 
+/// Rows on one side of a value of a recorded signal, or with one name.
+struct RowCondition {
+  std::string column;
+  std::string name;   ///< of the artefact, camera .., if `column` is one of these
+  double limit = 0;   ///< in file units
+  bool above = true;  ///< the rows from `limit` up, otherwise those from `limit` down
+};
+
 /// Rows under a condition that the model fits worse than the others.
 struct Misfit {
   RowCondition condition;
@@ -277,17 +284,5 @@ struct DiagnosisOptions {
   /// Polled during the work; returning true aborts it with the error "interrupted". May be empty.
   std::function<bool()> interrupted;
 };
-
-/// Identifies the effects that the declared cell lacks. Deterministic: equal input gives an equal
-/// answer. If some rows lack a signal that others have (the last move after a lost line,
-/// velocities), the complete rows are diagnosed first; the others take part as well unless the
-/// answer depends on that signal (partial_rows.h).
-/// @return  an error with advice if the data cannot be used at all; the caller adds the file name
-Result<Diagnosis> Diagnose(const model::CellModel& cell, MeasuredTable measured,
-                           const DiagnosisOptions& options);
-
-/// Like Diagnose, with all rows at once: an effect is zero in rows that lack its signal.
-Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const MeasuredTable& measured,
-                               const DiagnosisOptions& options);
 
 }  // namespace plumbline::measure

@@ -1,11 +1,14 @@
 // Intermediate results that the stages of a diagnosis pass to each other.
 #pragma once
 
+#include <cmath>
 #include <string>
 
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/held_out.h"
+#include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/refit.h"
+#include "app/measure/diagnosis/thresholds.h"
 
 namespace plumbline::measure {
 
@@ -44,11 +47,31 @@ struct CorrectedModel {
 };
 
 /// 3-D RMS over the rows that are not outliers.
-double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights);
+inline double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
+  double sum = 0, count = 0;
+  for (const RowIndex row : errors.indices()) {
+    if (weights[row] < kOutlierWeight) continue;
+    sum += errors[row].squaredNorm();
+    count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
 /// 3-D RMS of the difference of errors over the rows that are not outliers.
-double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights);
+inline double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights) {
+  for (const RowIndex row : a.indices()) a[row] -= b[row];
+  return Rms(a, weights);
+}
+
+/// Validates the model by held-out rows and decides which parts of it are written.
+Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
+                                 Diagnosis& diagnosis);
+
+/// Removes the correction if it must not be written.
+void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis& diagnosis);
 
 /// UTC at t_s = 0, if the cell states it.
-std::optional<double> TimeZeroOf(const model::CellModel& cell);
+inline std::optional<double> TimeZeroOf(const model::CellModel& cell) {
+  return cell.domain ? cell.domain->time_zero_s : std::nullopt;
+}
 
 }  // namespace plumbline::measure

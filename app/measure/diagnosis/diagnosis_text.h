@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/diagnosis.h"
+#include "firmware-like/effects/written.h"
 
 namespace plumbline::measure {
 
@@ -66,6 +67,9 @@ ValueText ValueTextOf(double value, std::optional<double> sd);
 /// Source of the noise estimate: "declared", "from repeats", "from the residual".
 std::string OriginText(const std::string& origin);
 
+/// "payload_kg of 80 or more", "tool 2"
+std::string TextOf(const RowCondition& condition);
+
 /// True if the answer contains an empirical term.
 bool HasEmpiricalTerm(const Diagnosis& diagnosis);
 
@@ -94,5 +98,15 @@ inline ValueText ShownValueOf(const model::EffectParameter& parameter, double de
   const auto sd = parameter.sd ? std::optional(scale * deviations * *parameter.sd) : std::nullopt;
   return ValueTextOf(scale * parameter.value, sd);
 }
+
+/// The curve of one parameter of an empirical term.
+struct EmpiricalCurve {
+  std::string meaning;  ///< "the tool's bending", "axis 3", "length a of link 2", "the tip in z"
+  std::string range;    ///< smallest and largest value of the curve: "0 to 19.6"
+  std::string unit;     ///< "%", "mrad", "mm"
+};
+
+/// One curve for each parameter; none if the effect is not an empirical term.
+std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effect);
 
 }  // namespace plumbline::measure

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "app/measure/diagnosis/candidates.h"
+#include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/explained_effects.h"
-#include "app/measure/diagnosis/legendre.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "firmware-like/model/joint_columns.h"
 #include "firmware-like/statistics/statistics.h"

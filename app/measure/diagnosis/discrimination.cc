@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "app/measure/diagnosis/legendre.h"
 
 namespace plumbline::measure {
 namespace {

@@ -5,9 +5,27 @@
 #include <utility>
 #include <vector>
 
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/linear_problem.h"
 
 namespace plumbline::measure {
+
+/// Legendre polynomial P_degree of x in -1..1.
+inline double Legendre(int degree, double x) {
+  double previous = 1, current = x;
+  if (degree == 0) return 1;
+  for (int k = 1; k < degree; ++k) {
+    const double next = ((2 * k + 1) * x * current - k * previous) / (k + 1);
+    previous = current;
+    current = next;
+  }
+  return current;
+}
+
+/// A value of the signal scaled so that its range over the rows is -1..1.
+inline double Scaled(const RecordedSignal& signal, double value) {
+  return 2 * (value - signal.low) / (signal.high - signal.low) - 1;
+}
 
 using SignalPair = std::pair<SignalIndex, SignalIndex>;
 

@@ -9,12 +9,12 @@
 
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/farthest_poses.h"
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "app/measure/diagnosis/thresholds.h"
 #include "app/measure/diagnosis/unknown.h"
-#include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
 namespace {

@@ -1,12 +1,12 @@
+#include "app/measure/diagnosis/hidden_mistakes.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/fahrenheit.h"
 #include "app/measure/diagnosis/mistakes.h"
 #include "app/measure/diagnosis/plausibility.h"
 #include "app/measure/diagnosis/robust.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "app/measure/diagnosis/blocks.h"
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/whitener.h"
 
 namespace plumbline::measure {
 

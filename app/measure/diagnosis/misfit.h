@@ -10,7 +10,6 @@
 #include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/linearisation.h"
 #include "app/measure/diagnosis/opinion.h"
-#include "app/measure/diagnosis/row_condition.h"
 
 namespace plumbline::measure {
 

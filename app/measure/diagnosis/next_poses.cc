@@ -1,9 +1,9 @@
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
 #include "app/measure/diagnosis/periodic_search.h"

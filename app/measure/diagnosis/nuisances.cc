@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "app/measure/diagnosis/whitener.h"
+#include "app/measure/diagnosis/fit_problem.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::measure {

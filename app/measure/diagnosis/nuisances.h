@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/linearisation.h"
-#include "app/measure/diagnosis/references.h"
 
 namespace plumbline::measure {
 

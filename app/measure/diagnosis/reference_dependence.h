@@ -3,10 +3,10 @@
 
 #include <vector>
 
+#include "app/measure/diagnosis/dataset.h"
 #include "app/measure/diagnosis/held_out.h"
 #include "app/measure/diagnosis/identify.h"
 #include "app/measure/diagnosis/opinion.h"
-#include "app/measure/diagnosis/references.h"
 
 namespace plumbline::measure {
 

@@ -1,3 +1,5 @@
+#include "app/measure/diagnosis/stated_domain.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +14,6 @@
 
 #include "app/measure/diagnosis/covariance_share.h"
 #include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/diagnosis_steps.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/farthest_poses.h"
 #include "app/measure/diagnosis/fit_problem.h"

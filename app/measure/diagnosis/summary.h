@@ -8,6 +8,12 @@
 
 namespace plumbline::measure {
 
+/// The verdict in one sentence, without a capital at its start and without a full stop.
+std::string Headline(const Diagnosis& diagnosis);
+
+/// RMS error before and after the correction, and on which points; empty if there are no findings.
+std::string ErrorSentence(const Diagnosis& diagnosis);
+
 /// What the caller of a diagnosis adds to its summary.
 struct SummaryContext {
   const model::CellModel& cell;

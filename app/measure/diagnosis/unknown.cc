@@ -8,7 +8,6 @@
 #include "app/measure/diagnosis/carried_columns.h"
 #include "app/measure/diagnosis/empirical_columns.h"
 #include "app/measure/diagnosis/explained_effects.h"
-#include "app/measure/diagnosis/legendre.h"
 #include "app/measure/diagnosis/robust.h"
 #include "app/measure/diagnosis/shape_search.h"
 #include "app/measure/diagnosis/thresholds.h"

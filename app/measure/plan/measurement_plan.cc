@@ -13,9 +13,9 @@
 
 #include "app/measure/diagnosis/candidates.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/fit_problem.h"
 #include "app/measure/diagnosis/linearisation.h"
 #include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/whitener.h"
 #include "app/measure/plan/visit_order.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/random_sequence.h"

@@ -6,8 +6,7 @@
 #include <tuple>
 
 #include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/empirical_curve.h"
-#include "app/measure/diagnosis/headline.h"
+#include "app/measure/diagnosis/summary.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
 #include "app/measure/report/words.h"

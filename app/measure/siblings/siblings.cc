@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/observations.h"
 #include "app/measure/diagnosis/opinion.h"
-#include "app/measure/diagnosis/residual_layout.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 

@@ -8,6 +8,7 @@
 
 #include "app/measure/diagnosis/alignment.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/robust.h"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/nuisances.h"
 #include "app/measure/diagnosis/refit.h"

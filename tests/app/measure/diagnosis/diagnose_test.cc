@@ -1,4 +1,6 @@
 // Diagnosis of data from the simulator, which shares no code with it, and of the shared examples.
+#include "app/measure/diagnosis/diagnose.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

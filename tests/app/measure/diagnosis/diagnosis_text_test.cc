@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "app/measure/diagnosis/headline.h"
 #include "app/measure/diagnosis/summary.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"

@@ -10,9 +10,9 @@
 
 #include "app/measure/diagnosis/answer.h"
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis_text.h"
 #include "app/measure/diagnosis/explained_effects.h"
-#include "app/measure/diagnosis/headline.h"
 #include "app/measure/diagnosis/summary.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "app/measure/diagnosis/plausibility.h"
 #include "firmware-like/deflection/loaded_arm.h"

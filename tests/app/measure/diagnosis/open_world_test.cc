@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 

@@ -1,4 +1,4 @@
-// Rows without a signal that other rows have: the last move, velocities or accelerations.
+// Entry point of the diagnosis, and rows without a signal that other rows have.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,20 @@
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline::measure {
+
+/// Identifies the effects that the declared cell lacks. Deterministic: equal input gives an equal
+/// answer. If some rows lack a signal that others have (the last move after a lost line,
+/// velocities), the complete rows are diagnosed first; the others take part as well unless the
+/// answer depends on that signal (DependsOn).
+/// @return  an error with advice if the data cannot be used at all; the caller adds the file name
+Result<Diagnosis> Diagnose(const model::CellModel& cell, MeasuredTable measured,
+                           const DiagnosisOptions& options);
+
+/// Like Diagnose, with all rows at once: an effect is zero in rows that lack its signal.
+Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const MeasuredTable& measured,
+                               const DiagnosisOptions& options);
+
+// Rows without a signal that other rows have: the last move, velocities or accelerations.
 
 /// A signal that is missing in some rows.
 struct MissingSignal {
