@@ -180,7 +180,7 @@ void Criticise(const Examination& examined, Diagnosis& diagnosis) {
   std::vector<Opinion> opinions;
   for (const Critic critic : kCritics) opinions.push_back(critic(examined));
   const bool beyond_stated_noise = examined.rough() && NoiseStated(examined.data());
-  Fold(std::move(opinions), diagnosis);
+  FoldOpinions(std::move(opinions), diagnosis);
   diagnosis.declared_noise_too_small =
       beyond_stated_noise && diagnosis.verdict != Verdict::kUnknown;
 }

@@ -336,7 +336,7 @@ Result<void> StartedDiagnosis::Identify() {
   fit_.emplace(std::move(fit).value());
   if (task().Interrupted()) return Task::InterruptedError();
   diagnosis_.notes = data_.notes;
-  Fold({OpinionOnTilt(found_->fit.data, found_->aligned)}, diagnosis_);
+  FoldOpinions({OpinionOnTilt(found_->fit.data, found_->aligned)}, diagnosis_);
   diagnosis_.not_recorded = data_.not_recorded;
   AddNoise(task(), *found_, declared_->errors, *fit_, diagnosis_);
   const FindingsContext context{found_->fit, *found_->candidate_set, found_->best,

@@ -408,7 +408,7 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
        {OpinionOnNoise, OpinionOnFindings, OpinionOnHeldOutError, OpinionOnDiscrepancy}) {
     opinions.push_back(critic(evidence, diagnosis));
   }
-  Fold(std::move(opinions), diagnosis);
+  FoldOpinions(std::move(opinions), diagnosis);
 }
 
 }  // namespace plumbline::measure

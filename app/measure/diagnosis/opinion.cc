@@ -22,7 +22,7 @@ void Append(std::vector<T> from, std::vector<T>& to) {
 
 }  // namespace
 
-void Fold(std::vector<Opinion> opinions, Diagnosis& diagnosis) {
+void FoldOpinions(std::vector<Opinion> opinions, Diagnosis& diagnosis) {
   for (Opinion& opinion : opinions) {
     if (!opinion.doubts.empty()) opinion.permits = WeakerOf(opinion.permits, Verdict::kAmbiguous);
     diagnosis.verdict = WeakerOf(diagnosis.verdict, opinion.permits);

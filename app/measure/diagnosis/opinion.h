@@ -28,6 +28,6 @@ struct Opinion {
 ///   unknown
 /// so that the weakest verdict wins, and the order of the critics is only that of the sentences. A
 /// driver is listed once; the first reason to withhold the correction is kept.
-void Fold(std::vector<Opinion> opinions, Diagnosis& diagnosis);
+void FoldOpinions(std::vector<Opinion> opinions, Diagnosis& diagnosis);
 
 }  // namespace plumbline::measure

@@ -189,7 +189,7 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
   }
   answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
   opinion.permits = Verdict::kAmbiguous;
-  Fold({std::move(opinion)}, answer);
+  FoldOpinions({std::move(opinion)}, answer);
 }
 
 std::string Names(const std::vector<std::string>& arms) {

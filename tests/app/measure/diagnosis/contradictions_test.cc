@@ -20,7 +20,7 @@ Diagnosis Checked(double with_effects_m, double declared_m, double largest_m) {
   tested.with_effects_m = with_effects_m;
   tested.declared_m = declared_m;
   tested.largest_m = largest_m;
-  Fold({OpinionOnContradictions(tested, diagnosis)}, diagnosis);
+  FoldOpinions({OpinionOnContradictions(tested, diagnosis)}, diagnosis);
   return diagnosis;
 }
 
