@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline::measure {

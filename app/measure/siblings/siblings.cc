@@ -10,9 +10,9 @@
 #include <optional>
 #include <utility>
 
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/observations.h"
-#include "app/measure/diagnosis/opinion.h"
+#include "app/measure/diagnosis/data/observations.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/opinion.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 

@@ -1,5 +1,5 @@
 // Whether a correction is written although a declared value contradicts it.
-#include "app/measure/diagnosis/contradictions.h"
+#include "app/measure/diagnosis/hypotheses/contradictions.h"
 
 #include <catch2/catch.hpp>
 

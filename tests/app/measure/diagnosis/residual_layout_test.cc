@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "app/measure/diagnosis/fit_problem.h"
-#include "app/measure/diagnosis/observations.h"
-#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/data/observations.h"
+#include "app/measure/diagnosis/linear/fit_problem.h"
+#include "app/measure/diagnosis/linear/robust.h"
 
 namespace plumbline::residual_layout_test {
 
