@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "app/measure/report/report.h"
 
 namespace plumbline::cli {

@@ -26,7 +26,7 @@
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/state_subcommand.h"
-#include "app/measure/diagnosis/observations.h"
+#include "app/measure/diagnosis/data/observations.h"
 
 namespace plumbline::cli {
 namespace {

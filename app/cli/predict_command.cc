@@ -19,7 +19,7 @@
 #include "app/cli/progress.h"
 #include "app/cli/rounded.h"
 #include "app/cli/tip_prediction.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/table/conditions.h"
 #include "app/measure/table/csv.h"
 #include "firmware-like/deflection/loaded_arm.h"

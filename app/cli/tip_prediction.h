@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/diagnosis/realign.h"
+#include "app/measure/diagnosis/preparation/realign.h"
 #include "app/measure/table/csv.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/result.h"

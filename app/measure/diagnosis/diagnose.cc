@@ -1,28 +1,34 @@
 // Stages of a diagnosis, in the order of execution.
+#include "app/measure/diagnosis/diagnose.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/contradictions.h"
-#include "app/measure/diagnosis/dataset.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/declared_errors.h"
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/diagnosis_stages.h"
-#include "app/measure/diagnosis/diagnosis_steps.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/explanation_checks.h"
-#include "app/measure/diagnosis/findings.h"
-#include "app/measure/diagnosis/gross_errors.h"
-#include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/open_world.h"
-#include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/thresholds.h"
-#include "app/measure/diagnosis/unit_change_search.h"
-#include "app/measure/diagnosis/verdict.h"
+#include "app/measure/diagnosis/critics/critics.h"
+#include "app/measure/diagnosis/critics/explanation_checks.h"
+#include "app/measure/diagnosis/critics/reference_dependence.h"
+#include "app/measure/diagnosis/critics/signals.h"
+#include "app/measure/diagnosis/data/dataset.h"
+#include "app/measure/diagnosis/data/thresholds.h"
+#include "app/measure/diagnosis/design/detectable.h"
+#include "app/measure/diagnosis/design/pose_design.h"
+#include "app/measure/diagnosis/hypotheses/contradictions.h"
+#include "app/measure/diagnosis/hypotheses/declared_errors.h"
+#include "app/measure/diagnosis/hypotheses/gross_errors.h"
+#include "app/measure/diagnosis/hypotheses/hidden_mistakes.h"
+#include "app/measure/diagnosis/linear/alignment.h"
+#include "app/measure/diagnosis/linear/robust.h"
+#include "app/measure/diagnosis/prediction/stated_domain.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
+#include "app/measure/diagnosis/result/opinion.h"
+#include "app/measure/diagnosis/search/findings.h"
+#include "app/measure/diagnosis/search/identify.h"
+#include "app/measure/diagnosis/search/rivals.h"
+#include "app/measure/diagnosis/validation/diagnosis_stages.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
@@ -191,61 +197,30 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   }
 }
 
-/// Adds a note on the effects hidden by the joint resolution.
-void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
-  if (data.reading_sigma_m <= 0 || diagnosis.minimum_detectable_m.empty()) return;
-  double least_m = HUGE_VAL;
-  for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) {
-    least_m = std::min(least_m, size_m);
-  }
-  diagnosis.notes.push_back(
-      fmt::format("with a joint resolution of {:.3g} mrad, no effect below {:.2g} mm (3-D RMS over "
-                  "these rows) can be detected",
-                  1e3 * data.q_step_rad, 1e3 * least_m));
-}
-
-/// Adds a note if successive residuals are correlated.
-void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
-  const double rho = problem.row_correlation;
-  if (rho <= 0) return;
-  diagnosis.notes.push_back(fmt::format(
-      "residuals of successive rows are correlated ({:.2f}): effects that change slowly, "
-      "such as an event or a drift, need up to {:.1f} times the evidence",
-      rho, (1 + rho) / (1 - rho)));
-}
-
-/// Adds findings, rivals, rejected candidates, detection limits, signals, the verdict and, if there
-/// are rivals, the next poses.
-void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
-             Diagnosis& diagnosis) {
+/// Adds findings, rivals, detection limits and signals.
+/// @return  the explanations of the rivals
+std::vector<Explanation> Explain(const Task& task, const Identified& found,
+                                 const FindingsContext& context, Diagnosis& diagnosis) {
   task.Report(0.43, "comparing rivals");
-  const FindingsContext context{found.fit,        *found.candidate_set, found.best,  fit.refit,
-                                found.refit.chi2, found.ranked,         task.options};
   AddFindings(context, diagnosis);
   std::vector<Explanation> rivals;
-  if (!found.unknown && !found.best.blocks.empty()) {
+  if (found.unknown) {
+    AddDriverRivals(*found.candidate_set, found.best, diagnosis);
+  } else if (!found.best.blocks.empty()) {
     rivals = AddRivals(context, found.model, diagnosis);
     for (Rival& rival : diagnosis.rivals) {
       if (!rival.shift_W.empty()) rival.rows = EvenlySpacedRows(task.data, kSearchedRows).items();
     }
   }
-  if (found.unknown) {
-    AddDriverRivals(*found.candidate_set, found.best, diagnosis);
-  } else {
-    AddOpenRivals(found, diagnosis);
-  }
-  AddCandidateOutcomes(context, found.candidates, diagnosis);
-  AddDetectable(*found.candidate_set, found.candidates, diagnosis);
-  if (task.Interrupted()) return;
+  DetectionLimits limits = DetectionLimitsOf(*found.candidate_set, found.candidates);
+  diagnosis.minimum_detectable_m = std::move(limits.minimum_detectable_m);
+  diagnosis.not_observable = std::move(limits.not_observable);
+  if (task.Interrupted()) return rivals;
   task.Report(0.45, "testing signals");
-  AddSignals(task.data, found, diagnosis);
-  SetVerdict(found, fit, diagnosis);
-  AddReadingNote(task.data, diagnosis);
-  AddCorrelationNote(found.fit, diagnosis);
-  if (rivals.empty()) return;
-  task.Report(0.46, "planning further measurements");
-  AddNextPoses(*found.candidate_set, found.model, found.fit.weights, found.best, rivals,
-               task.options, diagnosis);
+  ResidualSignals signals = SignalsOfResidual(task.data, found);
+  diagnosis.signals = std::move(signals.traces);
+  diagnosis.spectrum = std::move(signals.spectrum);
+  return rivals;
 }
 
 /// Adds one trace per row: the measurement, and the residuals before, after and held out.
@@ -281,25 +256,27 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
-/// Notes that the estimated vertical of the base differs from the declared one by more than two
+/// States that the estimated vertical of the base differs from the declared one by more than two
 /// degrees.
-void AddTiltNote(const Dataset& data, const Model& aligned, Diagnosis& diagnosis) {
+Opinion OpinionOnTilt(const Dataset& data, const Model& aligned) {
   constexpr double kLevel_rad = 2 * kRadPerDeg;  // compliances hardly change below
-  if (!data.frames_free()) return;
+  if (!data.frames_free()) return {};
   double most = 0;
   for (const Model::Frames& frames : aligned.frames) {
     const Vec3 up_in_base = frames.X_WB.R.transpose() * Vec3::UnitZ();
     const Vec3 declared = data.cell.robot.X_WB.R.transpose() * Vec3::UnitZ();
     most = std::max(most, std::acos(std::clamp(up_in_base.dot(declared), -1.0, 1.0)));
   }
-  if (most <= kLevel_rad) return;
-  diagnosis.notes.push_back(
+  if (most <= kLevel_rad) return {};
+  Opinion opinion;
+  opinion.notes.push_back(
       fmt::format("the vertical of the base differs by {:.1f} deg from the declared one if gravity "
                   "is along the z "
                   "axis of the instrument's frame, as assumed: level the instrument, or transform "
                   "its points to "
                   "a level frame; if it was level, correct base_rpy_deg",
                   most / kRadPerDeg));
+  return opinion;
 }
 
 /// A diagnosis with some of the references of the cell.
@@ -359,17 +336,26 @@ Result<void> StartedDiagnosis::Identify() {
   fit_.emplace(std::move(fit).value());
   if (task().Interrupted()) return Task::InterruptedError();
   diagnosis_.notes = data_.notes;
-  AddTiltNote(found_->fit.data, found_->aligned, diagnosis_);
+  FoldOpinions({OpinionOnTilt(found_->fit.data, found_->aligned)}, diagnosis_);
   diagnosis_.not_recorded = data_.not_recorded;
   AddNoise(task(), *found_, declared_->errors, *fit_, diagnosis_);
-  Explain(task(), *found_, *fit_, diagnosis_);
+  const FindingsContext context{found_->fit, *found_->candidate_set, found_->best,
+                                fit_->refit, found_->refit.chi2,     found_->ranked,
+                                options_};
+  const std::vector<Explanation> rivals = Explain(task(), *found_, context, diagnosis_);
   if (task().Interrupted()) return Task::InterruptedError();
-  const bool useful = tested->CorrectionIsUseful(diagnosis_.rms_before_m);
-  if (auto checked = CheckReferences(*found_, options_.threads, useful, diagnosis_); !checked) {
-    return checked;
-  }
-  CheckContradictions(*tested, diagnosis_);
-  CheckDeclarations(search, *found_, diagnosis_);
+  const auto without_references = EvaluateWithoutReferences(*found_, options_.threads);
+  if (!without_references) return without_references.failure();
+  diagnosis_.references = tested->references;
+  Criticise({*found_, *fit_, *tested, *without_references, search, diagnosis_,
+             RobustSigma(data_, ResidualsOf(fit_->linear))},
+            diagnosis_);
+  diagnosis_.considered = CandidateOutcomes(context, found_->candidates, diagnosis_.rivals);
+  if (rivals.empty()) return {};
+  task().Report(0.46, "planning further measurements");
+  AddNextPoses(*found_->candidate_set, found_->model, found_->fit.weights, found_->best, rivals,
+               options_, diagnosis_);
+  if (task().Interrupted()) return Task::InterruptedError();
   return {};
 }
 

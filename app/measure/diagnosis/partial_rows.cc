@@ -1,10 +1,9 @@
-#include "app/measure/diagnosis/partial_rows.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/table/conditions.h"
 
 namespace plumbline::measure {

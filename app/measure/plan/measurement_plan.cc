@@ -11,11 +11,11 @@
 #include <tuple>
 #include <utility>
 
-#include "app/measure/diagnosis/candidates.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/linearisation.h"
-#include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/whitener.h"
+#include "app/measure/diagnosis/linear/candidates.h"
+#include "app/measure/diagnosis/linear/fit_problem.h"
+#include "app/measure/diagnosis/linear/linearisation.h"
+#include "app/measure/diagnosis/linear/nuisances.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "app/measure/plan/visit_order.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/statistics/random_sequence.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/measure/accuracy/budget.h"
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 
 namespace plumbline::measure {
 

@@ -12,10 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/empirical_curve.h"
-#include "app/measure/diagnosis/headline.h"
+#include "app/measure/diagnosis/output/summary.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/certificate_layout.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "app/measure/accuracy/conformity.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/certificate.h"
 #include "app/measure/report/html.h"
 

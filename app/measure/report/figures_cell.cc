@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/figures.h"
 #include "app/measure/report/plot.h"
 #include "firmware-like/kinematics/chain.h"

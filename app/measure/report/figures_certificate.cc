@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/plot.h"
 #include "app/measure/report/signal_bins.h"
 #include "app/measure/report/words.h"

@@ -4,7 +4,7 @@
 #include <map>
 #include <numeric>
 
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/figures.h"
 #include "app/measure/report/plot.h"
 #include "app/measure/report/signal_bins.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/certificate.h"
 #include "app/measure/report/certificate_layout.h"
 #include "app/measure/report/html.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "app/measure/report/gnuplot.h"
 
 namespace plumbline::measure {

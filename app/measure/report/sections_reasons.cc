@@ -6,7 +6,7 @@
 #include <set>
 
 #include "app/base/text/text.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
 #include "app/measure/report/words.h"

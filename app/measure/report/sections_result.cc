@@ -5,9 +5,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/empirical_curve.h"
-#include "app/measure/diagnosis/headline.h"
+#include "app/measure/diagnosis/output/summary.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
 #include "app/measure/report/words.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 
 namespace plumbline::measure {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 
 namespace plumbline::measure {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/fit_problem.h"
-#include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/refit.h"
+#include "app/measure/diagnosis/linear/alignment.h"
+#include "app/measure/diagnosis/linear/fit_problem.h"
+#include "app/measure/diagnosis/linear/nuisances.h"
+#include "app/measure/diagnosis/linear/refit.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {

@@ -10,8 +10,9 @@
 #include <optional>
 #include <utility>
 
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/residual_layout.h"
+#include "app/measure/diagnosis/data/observations.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/opinion.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -176,6 +177,7 @@ model::CellModel With(model::CellModel cell, const std::vector<effects::ActiveEf
 void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::string& origin,
                  Diagnosis& answer) {
   std::vector<Finding> findings;
+  Opinion opinion;
   for (const effects::ActiveEffect& effect : applied) {
     Finding& finding = findings.emplace_back();
     finding.effect = effect;
@@ -186,14 +188,15 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
     finding.p_value = statistics::ChiSquareTail(values.dot(effect.covariance.ldlt().solve(values)),
                                                 static_cast<double>(values.size()));
     const model::WrittenEffect written = effects::WrittenFromActive(effect, effect.covariance);
-    answer.doubts.push_back(
+    opinion.doubts.push_back(
         {written.id, written.scope,
          effect.term.effect->traits().zero_mean_over_arms
              ? "each arm has its own: siblings show only how large it usually is"
              : "it was taken from siblings; these rows do not separate it from its rivals"});
   }
   answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
-  if (answer.verdict != Verdict::kUnknown) answer.verdict = Verdict::kAmbiguous;
+  opinion.permits = Verdict::kAmbiguous;
+  FoldOpinions({std::move(opinion)}, answer);
 }
 
 std::string Names(const std::vector<std::string>& arms) {

@@ -1,10 +1,10 @@
 // Estimation of instrument frame and tool tip, including rows with a constant tool orientation.
-#include "app/measure/diagnosis/alignment.h"
+#include "app/measure/diagnosis/linear/alignment.h"
 
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 #include "tests/app/measure/diagnosis/simulated.h"

@@ -1,11 +1,11 @@
 // Format of DIAGNOSIS.json and next_poses.csv.
-#include "app/measure/diagnosis/answer.h"
+#include "app/measure/diagnosis/output/answer.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 
 #include "app/base/text/json_text.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"
 

@@ -6,11 +6,12 @@
 #include <functional>
 #include <set>
 
-#include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/diagnosis/linear/alignment.h"
+#include "app/measure/diagnosis/linear/nuisances.h"
+#include "app/measure/diagnosis/linear/robust.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::artefact_rows_test {

@@ -6,10 +6,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/nuisances.h"
-#include "app/measure/diagnosis/refit.h"
+#include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/diagnosis/linear/nuisances.h"
+#include "app/measure/diagnosis/linear/refit.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::camera_rows_test {

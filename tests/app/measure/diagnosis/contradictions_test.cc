@@ -1,5 +1,5 @@
 // Whether a correction is written although a declared value contradicts it.
-#include "app/measure/diagnosis/contradictions.h"
+#include "app/measure/diagnosis/hypotheses/contradictions.h"
 
 #include <catch2/catch.hpp>
 
@@ -20,7 +20,7 @@ Diagnosis Checked(double with_effects_m, double declared_m, double largest_m) {
   tested.with_effects_m = with_effects_m;
   tested.declared_m = declared_m;
   tested.largest_m = largest_m;
-  CheckContradictions(tested, diagnosis);
+  FoldOpinions({OpinionOnContradictions(tested, diagnosis)}, diagnosis);
   return diagnosis;
 }
 

@@ -7,8 +7,8 @@
 #include <random>
 #include <set>
 
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/linear/robust.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "firmware-like/geometry/units.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 

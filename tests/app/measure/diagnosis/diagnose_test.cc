@@ -1,4 +1,6 @@
 // Diagnosis of data from the simulator, which shares no code with it, and of the shared examples.
+#include "app/measure/diagnosis/diagnose.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,10 +10,10 @@
 #include <functional>
 #include <set>
 
-#include "app/measure/diagnosis/candidates.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/summary.h"
+#include "app/measure/diagnosis/linear/candidates.h"
+#include "app/measure/diagnosis/output/summary.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::diagnose_test {

@@ -1,11 +1,10 @@
 // Numbers and sentences of the summary and the report.
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "app/measure/diagnosis/headline.h"
-#include "app/measure/diagnosis/summary.h"
+#include "app/measure/diagnosis/output/summary.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"
 

@@ -1,7 +1,7 @@
 // Handmade diagnoses of a simulated measurement, one for each verdict.
 #pragma once
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 
 namespace plumbline::test {
 

@@ -1,5 +1,5 @@
 // Contents of an answer: detection limits, rivals, noise, held-out errors and p-values.
-#include "app/measure/diagnosis/findings.h"
+#include "app/measure/diagnosis/search/findings.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,12 +8,12 @@
 #include <set>
 #include <tuple>
 
-#include "app/measure/diagnosis/answer.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
-#include "app/measure/diagnosis/explained_effects.h"
-#include "app/measure/diagnosis/headline.h"
-#include "app/measure/diagnosis/summary.h"
+#include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/diagnosis/output/answer.h"
+#include "app/measure/diagnosis/output/summary.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
+#include "app/measure/diagnosis/search/explained_effects.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/loads/numbered_load.h"

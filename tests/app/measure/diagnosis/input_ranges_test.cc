@@ -1,5 +1,5 @@
 // Measured ranges of the inputs beside the joints, and distances beyond them.
-#include "app/measure/diagnosis/input_ranges.h"
+#include "app/measure/diagnosis/validation/input_ranges.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

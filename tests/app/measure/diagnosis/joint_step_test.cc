@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "app/measure/diagnosis/dataset_noise.h"
+#include "app/measure/diagnosis/preparation/dataset_noise.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::joint_step_test {

@@ -6,10 +6,11 @@
 #include <functional>
 #include <random>
 
-#include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/diagnosis.h"
-#include "app/measure/diagnosis/gross_errors.h"
+#include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/diagnosis/hypotheses/gross_errors.h"
+#include "app/measure/diagnosis/linear/alignment.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
 #include "tests/app/measure/diagnosis/simulated.h"

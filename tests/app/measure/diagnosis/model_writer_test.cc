@@ -1,5 +1,5 @@
 // Writer of the corrected cell: preservation of the original text, and exact read-back.
-#include "app/measure/diagnosis/model_writer.h"
+#include "app/measure/diagnosis/output/model_writer.h"
 
 #include <unistd.h>
 

@@ -3,12 +3,12 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "app/measure/diagnosis/alignment.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/discrimination.h"
-#include "app/measure/diagnosis/identify.h"
-#include "app/measure/diagnosis/pose_design.h"
-#include "app/measure/diagnosis/robust.h"
+#include "app/measure/diagnosis/design/discrimination.h"
+#include "app/measure/diagnosis/design/pose_design.h"
+#include "app/measure/diagnosis/linear/alignment.h"
+#include "app/measure/diagnosis/linear/robust.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/search/identify.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/firmware-like/test_cell.h"
 

@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "app/measure/diagnosis/diagnosis.h"
+#include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/diagnosis/result/diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::open_world_test {

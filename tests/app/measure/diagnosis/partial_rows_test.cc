@@ -1,12 +1,11 @@
 // Lost measurements and lost lines: the answer must be that of the complete data.
-#include "app/measure/diagnosis/partial_rows.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/table/conditions.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 

@@ -1,5 +1,5 @@
 // Nonlinear refit: identifiable parameters, rows of several kinds, and covariances.
-#include "app/measure/diagnosis/refit.h"
+#include "app/measure/diagnosis/linear/refit.h"
 
 #include <algorithm>
 #include <array>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <memory>
 
-#include "app/measure/diagnosis/candidate_set.h"
-#include "app/measure/diagnosis/covariance_share.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/shape_search.h"
+#include "app/measure/diagnosis/linear/candidate_set.h"
+#include "app/measure/diagnosis/linear/robust.h"
+#include "app/measure/diagnosis/linear/shape_search.h"
+#include "app/measure/diagnosis/prediction/covariance_share.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/measure/diagnosis/simulated.h"

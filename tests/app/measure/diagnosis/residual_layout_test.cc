@@ -1,12 +1,11 @@
 // Least squares with rows of different numbers of residuals and individual covariances.
-#include "app/measure/diagnosis/residual_layout.h"
-
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "app/measure/diagnosis/robust.h"
-#include "app/measure/diagnosis/whitener.h"
+#include "app/measure/diagnosis/data/observations.h"
+#include "app/measure/diagnosis/linear/fit_problem.h"
+#include "app/measure/diagnosis/linear/robust.h"
 
 namespace plumbline::residual_layout_test {
 

@@ -1,11 +1,11 @@
 // Variance model of held-out errors near the measured rows and far from them.
-#include "app/measure/diagnosis/residual_spread.h"
+#include "app/measure/diagnosis/prediction/residual_spread.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "app/measure/diagnosis/farthest_poses.h"
+#include "app/measure/diagnosis/validation/farthest_poses.h"
 
 namespace plumbline::residual_spread_test {
 

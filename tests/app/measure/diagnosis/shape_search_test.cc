@@ -1,15 +1,15 @@
 // Shape searches: proposal from a residual, conversion to effects, and exclusion.
-#include "app/measure/diagnosis/shape_search.h"
+#include "app/measure/diagnosis/linear/shape_search.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "app/measure/diagnosis/candidates.h"
-#include "app/measure/diagnosis/carried_columns.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
-#include "app/measure/diagnosis/periodic_search.h"
+#include "app/measure/diagnosis/linear/candidates.h"
+#include "app/measure/diagnosis/linear/carried_columns.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/shapes/periodic_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 

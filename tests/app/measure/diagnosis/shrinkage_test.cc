@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "app/measure/diagnosis/discrepancy.h"
+#include "app/measure/diagnosis/search/discrepancy.h"
 
 namespace plumbline::shrinkage_test {
 

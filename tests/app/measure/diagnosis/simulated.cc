@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "app/base/config/cell_reader.h"
-#include "app/measure/diagnosis/dataset_preparation.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 

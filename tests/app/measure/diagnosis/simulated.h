@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/diagnosis/linearisation.h"
+#include "app/measure/diagnosis/linear/linearisation.h"
 
 namespace plumbline::measure {
 

@@ -1,4 +1,4 @@
-#include "app/measure/diagnosis/support_fit.h"
+#include "app/measure/diagnosis/linear/support_fit.h"
 
 #include <Eigen/QR>
 #include <catch2/catch.hpp>

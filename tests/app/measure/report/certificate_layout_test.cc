@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/measure/diagnosis/empirical_curve.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/achieved_accuracy.h"
 #include "app/measure/report/certificate.h"
 #include "app/measure/report/figures_certificate.h"

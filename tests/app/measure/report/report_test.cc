@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "app/base/text/sha256.h"
-#include "app/measure/diagnosis/diagnosis_text.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/certificate.h"
 #include "app/measure/report/figures.h"
 #include "app/measure/report/html.h"

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/siblings/repeated_rows.h"
 #include "app/measure/siblings/sibling_folder.h"
 #include "firmware-like/geometry/units.h"
