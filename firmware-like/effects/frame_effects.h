@@ -202,7 +202,8 @@ struct TiltEvent {
 /// Thermal drift: a base or instrument that drifts while the cell warms up.
 /// The base moves by (x, y, z) (1 - exp(-t / time_constant)) in W, with t the time of the row [s].
 /// File units: mm, s. Adds nothing without a time constant, or if the time is unknown. Valid for
-/// one warm-up that started at t = 0.
+/// one warm-up that started at t = 0. A body of small and one of large heat capacity warm up with
+/// two time constants [lumped capacities: Incropera & DeWitt, ch. 5]: two effects, which add.
 struct ThermalDrift {
   static constexpr int kTimeConstant = 3;
 
