@@ -218,6 +218,15 @@ def joint_compliance():
     weight((points[3][0], points[3][1] + 6))
 
 
+def compliance_asymmetry():
+    arm("n")
+    arm(q=turned(Q, 1, -8))
+    axes((150, 46), 38, 30, "tau", "s")
+    path([(150, 46), (184, 20)], "n")
+    path([(120, 69), (150, 46)], "n")
+    path([(120, 53), (150, 46), (184, 12)], "e")
+
+
 def joint_hardening():
     arm("n")
     arm(q=turned(Q, 1, -8))

@@ -37,6 +37,7 @@ std::span<const Effect* const> Catalogue() {
       AxisCoupling,
       LinkGeometry,
       JointCompliance,
+      ComplianceAsymmetry,
       JointHardening,
       Counterbalance,
       ToolStiffness,

@@ -146,6 +146,41 @@ struct JointCompliance : AddsFrom<Entries::kCompliance> {
   }
 };
 
+/// Compliance asymmetry: a joint that yields differently under loads of opposite directions.
+/// s_i += value_i |tau_i|, so that its compliance is c + value under a positive gravity torque and
+/// c - value under a negative one, with c that of joint_compliance: a worm or preloaded gears whose
+/// flanks differ, a belt or brake that yields in one direction only (value = c or -c). The bilinear
+/// spring of [Shaw & Holmes 1983, J. Sound Vib. 90(1)]. Unit: rad/(N m); m/N for a prismatic joint.
+/// Valid while |value| <= c, as a passive joint yields in the direction of its load. While the
+/// torque has one direction, equivalent to joint_compliance. Friction on arrivals from one side
+/// looks alike.
+struct ComplianceAsymmetry : AddsFrom<Entries::kLoadShare> {
+  static EffectTraits Traits() {
+    return {
+        .id = "compliance_asymmetry",
+        .meaning = "the joint yields more under a load in one direction than in the other",
+        .remedy =
+            "check gears, belt and brake for wear or lost preload; let the correction compensate "
+            "for what remains",
+        .formula = "s_i += v_i |tau_i|",
+        .shown_by =
+            "torques of both signs on the joint, each of several sizes; arrivals from both "
+            "sides separate it from friction",
+        .parameters = {{.name = "q#",
+                        .unit = "rad/(N m)",
+                        .plausible = {-1e-4, 1e-4},
+                        .prismatic_unit = "m/N",
+                        .prismatic_plausible = {-5e-6, 5e-6}}},
+        .needs = {Signal::kTorques},
+        .confused_with = {"joint_compliance", "backlash", "arrival_friction", "joint_hardening"},
+        .per_joint = true,
+        // Half of the largest wind-up, if a joint yields in one direction only: see
+        // joint_compliance.
+        .largest_observed_rotation_rad = 3.5e-3,
+        .of_arm = true};
+  }
+};
+
 /// Joint hardening: a joint that becomes stiffer as its torque grows.
 /// s_i -= value_i tau_i^3, in addition to the linear compliance   [strain-wave gears: Tuttle 1992,
 /// MIT AI-TR 1365]. Unit: rad/(N m)^3. Valid while value tau^2 is below a third of the compliance;

@@ -21,7 +21,7 @@ MANY_ROWS = 1000  # where everything can be told apart, and the projections take
 CYCLES = [0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24]
 PER_JOINT = ["joint_offset", "gear_ratio", "joint_compliance", "joint_hardening", "backlash/load",
              "backlash/move", "approach_lag", "dynamic_inertia", "following_error",
-             "arrival_friction", "bearing_tilt", "axis_bending"]
+             "arrival_friction", "bearing_tilt", "axis_bending", "compliance_asymmetry"]
 BY_PARAMETER = ["link_geometry", "axis_coupling", "link_bending", "guide_play"]  # several columns a joint
 # Several columns a joint, too many to be a rival in all of their choices.
 TRUTH_ONLY = ["gravity_sag"]

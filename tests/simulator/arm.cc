@@ -345,7 +345,7 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
         cell_.joints[i].compliance_rad_per_Nm.value_or(0.0) + changes_.compliance[i];
     const double speed = longest > 0.0 ? row.last_move_rad[i] / longest : 0.0;
     s[i] +=
-        compliance * tau + changes_.one_sided[i] * std::min(0.0, tau) -
+        compliance * tau + changes_.asymmetry[i] * std::abs(tau) -
         changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
         changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
         changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -

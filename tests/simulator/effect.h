@@ -61,8 +61,7 @@ struct Changes {
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
       inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad,
-      bearing, link_bending, link_torsion, axis_bending;
-  Eigen::VectorXd one_sided;         ///< compliance under a negative torque only [rad/(N m)]
+      bearing, link_bending, link_torsion, axis_bending, asymmetry;
   Eigen::VectorXd guide_x, guide_y;  ///< half the play of a guide about two axes across its travel
   Eigen::MatrixXd coupling;          ///< (i, j): coupling of joint i to the angle of joint j
   /// Sag of a joint with links of unknown mass [rad], for a weight acting with |g| across the

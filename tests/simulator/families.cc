@@ -307,6 +307,10 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
     }
     return effect;
   }
+  if (id == "compliance_asymmetry") {
+    // The gravity torque of the last joint but one has both directions in random poses.
+    return PerJoint(id, {std::max(1, n - 1)}, "rad/(N m)", 1e-7, true, random);
+  }
   if (id == "counterbalance") {
     return {.id = id,
             .scope = {"q2"},
@@ -368,7 +372,7 @@ const std::vector<std::string> kCatalogued = {
     "step_event",      "camera_tag_size",   "camera_zoom",          "camera_lens",
     "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis",
     "bearing_tilt",    "link_bending",      "gravity_sag",          "tilt_event",
-    "base_tilt",       "range_zero",        "range_anchor"};
+    "base_tilt",       "range_zero",        "range_anchor",         "compliance_asymmetry"};
 
 const std::vector<std::string> kOutside = {"creep",
                                            "link_warmup",
@@ -376,7 +380,6 @@ const std::vector<std::string> kOutside = {"creep",
                                            "payload_squared",
                                            "temperature_squared",
                                            "two_bumps",
-                                           "one_sided_compliance",
                                            "velocity_squared",
                                            "air_pressure",
                                            "two_drivers",
@@ -428,11 +431,6 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
     bumps.scope = {Name(joint)};
     hidden.effects = {bumps};
     hidden.drivers = {fmt::format("q{}_deg", joint)};
-  } else if (family == "one_sided_compliance") {
-    // The gravity torque of the last joint but one has both directions in random poses.
-    const int loaded = std::max(1, int(cell.joints.size()) - 1);
-    hidden.effects = {PerJoint(family, {loaded}, "rad/(N m)", 1e-7, false, random)};
-    hidden.drivers = {fmt::format("tau{}_Nm", loaded)};
   } else if (family == "velocity_squared") {
     hidden.effects = {PerJoint(family, {joint}, "s^2/rad", 1e-4, false, random)};
     hidden.drivers = {fmt::format("qd{}_deg_s", joint)};

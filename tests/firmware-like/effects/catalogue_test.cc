@@ -21,6 +21,7 @@ const std::vector<std::string> kTable = {
     "axis_coupling: q#_of_q# 1",
     "link_geometry: a# mm, d# mm, alpha# deg, beta# deg",
     "joint_compliance: q# rad/(N m)",
+    "compliance_asymmetry: q# rad/(N m)",
     "joint_hardening: q# rad/(N m)^3",
     "counterbalance: q#_amplitude N m, q#_phase rad",
     "tool_stiffness: ratio 1",

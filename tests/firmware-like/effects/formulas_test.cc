@@ -90,6 +90,7 @@ const std::vector<Case>& Cases() {
        {{"q2", 5.1e-7}, {"q3", 6e-7}},
        {},
        {{At(I::kCompliance, 2), 5.1e-7}, {At(I::kCompliance, 3), 6e-7}}},
+      {"compliance_asymmetry", {{"q2", -3e-7}}, {}, {{At(I::kLoadShare, 2), -3e-7}}},
       {"joint_hardening", {{"q2", 4e-14}}, {}, {{At(I::kHardening, 2), 4e-14}}},
       {"counterbalance",
        {{"q2_amplitude", 800}, {"q2_phase", 0.5}},
