@@ -492,6 +492,13 @@ def tilt_event():
     step_plot(lambda u: 0.12 if u < 0.5 else 0.8, y="x")
 
 
+def offset_event():
+    arm("n")
+    points = arm(q=turned(Q, 1, -11))
+    arc(points[1], 30, Q[0] + Q[1], Q[0] + Q[1] - 11)
+    step_plot(lambda u: 0.12 if u < 0.5 else 0.8, y="s")
+
+
 def base_tilt():
     arm("n")
     arm(tilt=-8)

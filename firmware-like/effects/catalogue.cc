@@ -64,6 +64,7 @@ std::span<const Effect* const> Catalogue() {
       MeasurementScale,
       StepEvent,
       TiltEvent,
+      OffsetEvent,
       BaseTilt,
       RangeZero,
       RangeAnchor,

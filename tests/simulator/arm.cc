@@ -358,6 +358,9 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);
   }
+  for (const Changes::Jump& jump : changes_.jumps) {
+    if (row.t_s >= jump.time_s) s[jump.joint] += jump.by_rad;
+  }
   for (const Changes::Bump& bump : changes_.bumps) {
     const auto bell = [&](double centre) {
       const double off = std::remainder(row.q_rad[bump.joint] - centre, 2.0 * M_PI);

@@ -162,6 +162,10 @@ void Changes::Add(const Effect& effect) {
     each_joint(hardening);
   } else if (id == "compliance_asymmetry") {
     each_joint(asymmetry);
+  } else if (id == "offset_event") {
+    for (const Parameter& p : effect.parameters) {
+      if (p.name != "time") jumps.push_back({Value(effect, "time"), JointOf(p.name), p.value});
+    }
   } else if (id == "counterbalance") {
     counterbalance_Nm += Value(effect, "q2_amplitude");
     counterbalance_phase_rad = Value(effect, "q2_phase");

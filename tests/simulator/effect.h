@@ -51,6 +51,11 @@ struct Changes {
     Eigen::Vector3d xyz_m;
     bool of_tool;
   };
+  struct Jump {
+    double time_s;
+    int joint;
+    double by_rad;
+  };
   struct Bump {
     int joint;
     double amplitude_rad, centre_rad, width_rad, second;
@@ -84,6 +89,7 @@ struct Changes {
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;
   std::vector<Step> steps;
+  std::vector<Jump> jumps;
   std::vector<Bump> bumps;
   double counterbalance_Nm = 0.0, counterbalance_phase_rad = 0.0;
   double tool_ratio = 0.0, shear_kappa = 0.0, root_compliance = 0.0;

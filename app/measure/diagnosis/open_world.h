@@ -17,7 +17,7 @@ namespace plumbline::measure {
 ///    better. If that effect, in place of a name or beside all, is better by kUnknownMargin, the
 ///    column that distinguishes these rows is added to `diagnosis.drivers`, with a note.
 /// The fits are linear. An effect that moves the measured rows exactly as the named one does is not
-/// a rival.
+/// a rival, nor is a curve that changes where no row was measured in place of an event there.
 void AddOpenRivals(const Identified& found, Diagnosis& diagnosis);
 
 /// Rejected rows that one effect explains.

@@ -211,6 +211,7 @@ constexpr std::array kSearches = {
     Registered{"thermal_drift", ThermalDriftSearch},
     Registered{"step_event", StepEventSearch},
     Registered{"tilt_event", TiltEventSearch},
+    Registered{"offset_event", OffsetEventSearch},
     Registered{"camera_zoom", CameraZoomSearch},
 };
 

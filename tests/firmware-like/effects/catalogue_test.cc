@@ -49,6 +49,7 @@ const std::vector<std::string> kTable = {
     "measurement_scale: scale 1",
     "step_event: time s, row 1, x mm, y mm, z mm, frame (base,tool)",
     "tilt_event: time s, row 1, x deg, y deg",
+    "offset_event: time s, row 1, q# rad",
     "base_tilt: gain 1",
     "range_zero: zero mm",
     "range_anchor: x mm, y mm, z mm",
