@@ -218,6 +218,15 @@ def joint_compliance():
     weight((points[3][0], points[3][1] + 6))
 
 
+def compliance_asymmetry():
+    arm("n")
+    arm(q=turned(Q, 1, -8))
+    axes((150, 46), 38, 30, "tau", "s")
+    path([(150, 46), (184, 20)], "n")
+    path([(120, 69), (150, 46)], "n")
+    path([(120, 53), (150, 46), (184, 12)], "e")
+
+
 def joint_hardening():
     arm("n")
     arm(q=turned(Q, 1, -8))
@@ -481,6 +490,13 @@ def tilt_event():
     arm(tilt=-8)
     arc(BASE, 30, 4, -10)
     step_plot(lambda u: 0.12 if u < 0.5 else 0.8, y="x")
+
+
+def offset_event():
+    arm("n")
+    points = arm(q=turned(Q, 1, -11))
+    arc(points[1], 30, Q[0] + Q[1], Q[0] + Q[1] - 11)
+    step_plot(lambda u: 0.12 if u < 0.5 else 0.8, y="s")
 
 
 def base_tilt():

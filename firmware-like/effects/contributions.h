@@ -38,4 +38,17 @@ inline double OfJoint(const model::JointVector& signal, int joint) {
   return signal.size() > joint ? signal[joint] : 0;
 }
 
+/// True if the event time of a term, its `time` [s] or `row`, has been reached under these
+/// conditions.
+template <typename T>
+bool HasHappened(const EffectTerm& term, std::span<const T> values, const Conditions& conditions) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const ParameterSpec& spec = term.effect->traits().parameters[term.parameters[k].spec];
+    if (!IsEventTime(spec)) continue;
+    const std::optional<double>& now = spec.name == "time" ? conditions.t_s : conditions.row;
+    if (now && *now >= values[k]) return true;
+  }
+  return false;
+}
+
 }  // namespace plumbline::effects

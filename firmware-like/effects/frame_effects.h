@@ -5,19 +5,6 @@
 
 namespace plumbline::effects {
 
-/// True if the event time of a term, its `time` [s] or `row`, has been reached under these
-/// conditions.
-template <typename T>
-bool HasHappened(const EffectTerm& term, std::span<const T> values, const Conditions& conditions) {
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const ParameterSpec& spec = term.effect->traits().parameters[term.parameters[k].spec];
-    if (!IsEventTime(spec)) continue;
-    const std::optional<double>& now = spec.name == "time" ? conditions.t_s : conditions.row;
-    if (now && *now >= values[k]) return true;
-  }
-  return false;
-}
-
 /// Base frame error: a robot base that is not where it was declared in the measurement frame.
 /// The base moves by (x, y, z) in W, and (roll, pitch, yaw) are added to its declared angles:
 ///   X_WB = (R = Rz(yaw) Ry(pitch) Rx(roll), p = p_WB + (x, y, z))
@@ -202,7 +189,8 @@ struct TiltEvent {
 /// Thermal drift: a base or instrument that drifts while the cell warms up.
 /// The base moves by (x, y, z) (1 - exp(-t / time_constant)) in W, with t the time of the row [s].
 /// File units: mm, s. Adds nothing without a time constant, or if the time is unknown. Valid for
-/// one warm-up that started at t = 0.
+/// one warm-up that started at t = 0. A body of small and one of large heat capacity warm up with
+/// two time constants [lumped capacities: Incropera & DeWitt, ch. 5]: two effects, which add.
 struct ThermalDrift {
   static constexpr int kTimeConstant = 3;
 

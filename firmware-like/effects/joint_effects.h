@@ -39,6 +39,53 @@ struct JointOffset : AddsFrom<Entries::kTurn> {
   }
 };
 
+/// Offset event: a joint whose zero jumps at one time, at a power cycle or in a collision.
+/// From the event onwards (t_s >= time, or row number >= row, counted from 1):
+///   s_i += value_i                                                          [rad], [m] if
+///   prismatic
+/// as joint_offset [Whitney, Lozinski & Rourke 1986] before and after the event. Causes: an encoder
+/// whose battery-backed counter lost counts, a belt that skipped a tooth, a brake that slipped
+/// while the drive was off. File units: s, 1, rad. Adds nothing if no event time is given or its
+/// signal is unknown. Each jump is an effect of its own. If the frames of each session are
+/// estimated, not identifiable for the first joint at a change of session. The event time has no
+/// derivative and must be found by search.
+struct OffsetEvent {
+  enum Parameter { kTime, kRow, kJoint };
+
+  static EffectTraits Traits() {
+    return {
+        .id = "offset_event",
+        .meaning = "the joint's zero position jumped at one time: a power cycle, a collision",
+        .remedy =
+            "find out what happened at that time; check the encoder's battery and the brake, and "
+            "master the joint again",
+        .formula = "from the moment on, s_i += v_i",
+        .shown_by = "the same poses repeated before and after the moment",
+        .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
+                       {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
+                       {.name = "q#",
+                        .unit = "rad",
+                        .plausible = {-0.02, 0.02},
+                        .prismatic_unit = "m",
+                        .prismatic_plausible = {-0.02, 0.02}}},
+        .needs = {},
+        .confused_with = {"step_event", "tilt_event", "joint_offset", "thermal_drift"},
+        .per_joint = true,
+        .name = "a joint zero that jumped at one time"};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    if (!HasHappened(term, values, conditions)) return;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const TermParameter& parameter = term.parameters[k];
+      if (parameter.spec == kJoint)
+        influence.Joint(Influence<T>::kTurn, parameter.joint) += values[k];
+    }
+  }
+};
+
 /// Gear ratio error: a joint that turns by a constant fraction more or less than commanded.
 /// s_i += value_i q_i, with the commanded q_i [rad]. Unit: 1. The true ratio is fixed by the tooth
 /// counts, so a nonzero value indicates a wrong entry in the controller or a scale error of the
@@ -142,6 +189,41 @@ struct JointCompliance : AddsFrom<Entries::kCompliance> {
         // strain wave gears [Dumas et al. 2011; Klimchik et al. 2013; makers' catalogues], 7 for
         // the softest class, arms with joint torque sensors, twice that the largest seen there.
         .largest_observed_rotation_rad = 7e-3,
+        .of_arm = true};
+  }
+};
+
+/// Compliance asymmetry: a joint that yields differently under loads of opposite directions.
+/// s_i += value_i |tau_i|, so that its compliance is c + value under a positive gravity torque and
+/// c - value under a negative one, with c that of joint_compliance: a worm or preloaded gears whose
+/// flanks differ, a belt or brake that yields in one direction only (value = c or -c). The bilinear
+/// spring of [Shaw & Holmes 1983, J. Sound Vib. 90(1)]. Unit: rad/(N m); m/N for a prismatic joint.
+/// Valid while |value| <= c, as a passive joint yields in the direction of its load. While the
+/// torque has one direction, equivalent to joint_compliance. Friction on arrivals from one side
+/// looks alike.
+struct ComplianceAsymmetry : AddsFrom<Entries::kLoadShare> {
+  static EffectTraits Traits() {
+    return {
+        .id = "compliance_asymmetry",
+        .meaning = "the joint yields more under a load in one direction than in the other",
+        .remedy =
+            "check gears, belt and brake for wear or lost preload; let the correction compensate "
+            "for what remains",
+        .formula = "s_i += v_i |tau_i|",
+        .shown_by =
+            "torques of both signs on the joint, each of several sizes; arrivals from both "
+            "sides separate it from friction",
+        .parameters = {{.name = "q#",
+                        .unit = "rad/(N m)",
+                        .plausible = {-1e-4, 1e-4},
+                        .prismatic_unit = "m/N",
+                        .prismatic_plausible = {-5e-6, 5e-6}}},
+        .needs = {Signal::kTorques},
+        .confused_with = {"joint_compliance", "backlash", "arrival_friction", "joint_hardening"},
+        .per_joint = true,
+        // Half of the largest wind-up, if a joint yields in one direction only: see
+        // joint_compliance.
+        .largest_observed_rotation_rad = 3.5e-3,
         .of_arm = true};
   }
 };

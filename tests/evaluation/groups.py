@@ -10,7 +10,7 @@ import damage
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 OUTSIDE = ["creep", "link_warmup", "slow_sine", "payload_squared", "temperature_squared", "two_bumps",
-           "one_sided_compliance", "velocity_squared", "air_pressure"]
+           "velocity_squared", "air_pressure"]
 # Outside the catalogue too, each in a group of its own.
 PLURAL = ["two_drivers", "temperature_payload", "temperature_payload_joint"]
 # An instrument fine enough that the asked signal needs no unbelievable size of the effect.

@@ -210,7 +210,8 @@ def raceway_wobble(size, random, cell):
     return {"beyond": beyond}
 
 
-@kind("the toothed belt of a wrist joint skips teeth now and then, and keeps its new place")
+@kind("the toothed belt of a wrist joint skips teeth now and then, and keeps its new place",
+      accepts=("offset_event",))
 def belt_skips(size, random, cell):
     moments = np.sort(random.uniform(0.15, 0.95, 3)) * cell.span
     steps = random.choice([-1, 1, 2], 3)

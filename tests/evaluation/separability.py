@@ -21,7 +21,7 @@ MANY_ROWS = 1000  # where everything can be told apart, and the projections take
 CYCLES = [0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24]
 PER_JOINT = ["joint_offset", "gear_ratio", "joint_compliance", "joint_hardening", "backlash/load",
              "backlash/move", "approach_lag", "dynamic_inertia", "following_error",
-             "arrival_friction", "bearing_tilt", "axis_bending"]
+             "arrival_friction", "bearing_tilt", "axis_bending", "compliance_asymmetry"]
 BY_PARAMETER = ["link_geometry", "axis_coupling", "link_bending", "guide_play"]  # several columns a joint
 # Several columns a joint, too many to be a rival in all of their choices.
 TRUTH_ONLY = ["gravity_sag"]
@@ -33,6 +33,7 @@ WHOLE = ["base_frame", "tool_frame", "tool_stiffness", "tool_shear", "tool_root_
 # is none.
 NOT_NEGATIVE = {"tool_root_compliance", "pedestal_compliance", "thermal_growth", "joint_hardening",
                 "link_bending", "bearing_tilt", "axis_bending", "guide_play", "dynamic_inertia"}
+OF_TIME = ("thermal_drift", "step_event", "tilt_event", "offset_event")
 BY_NAME = WHOLE + BY_PARAMETER + TRUTH_ONLY + ["gear_periodic", "tilt_event"]
 
 
@@ -99,6 +100,9 @@ class Blocks:
     def tilt(self, time):
         return self.stack("tilt_event") * (self.t >= time)[:, None]
 
+    def jump(self, time, joints):
+        return self.stack("joint_offset", joints) * (self.t >= time)[:, None]
+
     def nuisances(self):
         both = np.hstack([self.stack("base_frame"), self.stack("tool_frame")])
         return np.hstack([both * (self.session == s)[:, None] for s in sorted(set(self.session))])
@@ -123,6 +127,8 @@ class Blocks:
             return {"": self.step(values["time"], effect["frame"])}
         if name == "tilt_event":
             return {"": self.tilt(values["time"])}
+        if name == "offset_event":
+            return {q: self.jump(values["time"], [q]) for q in sorted(key[1])}
         if name == "camera_zoom":
             return {"": self.zoom(values.get("time", 0.0))}
         return {"": self.stack(name)}
@@ -153,6 +159,8 @@ def rivals(blocks, joints, how_many):
         for frame in ("base", "tool"):
             yield "step_event", (frame,), 4, blocks.step(time, frame)
         yield "tilt_event", (), 3, blocks.tilt(time)
+        for joint in joints:
+            yield "offset_event", (joint,), 2, blocks.jump(time, [joint])
         if blocks.of("camera_zoom"):
             yield "camera_zoom", (), 2, blocks.zoom(time)
 
@@ -227,7 +235,7 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
         optional.append(labels if name in BY_PARAMETER + TRUTH_ONLY else small)
         needed = set(parts) - set(small)
         parameters = sum(b.shape[1] for l, b in parts.items() if l in needed or not l)
-        if name in ("thermal_drift", "step_event", "tilt_event"):
+        if name in OF_TIME:
             parameters += 1
         if name == "gear_periodic":
             parameters += len(needed)
@@ -236,7 +244,7 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
         twins.append([])
         for rival, chosen, count, block in rivals(blocks, joints, max(1, len(needed))):
             same = rival == name and (not chosen or needed <= set(chosen) or
-                                      name in ("step_event", "thermal_drift", "tilt_event"))
+                                      name in OF_TIME)
             if same or (rival == "counterbalance" and name == "gear_periodic" and scope == {"q2"}) or (
                     name == "counterbalance" and rival == "gear_periodic" and chosen == ("q2",)):
                 continue

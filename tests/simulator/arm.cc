@@ -345,7 +345,7 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
         cell_.joints[i].compliance_rad_per_Nm.value_or(0.0) + changes_.compliance[i];
     const double speed = longest > 0.0 ? row.last_move_rad[i] / longest : 0.0;
     s[i] +=
-        compliance * tau + changes_.one_sided[i] * std::min(0.0, tau) -
+        compliance * tau + changes_.asymmetry[i] * std::abs(tau) -
         changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
         changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
         changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
@@ -357,6 +357,9 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
   }
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);
+  }
+  for (const Changes::Jump& jump : changes_.jumps) {
+    if (row.t_s >= jump.time_s) s[jump.joint] += jump.by_rad;
   }
   for (const Changes::Bump& bump : changes_.bumps) {
     const auto bell = [&](double centre) {

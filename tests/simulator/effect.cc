@@ -72,7 +72,7 @@ Changes::Changes(int joints) {
                                   &a_m,          &d_m,           &alpha_rad,
                                   &beta_rad,     &bearing,       &link_bending,
                                   &link_torsion, &axis_bending,  &guide_x,
-                                  &guide_y,      &one_sided}) {
+                                  &guide_y,      &asymmetry}) {
     vector->setZero(joints);
   }
   coupling.setZero(joints, joints);
@@ -160,8 +160,12 @@ void Changes::Add(const Effect& effect) {
     each_joint(compliance);
   } else if (id == "joint_hardening") {
     each_joint(hardening);
-  } else if (id == "one_sided_compliance") {
-    each_joint(one_sided);
+  } else if (id == "compliance_asymmetry") {
+    each_joint(asymmetry);
+  } else if (id == "offset_event") {
+    for (const Parameter& p : effect.parameters) {
+      if (p.name != "time") jumps.push_back({Value(effect, "time"), JointOf(p.name), p.value});
+    }
   } else if (id == "counterbalance") {
     counterbalance_Nm += Value(effect, "q2_amplitude");
     counterbalance_phase_rad = Value(effect, "q2_phase");

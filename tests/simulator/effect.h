@@ -51,6 +51,11 @@ struct Changes {
     Eigen::Vector3d xyz_m;
     bool of_tool;
   };
+  struct Jump {
+    double time_s;
+    int joint;
+    double by_rad;
+  };
   struct Bump {
     int joint;
     double amplitude_rad, centre_rad, width_rad, second;
@@ -61,8 +66,7 @@ struct Changes {
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
       inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad,
-      bearing, link_bending, link_torsion, axis_bending;
-  Eigen::VectorXd one_sided;         ///< compliance under a negative torque only [rad/(N m)]
+      bearing, link_bending, link_torsion, axis_bending, asymmetry;
   Eigen::VectorXd guide_x, guide_y;  ///< half the play of a guide about two axes across its travel
   Eigen::MatrixXd coupling;          ///< (i, j): coupling of joint i to the angle of joint j
   /// Sag of a joint with links of unknown mass [rad], for a weight acting with |g| across the
@@ -85,6 +89,7 @@ struct Changes {
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;
   std::vector<Step> steps;
+  std::vector<Jump> jumps;
   std::vector<Bump> bumps;
   double counterbalance_Nm = 0.0, counterbalance_phase_rad = 0.0;
   double tool_ratio = 0.0, shear_kappa = 0.0, root_compliance = 0.0;

@@ -142,6 +142,14 @@ Effect StepEvent(Generator& random, double duration_s) {
   return step;
 }
 
+/// Half of them at the change from the first to the second of two sessions.
+Effect OffsetEvent(const std::vector<int>& joints, Generator& random, double duration_s) {
+  Effect event = PerJoint("offset_event", joints, "rad", 1e-3, true, random);
+  const double share = Integer(random, 0, 1) == 0 ? 0.5 : Uniform(random, 0.3, 0.7);
+  event.parameters.push_back({"time", share * duration_s, "s", true});
+  return event;
+}
+
 /// The joints of one type, numbered from 1.
 std::vector<int> JointsOfType(const Cell& cell, bool prismatic) {
   std::vector<int> joints;
@@ -307,6 +315,11 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
     }
     return effect;
   }
+  if (id == "compliance_asymmetry") {
+    // The gravity torque of the last joint but one has both directions in random poses.
+    return PerJoint(id, {std::max(1, n - 1)}, "rad/(N m)", 1e-7, true, random);
+  }
+  if (id == "offset_event") return OffsetEvent(joints(std::min(count, 2)), random, 5400.0);
   if (id == "counterbalance") {
     return {.id = id,
             .scope = {"q2"},
@@ -368,7 +381,8 @@ const std::vector<std::string> kCatalogued = {
     "step_event",      "camera_tag_size",   "camera_zoom",          "camera_lens",
     "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis",
     "bearing_tilt",    "link_bending",      "gravity_sag",          "tilt_event",
-    "base_tilt",       "range_zero",        "range_anchor"};
+    "base_tilt",       "range_zero",        "range_anchor",         "compliance_asymmetry",
+    "offset_event"};
 
 const std::vector<std::string> kOutside = {"creep",
                                            "link_warmup",
@@ -376,7 +390,6 @@ const std::vector<std::string> kOutside = {"creep",
                                            "payload_squared",
                                            "temperature_squared",
                                            "two_bumps",
-                                           "one_sided_compliance",
                                            "velocity_squared",
                                            "air_pressure",
                                            "two_drivers",
@@ -428,11 +441,6 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
     bumps.scope = {Name(joint)};
     hidden.effects = {bumps};
     hidden.drivers = {fmt::format("q{}_deg", joint)};
-  } else if (family == "one_sided_compliance") {
-    // The gravity torque of the last joint but one has both directions in random poses.
-    const int loaded = std::max(1, int(cell.joints.size()) - 1);
-    hidden.effects = {PerJoint(family, {loaded}, "rad/(N m)", 1e-7, false, random)};
-    hidden.drivers = {fmt::format("tau{}_Nm", loaded)};
   } else if (family == "velocity_squared") {
     hidden.effects = {PerJoint(family, {joint}, "s^2/rad", 1e-4, false, random)};
     hidden.drivers = {fmt::format("qd{}_deg_s", joint)};

@@ -72,6 +72,7 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
               std::string(name).size() > 1 ? "deg" : "mm", {q}));
     }
     joint("joint_compliance", "rad/(N m)");
+    joint("compliance_asymmetry", "rad/(N m)");
     joint("joint_hardening", "rad/(N m)^3");
     joint("backlash", "rad", "load");
     joint("backlash", "rad", "move");

@@ -204,11 +204,17 @@ class OpenRivals {
   void Keep(const Explanation& other, BlockIndex instead, const std::string& only,
             const std::string& along) {
     constexpr double kSame = 1e-6;  // of the signal: the same columns at these rows
+    // Of the signal of an event: a curve that is level before and after it, and changes where no
+    // row was measured, such as between two sessions. A judgement; through evenly spaced rows, a
+    // curve of the highest degree misses twice as much of a step.
+    constexpr double kSameStep = 0.1;
     for (const BlockIndex own : best_.blocks) {
       if (Holds(other, own)) continue;
-      const EffectKey lacking = KeyOf(set_.blocks()[own]);
+      const Block& named = set_.blocks()[own];
+      const EffectKey lacking = KeyOf(named);
       const double left = SignalLeft(set_, best_, lacking, other.blocks);
       if (!only.empty() && left < kSame) continue;
+      if (!along.empty() && ActsFromEventTime(named.term) && left < kSameStep) continue;
       Rival& rival = kept_.emplace_back();
       rival.instead_of = lacking.id;
       rival.instead_of_word = lacking.word;

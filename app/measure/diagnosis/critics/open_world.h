@@ -17,7 +17,8 @@ namespace plumbline::measure {
 ///    better. If that effect, in place of a name or beside all, is better by kUnknownMargin, the
 ///    column that distinguishes these rows is a driver, with a note.
 /// The fits are linear. An effect that moves the measured rows exactly as the named one does is not
-/// a rival. A driver makes the answer `unknown`. No opinion if the answer is unknown already.
+/// a rival, nor is a curve that changes where no row was measured in place of an event there. A
+/// driver makes the answer `unknown`. No opinion if the answer is unknown already.
 Opinion OpinionOnOpenWorld(const Identified& found);
 
 /// Rejected rows that one effect explains.

@@ -21,6 +21,11 @@ namespace {
 constexpr double kDriftTrials =
     4;  // effective number: neighbouring time constants give nearly equal curves
 
+constexpr std::size_t kMostDrifts = 2;  // of one explanation
+/// Least ratio of their time constants. A judgement: below it, one exponential follows the sum of
+/// two to a few per cent.
+constexpr double kMinDriftRatio = 4;
+
 const effects::Effect& ThermalDrift() {
   static const effects::Effect& effect = *effects::FindEffect("thermal_drift");
   return effect;
@@ -176,15 +181,20 @@ class DriftSearch final : public ShapeSearch {
   }
 
   bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {
-    return std::ranges::count_if(support, [](const Block* block) {
-             return block->term.effect == &ThermalDrift();
-           }) > 1;
+    std::vector<double> constants_s;
+    for (const Block* block : support) {
+      if (block->term.effect == &ThermalDrift())
+        constants_s.push_back(block->columns.front().values.back());
+    }
+    if (constants_s.size() < 2) return false;
+    const auto [fast, slow] = std::ranges::minmax(constants_s);
+    return constants_s.size() > kMostDrifts || slow < kMinDriftRatio * fast;
   }
 };
 
 /// For `thermal_drift`: proposes the two best time constants between 1/40 and 5 times the recorded
-/// time span. An explanation contains at most one, since the sum of two exponentials is hardly
-/// distinguishable from one.
+/// time span. An explanation contains at most two: the sum of two exponentials is distinguishable
+/// from one only if their time constants are far apart, that of three hardly ever.
 const ShapeSearch& ThermalDriftSearch() {
   static const DriftSearch search;
   return search;
@@ -201,6 +211,7 @@ constexpr std::array kSearches = {
     Registered{"thermal_drift", ThermalDriftSearch},
     Registered{"step_event", StepEventSearch},
     Registered{"tilt_event", TiltEventSearch},
+    Registered{"offset_event", OffsetEventSearch},
     Registered{"camera_zoom", CameraZoomSearch},
 };
 

@@ -295,6 +295,18 @@ TEST_CASE("a time-dependent effect is written with the time span of its data and
   CHECK(*diagnosis->domain.residual_sigma_m < 1.2 * diagnosis->sigma_m);
 }
 
+TEST_CASE("two drifts with time constants far apart are explained as two") {
+  Data data = Simulated("--family none --seed 3 --robot ur10");
+  Remeasure(data,
+            {EffectWith(data.cell, "thermal_drift", {{"x", 8e-4}, {"time_constant", 250}}),
+             EffectWith(data.cell, "thermal_drift", {{"z", 1e-3}, {"time_constant", 2500}})},
+            5e-5, 4);
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kExplained);
+  CHECK(Ids(*diagnosis) == std::vector<std::string>{"thermal_drift", "thermal_drift"});
+}
+
 TEST_CASE("a cause outside the catalogue is unknown, and its driver signal is reported") {
   const auto diagnosis = Answer(Simulated("--family air_pressure --seed 2 --signal 15"));
   REQUIRE(diagnosis);

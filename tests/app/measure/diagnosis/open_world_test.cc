@@ -37,18 +37,52 @@ void Move(MeasuredCell& data, const effects::ActiveEffect& effect, const Affecte
   }
 }
 
-TEST_CASE("a joint's zero that jumped between two sessions is driven by the session") {
-  MeasuredCell data = NoEffect(11);
+/// Divides the rows into two sessions, the second half a day later.
+/// @return  the first row of the second session
+std::size_t Divide(MeasuredCell& data) {
   data.table.recorded.session = true;
   const std::size_t half = data.table.rows.size() / 2;
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
     data.table.rows[k].session = k < half ? "1" : "2";
+    if (k >= half) *data.table.rows[k].t_s += 43200;
   }
-  Move(data, EffectWith(data.cell, "joint_offset", {{"q5", 2e-3}, {"q3", 4e-4}}),
+  return half;
+}
+
+TEST_CASE("an effect of one session only is driven by the session") {
+  MeasuredCell data = NoEffect(11);
+  const std::size_t half = Divide(data);
+  Move(data, EffectWith(data.cell, "gear_ratio", {{"q3", 2e-3}}),
        [&](std::size_t k) { return k >= half; });
   const Diagnosis diagnosis = Answer(data);
   CHECK(diagnosis.verdict == Verdict::kUnknown);
   CHECK(Names(diagnosis.drivers, "session"));
+}
+
+TEST_CASE("a joint's zero that jumped between two sessions is explained, whatever the clock does") {
+  for (const bool restarts : {false, true}) {
+    CAPTURE(restarts);
+    MeasuredCell data = NoEffect(11);
+    const std::size_t half = Divide(data);
+    const double restart_s = *data.table.rows[half].t_s;
+    for (std::size_t k = half; k < data.table.rows.size() && restarts; ++k)
+      *data.table.rows[k].t_s -= restart_s;
+    Move(data, EffectWith(data.cell, "joint_offset", {{"q5", 2e-3}, {"q3", 4e-4}}),
+         [&](std::size_t k) { return k >= half; });
+    const Diagnosis diagnosis = Answer(data);
+    CHECK(diagnosis.verdict == Verdict::kExplained);
+    CHECK(diagnosis.drivers.empty());
+    REQUIRE(diagnosis.findings.size() == 1);
+    const effects::ActiveEffect& jump = diagnosis.findings[0].effect;
+    CHECK(jump.term.effect->traits().id == "offset_event");
+    REQUIRE(jump.values.size() == 3);            // the event time, and two joints
+    const auto row = static_cast<double>(half);  // number of the last one of the first session
+    const auto& rows = data.table.rows;
+    CHECK(jump.values[0] > (restarts ? row : *rows[half - 1].t_s));
+    CHECK(jump.values[0] < (restarts ? row + 1 : *rows[half].t_s));
+    CHECK(jump.values[1] == Approx(4e-4).epsilon(0.1));
+    CHECK(jump.values[2] == Approx(2e-3).epsilon(0.1));
+  }
 }
 
 TEST_CASE("rejected rows that one effect explains are no gross errors") {

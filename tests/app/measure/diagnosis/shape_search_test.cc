@@ -121,7 +121,8 @@ TEST_CASE("products of carried columns equal those of the projected columns") {
 
 TEST_CASE("columns of a searched shape equal the derivatives of its effect") {
   const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
-  for (const char* const id : {"gear_periodic", "thermal_drift", "step_event", "tilt_event"}) {
+  for (const char* const id :
+       {"gear_periodic", "thermal_drift", "step_event", "tilt_event", "offset_event"}) {
     CAPTURE(id);
     for (const Block& block : rows.Proposed(id)) {
       const Eigen::MatrixXd columns = rows.problem->Columns(block, false);
