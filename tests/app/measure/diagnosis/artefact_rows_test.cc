@@ -12,6 +12,7 @@
 #include "app/measure/diagnosis/linear/robust.h"
 #include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 
 namespace plumbline::artefact_rows_test {

@@ -190,7 +190,11 @@ void AddRival(const Simulation& simulation, const measure::Finding& rival_findin
               measure::Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  measure::Rival rival{"tool_stiffness", "payload_mass", "", "", {}, {}, {}, 0.012, 1.4, {}, {}};
+  measure::Rival rival;
+  rival.instead_of = "tool_stiffness";
+  rival.id = "payload_mass";
+  rival.signal_left = 0.012;
+  rival.evidence_gap = 1.4;
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
     rival.rows.emplace_back(k);

@@ -6,12 +6,12 @@
 #include <stdexcept>
 
 #include "app/measure/diagnosis/critics/explanation_checks.h"
+#include "app/measure/diagnosis/critics/lack_of_fit.h"
 #include "app/measure/diagnosis/linear/shape_search.h"
 #include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "app/measure/diagnosis/search/findings.h"
 #include "app/measure/diagnosis/validation/farthest_poses.h"
 #include "app/measure/diagnosis/validation/held_out.h"
-#include "app/measure/diagnosis/verdict.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
 #include "tests/app/measure/diagnosis/simulated.h"
