@@ -17,6 +17,7 @@
 #include "app/base/text/sha256.h"
 #include "app/cli/failure.h"
 #include "app/cli/output_file.h"
+#include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/output/summary.h"
 #include "app/measure/report/pdf.h"
 #include "drivers/files/text_file.h"
