@@ -8,7 +8,7 @@ namespace {
 
 using Input = DomainExit::Input;
 
-double Square(double value) {
+double Squared(double value) {
   return value * value;
 }
 
@@ -58,7 +58,7 @@ ErrorGrowth::ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
       seen = {std::max(seen.low, effect.seen_t_s->low), std::min(seen.high, effect.seen_t_s->high)};
     }
   }
-  if (!distance_.empty()) declared_m2_ = Square(domain_->declared_sigma_m.value_or(0));
+  if (!distance_.empty()) declared_m2_ = Squared(domain_->declared_sigma_m.value_or(0));
 }
 
 template <typename Visit>
@@ -70,7 +70,7 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit) const {
     const double distance = nearest.DistanceOf(*value);
     if (distance == 0) return;
     std::optional<double> variance_m2;
-    if (measured.growth) variance_m2 = Square(*measured.growth * distance);
+    if (measured.growth) variance_m2 = Squared(*measured.growth * distance);
     visit(DomainExit{input, index, *value, nearest, variance_m2});
   };
   if (distance_.empty()) {
@@ -82,10 +82,10 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit) const {
   if (!domain_) return;
   if (!distance_.empty()) {
     const double distance = distance_.Of(at.q), reach = domain_->reach_rad;
-    const double beyond2 = Square(distance) - Square(reach);
+    const double beyond2 = Squared(distance) - Squared(reach);
     if (beyond2 > 0)
       visit(DomainExit{
-          Input::kPosture, 0, distance, {0, reach}, Square(*domain_->distant_sigma_m) * beyond2});
+          Input::kPosture, 0, distance, {0, reach}, Squared(*domain_->distant_sigma_m) * beyond2});
   }
   if (!Covers(*domain_, tools_[static_cast<std::size_t>(at.tool)]))
     visit(DomainExit{Input::kTool, 0, 0, {}, {}});
@@ -134,7 +134,7 @@ double ErrorGrowth::Variance(const OperatingPoint& at) const {
 }
 
 bool ErrorGrowth::Dominates(double gained_m2) const {
-  return domain_ && gained_m2 > Square(domain_->residual_sigma_m.value_or(0));
+  return domain_ && gained_m2 > Squared(domain_->residual_sigma_m.value_or(0));
 }
 
 bool ErrorGrowth::Outside(const OperatingPoint& at) const {
