@@ -200,12 +200,48 @@ const ShapeSearch& ThermalDriftSearch() {
   return search;
 }
 
+/// For `compliance_asymmetry`, which is linear: where the torque has one direction, |tau| is tau,
+/// and the compliance of the joint is the simpler explanation.
+class AsymmetrySearch final : public ShapeSearch {
+  using I = effects::Influence<double>;
+
+ public:
+  bool DependsOnResidual() const override { return false; }
+  std::vector<Block> Fixed(const Dataset& data) const override {
+    return {WholeBlock(data, *effects::FindEffect("compliance_asymmetry"), "")};
+  }
+
+  /// What the compliance of the same joint cannot reproduce must be as large as the evidence that
+  /// rules out a rival, four sigma, in every joint.
+  bool Visible(const LinearProblem& problem, const effects::ActiveEffect& effect) const override {
+    const Eigen::MatrixXd everywhere = Eigen::MatrixXd::Ones(problem.rows().count(), 1);
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      const int joint = effect.term.parameters[k].joint;
+      const auto column = [&](I::JointEntry entry) {
+        Eigen::MatrixXd of_entry = problem.Carried({entry * model::kMaxJoints + joint}, everywhere);
+        problem.Project(of_entry);
+        return Eigen::VectorXd(of_entry.col(0));
+      };
+      const Eigen::VectorXd moved = effect.values[k] * column(I::kLoadShare);
+      const Eigen::VectorXd yielded = column(I::kCompliance).normalized();
+      if (!((moved - yielded * yielded.dot(moved)).squaredNorm() > kRivalGap)) return false;
+    }
+    return true;
+  }
+};
+
+const ShapeSearch& ComplianceAsymmetrySearch() {
+  static const AsymmetrySearch search;
+  return search;
+}
+
 struct Registered {
   std::string_view id;
   const ShapeSearch& (*search)();
 };
 
 constexpr std::array kSearches = {
+    Registered{"compliance_asymmetry", ComplianceAsymmetrySearch},
     Registered{"counterbalance", CounterbalanceSearch},
     Registered{"gear_periodic", GearPeriodicSearch},
     Registered{"thermal_drift", ThermalDriftSearch},
