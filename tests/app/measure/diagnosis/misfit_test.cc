@@ -1,6 +1,5 @@
 // Rows that the model fits worse than the others, and directions of load that rows hardly show.
 #include "app/measure/diagnosis/critics/misfit.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
@@ -10,6 +9,7 @@
 #include "app/measure/diagnosis/linear/plausibility.h"
 #include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "tests/app/measure/diagnosis/simulated.h"
