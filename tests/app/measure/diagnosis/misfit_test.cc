@@ -1,5 +1,6 @@
 // Rows that the model fits worse than the others, and directions of load that rows hardly show.
 #include "app/measure/diagnosis/critics/misfit.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
