@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/measure/diagnosis/critics/lack_of_fit.h"
-#include "app/measure/diagnosis/critics/load_direction.h"
 #include "app/measure/diagnosis/critics/misfit.h"
 #include "app/measure/diagnosis/critics/open_world.h"
 #include "app/measure/diagnosis/data/thresholds.h"
@@ -155,7 +154,6 @@ constexpr Critic kCritics[] = {
     OpinionOnRepeats,
     [](const Examination& e) { return OpinionOnMisfit(e.found, e.fit); },
     [](const Examination& e) { return OpinionOnReplicates(e.found, e.fit); },
-    [](const Examination& e) { return OpinionOnLoadDirection(e.found); },
     [](const Examination& e) { return OpinionOnRejectedRows(e.found); },
     OpinionOnResidual,
     [](const Examination& e) { return OpinionOnReadings(e.data(), e.answer); },

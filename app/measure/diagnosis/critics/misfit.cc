@@ -314,13 +314,15 @@ std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation
     if (data.cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
     const int turn = Entries::kTurn * model::kMaxJoints + joint;
     const int compliance = Entries::kCompliance * model::kMaxJoints + joint;
-    PerRow<double> torque;
+    PerRow<double> torque, size;
     for (const RowIndex row : data.row_indices()) {
       const Gradient& gradient = linear.gradients[row];
       const double square = gradient.col(turn).squaredNorm();
       torque.push_back(square > 0 ? gradient.col(compliance).dot(gradient.col(turn)) / square : 0);
+      size.push_back(std::abs(torque[row]));
     }
     loads.push_back({fmt::format("tau{}_Nm", joint + 1), std::move(torque)});
+    loads.push_back({fmt::format("|tau{}_Nm|", joint + 1), std::move(size)});
   }
   PerRow<double> about_x, about_y;
   for (const RowIndex row : data.row_indices()) {
@@ -334,6 +336,11 @@ std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation
   loads.push_back({"base_moment_x_Nm", std::move(about_x)});
   loads.push_back({"base_moment_y_Nm", std::move(about_y)});
   return loads;
+}
+
+std::string DriverOf(std::string quantity) {
+  std::erase(quantity, '|');
+  return quantity;
 }
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,

@@ -29,12 +29,16 @@ struct RowQuantity {
   PerRow<double> values;
 };
 
-/// What gravity does at every row: the torque about each revolute joint ("tau2_Nm") and the moment
+/// What gravity does at every row: the torque about each revolute joint ("tau2_Nm"), its size
+/// ("|tau2_Nm|": a gear that gives way does so in both directions) and the moment
 /// about the horizontal axes of W at the base ("base_moment_x_Nm"), from the gradients
 ///   d p / d compliance = tau d p / d turn,   d p / d pedestal = M_x d p / d tilt_x + M_y d p / d
 ///   tilt_y
 /// @param linear  with gradients
 std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation& linear);
+
+/// The signal of a quantity: "tau2_Nm" of its size "|tau2_Nm|".
+std::string DriverOf(std::string quantity);
 
 /// The condition under which rows were rejected, if chance does not explain it: of m rejected rows
 /// among n, at least x are among the k rows beyond a limit, k < 4 x, with the hypergeometric

@@ -111,7 +111,7 @@ Opinion OpinionOnMisfit(const Identified& identified, const FitOfAllRows& fit) {
   const auto found = ConditionOfOutliers(data, fit.problem.weights, loads);
   Opinion opinion = found ? OpinionOnRejected(data, *found) : OpinionOnLargerResiduals(data, fit);
   if (!opinion.misfit || !opinion.misfit->certain) return opinion;
-  opinion.drivers = {opinion.misfit->condition.column};
+  opinion.drivers = {DriverOf(opinion.misfit->condition.column)};
   opinion.permits = Verdict::kUnknown;
   return opinion;
 }

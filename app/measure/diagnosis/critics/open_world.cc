@@ -411,7 +411,7 @@ Opinion OpinionOnRejectedRows(const Identified& found) {
       "measure "
       "more such poses",
       regime->rows, regime->effect, PercentText(regime->share), regime->driver));
-  opinion.drivers = {regime->driver};
+  opinion.drivers = {DriverOf(regime->driver)};
   if (!found.unknown) opinion.permits = Verdict::kUnknown;
   return opinion;
 }

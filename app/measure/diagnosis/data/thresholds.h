@@ -55,9 +55,6 @@ inline constexpr double kResidualSignificance = 1e-3;
 /// Of rejecting a correct explanation because poses differ by more than replicates scatter
 /// (Fisher's F): once in a thousand answers.
 inline constexpr double kLackOfFitSignificance = 1e-3;
-/// Of rejecting a correct explanation because the compliance of any joint seems to depend on the
-/// direction of its load: once in a thousand answers.
-inline constexpr double kLoadDirectionSignificance = 1e-3;
 /// Correlation of successive rows, in standard deviations, that independent noise exceeds once in a
 /// thousand data sets.
 inline constexpr double kCorrelatedSigmas = 3.09;

@@ -78,15 +78,7 @@ TEST_CASE("larger residuals under most rows are named, but leave no domain witho
   CHECK(diagnosis->domain.payload_kg->Hull().high == 8);
 }
 
-TEST_CASE(
-    "a joint that yields in one direction only is explained; gross errors have no direction") {
-  const auto direction_of = [](const Diagnosis& diagnosis) {
-    const auto check =
-        std::find_if(diagnosis.checks.begin(), diagnosis.checks.end(),
-                     [](const ExplanationCheck& one) { return one.name == "load_direction"; });
-    REQUIRE(check != diagnosis.checks.end());
-    return *check;
-  };
+TEST_CASE("a joint that yields in one direction only is explained") {
   MeasuredCell data = Simulated("--family none --seed 3 --robot ur10");
   Remeasure(data,
             {EffectWith(data.cell, "joint_compliance", {{"q3", 2e-6}}),
@@ -101,11 +93,6 @@ TEST_CASE(
     CHECK(finding.effect.term.parameters[0].joint == 2);
     CHECK(std::abs(finding.effect.values[0]) == Approx(2e-6).epsilon(0.1));
   }
-  const auto errors = Answer(
-      Simulated("--family joint_compliance --seed 3 --signal 15 --robot ur10 --outliers 0.05"));
-  REQUIRE(errors);
-  CHECK(errors->verdict == Verdict::kExplained);
-  CHECK(direction_of(*errors).passed);
 }
 
 TEST_CASE("larger residuals for a while are noted with their lines, and change no verdict") {
