@@ -309,6 +309,7 @@ bool Meets(const RowCondition& condition, const Dataset& data, RowIndex row) {
 
 std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation& linear) {
   using Entries = effects::Influence<double>;
+  constexpr double kLeastLever_m = 1e-6;  // with less, the torque of a joint moves no tip
   std::vector<RowQuantity> loads;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     if (data.cell.robot.joints[joint].type != model::JointType::kRevolute) continue;
@@ -318,7 +319,9 @@ std::vector<RowQuantity> GravityLoadsAt(const Dataset& data, const Linearisation
     for (const RowIndex row : data.row_indices()) {
       const Gradient& gradient = linear.gradients[row];
       const double square = gradient.col(turn).squaredNorm();
-      torque.push_back(square > 0 ? gradient.col(compliance).dot(gradient.col(turn)) / square : 0);
+      torque.push_back(square > kLeastLever_m * kLeastLever_m
+                           ? gradient.col(compliance).dot(gradient.col(turn)) / square
+                           : 0);
       size.push_back(std::abs(torque[row]));
     }
     loads.push_back({fmt::format("tau{}_Nm", joint + 1), std::move(torque)});

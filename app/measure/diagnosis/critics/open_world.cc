@@ -274,6 +274,20 @@ std::string ColumnOf(const Dataset& data, const std::vector<RowQuantity>& loads,
 
 }  // namespace
 
+namespace {
+
+/// Keeps the best rivals of each name.
+void KeepBestRivals(std::vector<Rival>& rivals) {
+  std::ranges::stable_sort(
+      rivals, [](const Rival& a, const Rival& b) { return a.evidence_gap < b.evidence_gap; });
+  std::map<std::pair<std::string, std::string>, std::size_t> count;
+  std::erase_if(rivals, [&](const Rival& rival) {
+    return count[{rival.instead_of, rival.instead_of_word}]++ >= kMaxPerCause;
+  });
+}
+
+}  // namespace
+
 Opinion OpinionOnOpenWorld(const Identified& found) {
   Opinion opinion;
   if (found.unknown) return opinion;
@@ -288,6 +302,7 @@ Opinion OpinionOnOpenWorld(const Identified& found) {
     rivals.TryLevel(level, levels.size(), effects);
     rivals.Finish();
   }
+  KeepBestRivals(opinion.rivals);
   if (!opinion.rivals.empty()) opinion.permits = Verdict::kAmbiguous;
   if (!opinion.drivers.empty()) opinion.permits = Verdict::kUnknown;
   return opinion;
@@ -412,7 +427,7 @@ Opinion OpinionOnRejectedRows(const Identified& found) {
       "more such poses",
       regime->rows, regime->effect, PercentText(regime->share), regime->driver));
   opinion.drivers = {DriverOf(regime->driver)};
-  if (!found.unknown) opinion.permits = Verdict::kUnknown;
+  opinion.permits = Verdict::kUnknown;
   return opinion;
 }
 

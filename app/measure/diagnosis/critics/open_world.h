@@ -18,7 +18,7 @@ namespace plumbline::measure {
 ///    column that distinguishes these rows is a driver, with a note.
 /// The fits are linear. An effect that moves the measured rows exactly as the named one does is not
 /// a rival, nor is a curve that changes where no row was measured in place of an event there. A
-/// driver makes the answer `unknown`. No opinion if the answer is unknown already.
+/// driver makes the answer `unknown`. No opinion on an answer with an empirical curve.
 Opinion OpinionOnOpenWorld(const Identified& found);
 
 /// Rejected rows that one effect explains.

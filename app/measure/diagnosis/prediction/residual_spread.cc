@@ -43,7 +43,8 @@ struct HeldOutSquare {
   Components share = Components::Zero();  ///< variance = share . components
   double noise_m2 = 0;                    ///< noise that this row states in excess of sigma, known
   int fold = 0;
-  double weight = 1;  ///< in the likelihood
+  double weight = 1;         ///< in the likelihood
+  double added_error_m = 0;  ///< of the correction as written
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
 
@@ -86,6 +87,7 @@ SchemeSquares SquaresOfScheme(const HeldOut& scheme, const FitProblem& problem, 
     one.fold = scheme.fold_of[row];
     one.before = scheme.before[row];
     one.after = scheme.after[row];
+    one.added_error_m = correction == Correction::kNone ? 0 : added_error_m;
     squares.with_outliers.push_back(one);
     folds.insert(scheme.fold_of[row]);
     if (problem.weights[row] >= kOutlierWeight) squares.rows.push_back(one);
@@ -168,7 +170,9 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
     if (declared_m2 > 0 && gained.sum() > 0) {
       const double kept = declared_m2 / (declared_m2 + gained.sum());
       gained *= kept;
-      square_m2 = (row.before + kept * (row.after - row.before)).squaredNorm() / axes;
+      square_m2 = ((row.before + kept * (row.after - row.before)).squaredNorm() +
+                   Squared(kept * row.added_error_m)) /
+                  axes;
     }
     ratios.push_back(axes * square_m2 / (parts.sum() + row.noise_m2));
   }
@@ -238,7 +242,8 @@ Components CautionOf(const std::vector<const HeldOut*>& held_out, const FitProbl
     for (const RowIndex row : scheme->predicted.indices()) {
       if (!scheme->predicted[row] || problem.weights[row] < kOutlierWeight) continue;
       of_folds.Add(scheme->fold_of[row], scheme->before[row]);
-      if (data.loads_recorded()) of_loads.Add(data.conditions[row].payload_kg, scheme->before[row]);
+      if (data.loads_recorded() && scheme == held_out.front())
+        of_loads.Add(data.conditions[row].payload_kg, scheme->before[row]);
     }
     const bool regions = scheme != held_out.front() && !scheme->other_sessions;
     if (regions)
@@ -300,6 +305,7 @@ std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitPr
   components *= ratio;
   ResidualSpread spread{std::sqrt(components[kNear] + components[kSession]),
                         std::sqrt(components[kPosture]),
+                        std::sqrt(ratio * deviation_m2),
                         components.tail<kInputs>().sqrt(),
                         {}};
   if (fades) spread.declared_m = std::sqrt(ratio * declared_m2);

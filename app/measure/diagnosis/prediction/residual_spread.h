@@ -16,7 +16,10 @@ namespace plumbline::measure {
 /// For a correction that fades, see deflection/error_growth.h.
 struct ResidualSpread {
   double near_m = 0;
-  double distant_m = 0;                          ///< per radian
+  double distant_m = 0;  ///< per radian
+  /// What there was to correct: standard deviation of the declared model's errors. The growth along
+  /// what no row tests is at least this.
+  double deviation_m = 0;
   BeyondRanges growth_m = BeyondRanges::Zero();  ///< per range of each input
   /// Set if the correction fades: standard deviation of the declared model far away. It is widened
   /// like the growths, so that their ratio, which determines the applied share of the correction,
@@ -38,7 +41,7 @@ enum class Correction { kNone, kWritten, kFading };
 /// counts as much as the prior, so that a component that no fold tests keeps what the prior says.
 /// Its mode is the noise, plus the deviation of the declared model unless the causes of the
 /// correction are confirmed: a confirmed law extrapolates, anything else may err by as much as
-/// there was to correct. Along time, it is at least `drift_m`.
+/// there was to correct. Along time, `drift_m` is added to it.
 ///
 /// If the correction fades, its growth along the posture and the payload is multiplied by the
 /// variance that the declared model leaves over that in the held-out region, or under the load,

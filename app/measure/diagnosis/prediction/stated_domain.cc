@@ -212,7 +212,8 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   diagnosis.domain.distant_sigma_m = spread->distant_m;
   diagnosis.domain.poses = poses;
   diagnosis.domain.reach_rad = reach;
-  ranges.StateIn(diagnosis.domain, spread->growth_m, drift_m.has_value());
+  ranges.StateIn(diagnosis.domain,
+                 InputRanges::Growth{spread->growth_m, spread->deviation_m, drift_m.has_value()});
   if (!spread->declared_m) return;
   diagnosis.domain.declared_sigma_m = spread->declared_m;
   AddDeclaredFrames(task.data, declared, diagnosis);
@@ -239,9 +240,10 @@ void AddDomain(const Task& task, const Identified& found, const FittedModel& dec
   for (const RowIndex row : task.data.row_indices()) {
     if (validated.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
-  const InputsOfRows inputs = InputsOf(task.data, corrected.model, validated.weights);
+  InputsOfRows inputs = InputsOf(task.data, corrected.model, validated.weights);
+  inputs.units = corrected.units;  // those in which the growths were estimated
   const InputRanges ranges(inputs, accepted);
-  ranges.StateIn(diagnosis.domain, std::nullopt, false);
+  ranges.StateIn(diagnosis.domain, std::nullopt);
   AddSpread(task, found, declared.model, accepted, ranges, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&

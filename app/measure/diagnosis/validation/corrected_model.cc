@@ -93,7 +93,8 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
   const bool may_fade = !found.best.blocks.empty() || offered.has_value();  // checks may follow
-  CorrectedModel corrected{written->model, written->errors, Validate(input, may_fade), 0};
+  CorrectedModel corrected{written->model, written->errors, Validate(input, may_fade), 0,
+                           inputs.units};
   if (task.Interrupted()) return Task::InterruptedError();
   diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.fit.weights);

@@ -44,6 +44,7 @@ struct CorrectedModel {
   PerRow<Vec3> errors;    ///< [m]
   Validation validation;  ///< of the searched rows
   double discrepancy_parameters = 0;
+  InputUnits units{};  ///< of the distances of held-out rows
 };
 
 /// 3-D RMS over the rows that are not outliers.

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
-#include "app/measure/diagnosis/validation/farthest_poses.h"
 #include "app/measure/diagnosis/data/thresholds.h"
+#include "app/measure/diagnosis/validation/farthest_poses.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline::measure {
@@ -35,12 +36,11 @@ double SquaredBeyond(const Measured& measured, const std::optional<double>& valu
   return std::pow(per_unit * measured->Nearest(*value).DistanceOf(*value), 2);
 }
 
-/// The range of the values without the two at each end, 0 included.
-model::Interval TorqueRange(std::vector<double> values) {
-  constexpr std::size_t kLeftOut = 2;
+/// The range of the values without `left_out` at each end, 0 included.
+model::Interval TorqueRange(std::vector<double> values, std::size_t left_out) {
   std::ranges::sort(values);
-  if (values.size() <= 2 * kLeftOut) return {};
-  return {std::min(0.0, values[kLeftOut]), std::max(0.0, values[values.size() - 1 - kLeftOut])};
+  if (values.size() <= 2 * left_out) return {};
+  return {std::min(0.0, values[left_out]), std::max(0.0, values[values.size() - 1 - left_out])};
 }
 
 /// Values of some rows.
@@ -54,15 +54,29 @@ std::vector<double> ColumnOf(const PerRow<RowInputs>& inputs, const FitRows& row
   return values;
 }
 
-model::Interval TorquesOf(const PerRow<RowInputs>& inputs, const FitRows& rows, std::size_t joint) {
-  const auto at = static_cast<Eigen::Index>(joint);
-  return TorqueRange(ColumnOf(
-      inputs, rows, [at](const RowInputs& row) { return std::optional<double>(row.tau[at]); }));
+/// The torque of a joint in each pose.
+std::vector<double> TorquesOf(const PerRow<RowInputs>& inputs, const FitRows& rows,
+                              std::size_t joint) {
+  std::set<ClusterIndex> visited;
+  return ColumnOf(inputs, rows, [&](const RowInputs& row) -> std::optional<double> {
+    if (row.pose && !visited.insert(*row.pose).second) return std::nullopt;
+    return row.tau[static_cast<Eigen::Index>(joint)];
+  });
 }
+
+constexpr std::size_t kPosesLeftOut = 2;  // at each end of a range of torques
 
 Measured PayloadsOf(const PerRow<RowInputs>& inputs, const FitRows& rows) {
   constexpr double kGap = 0.1;  // of the range: nearer loads show what is between them
   return RangeOf(ColumnOf(inputs, rows, std::mem_fn(&RowInputs::payload_kg)), kGap);
+}
+
+/// A limit that rounding does not pass.
+model::Interval WithTolerance(const model::Interval& range) {
+  constexpr double kShare = 0.02;  // of the width
+  constexpr double kLeast_Nm = 1e-3;
+  const double tolerance = std::max(kShare * range.Width(), kLeast_Nm);
+  return {range.low - tolerance, range.high + tolerance};
 }
 
 constexpr double kConnected = 1;  // one interval
@@ -84,16 +98,19 @@ InputUnits UnitsOf(const PerRow<RowInputs>& inputs, const FitRows& rows,
   std::vector<double> widths;
   double largest = 0;
   for (std::size_t joint = 0; joint < levers.size(); ++joint) {
-    widths.push_back(levers[joint] > 0 ? TorquesOf(inputs, rows, joint).Width() : 0);
+    widths.push_back(
+        levers[joint] > 0 ? TorqueRange(TorquesOf(inputs, rows, joint), kPosesLeftOut).Width() : 0);
     largest = std::max(largest, widths.back());
   }
   for (std::size_t joint = 0; joint < levers.size(); ++joint)
     units.per_Nm.push_back(
         largest > 0 ? levers[joint] / std::max(widths[joint], kLeastShare * largest) : 0);
   if (const Measured loads = PayloadsOf(inputs, rows)) {
-    const double range = std::max(loads->Hull().high, 0.0) - std::min(loads->Hull().low, 0.0);
-    const auto gaps = std::max<std::size_t>(1, loads->intervals.size() - 1);
-    if (range > 0) units.per_kg = static_cast<double>(gaps) / range;
+    const model::Interval hull = loads->Hull();
+    const auto gaps = static_cast<double>(loads->intervals.size()) - 1;
+    const double unit =
+        gaps > 0 ? hull.Width() / gaps : std::max(std::abs(hull.low), std::abs(hull.high));
+    units.per_kg = unit > 0 ? 1 / unit : 0;
   }
   if (const Measured warmth = TemperaturesOf(inputs, rows))
     units.per_K = 1 / std::max(kLeastTemperatureRange_K, warmth->Hull().Width());
@@ -101,6 +118,28 @@ InputUnits UnitsOf(const PerRow<RowInputs>& inputs, const FitRows& rows,
   if (times && times->Hull().Width() > 0) units.per_s = 1 / times->Hull().Width();
   return units;
 }
+
+namespace {
+
+/// Widens the yield of each joint by what it is at one row.
+void AddYield(const deflection::LoadedArm& arm, const Model& model,
+              const effects::Conditions& moment, const loads::Payload& payload,
+              const model::JointVector& q, std::vector<double>& yield) {
+  using Entries = effects::Influence<double>;
+  Entries influence = arm.EffectsAt(moment, payload);
+  effects::AddEffects(model.effects, moment, influence);
+  kinematics::Posture posture;
+  kinematics::Jacobian jacobian;
+  arm.chain().Evaluate(q, posture);
+  arm.chain().JacobianAt(posture, posture.X_BF() * arm.X_FT(payload.tool).p, jacobian);
+  for (int joint = 0; joint < arm.size(); ++joint) {
+    const double slope = arm.compliance(joint) + influence.Joint(Entries::kCompliance, joint);
+    double& own = yield[static_cast<std::size_t>(joint)];
+    own = std::max(own, std::abs(slope) * jacobian.col(joint).head<3>().norm());
+  }
+}
+
+}  // namespace
 
 InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<double>& weights) {
   InputsOfRows inputs;
@@ -110,14 +149,18 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
   const bool loads = data.loads_recorded();
   std::vector<model::JointVector> poses;
   FitRows accepted;
+  inputs.yield.assign(static_cast<std::size_t>(arms.front().size()), 0);
   for (const RowIndex row : data.row_indices()) {
     const effects::Conditions& moment = data.conditions[row];
+    const deflection::LoadedArm& arm = arms[data.session_of[row]];
     poses.push_back(data.measured(row).q);
-    const deflection::OperatingPoint at =
-        arms[data.session_of[row]].PointAt(poses.back(), data.payloads[row], moment);
-    RowInputs& own = inputs.rows.emplace_back(RowInputs{at.tau, {}, at.temp_C, at.t_s});
+    const deflection::OperatingPoint at = arm.PointAt(poses.back(), data.payloads[row], moment);
+    RowInputs& own =
+        inputs.rows.emplace_back(RowInputs{at.tau, data.cluster_of[row], {}, at.temp_C, at.t_s});
     if (loads) own.payload_kg = moment.payload_kg;
-    if (weights[row] >= kOutlierWeight) accepted.push_back(row);
+    if (weights[row] < kOutlierWeight) continue;
+    accepted.push_back(row);
+    AddYield(arm, model, moment, data.payloads[row], poses.back(), inputs.yield);
   }
   const deflection::LoadedArm& arm = arms.front();
   const kinematics::PoseDistance distance = DistanceFrom(data.cell, poses);
@@ -130,11 +173,16 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
 
 InputRanges::InputRanges(const InputsOfRows& inputs, const FitRows& rows)
     : units_(inputs.units),
+      yield_(inputs.yield),
       payload_kg_(PayloadsOf(inputs.rows, rows)),
       temp_C_(TemperaturesOf(inputs.rows, rows)),
       t_s_(TimesOf(inputs.rows, rows)) {
-  for (std::size_t joint = 0; joint < units_.per_Nm.size(); ++joint)
-    torques_.push_back(TorquesOf(inputs.rows, rows, joint));
+  yield_.resize(units_.per_Nm.size(), 0);
+  for (std::size_t joint = 0; joint < units_.per_Nm.size(); ++joint) {
+    const std::vector<double> torques = TorquesOf(inputs.rows, rows, joint);
+    torques_.push_back(TorqueRange(torques, kPosesLeftOut));
+    all_torques_.push_back(TorqueRange(torques, 0));
+  }
 }
 
 BeyondRanges InputRanges::Beyond(const RowInputs& row) const {
@@ -148,21 +196,25 @@ BeyondRanges InputRanges::Beyond(const RowInputs& row) const {
           SquaredBeyond(t_s_, row.t_s, units_.per_s)};
 }
 
-void InputRanges::StateIn(model::Domain& domain, const std::optional<BeyondRanges>& growth_m,
-                          bool with_time) const {
+void InputRanges::StateIn(model::Domain& domain, const std::optional<Growth>& growth) const {
   const auto stated = [&](Measured measured, Input input, double per_unit) {
-    if (measured && growth_m) measured->growth = per_unit * (*growth_m)[static_cast<int>(input)];
+    if (measured && growth && per_unit > 0)
+      measured->growth = per_unit * growth->per_unit_m[static_cast<int>(input)];
     return measured;
   };
   domain.payload_kg = stated(payload_kg_, Input::kPayload, units_.per_kg);
   domain.temp_C = stated(temp_C_, Input::kTemperature, units_.per_K);
-  if (with_time) domain.t_s = stated(t_s_, Input::kTime, units_.per_s);
+  if (growth && growth->with_time) domain.t_s = stated(t_s_, Input::kTime, units_.per_s);
   domain.torques.clear();
-  for (std::size_t joint = 0; growth_m && joint < torques_.size(); ++joint) {
-    if (units_.per_Nm[joint] <= 0) continue;
-    domain.torques.push_back(
-        {static_cast<int>(joint), *stated(model::MeasuredRange{{torques_[joint]}, {}},
-                                          Input::kTorque, units_.per_Nm[joint])});
+  for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
+    const double per_Nm = units_.per_Nm[joint];
+    if (per_Nm <= 0) continue;
+    model::MeasuredRange range{{growth ? torques_[joint] : WithTolerance(all_torques_[joint])}, {}};
+    range = *stated(range, Input::kTorque, per_Nm);
+    const bool one_direction = torques_[joint].low == 0 || torques_[joint].high == 0;
+    if (growth && one_direction)
+      range.growth = std::max({*range.growth, per_Nm * growth->untested_m, yield_[joint]});
+    domain.torques.push_back({static_cast<int>(joint), range});
   }
 }
 

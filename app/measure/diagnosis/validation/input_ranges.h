@@ -20,24 +20,29 @@ using BeyondRanges = Eigen::Array<double, kInputs, 1>;
 
 /// Values of the inputs at one row. What is absent was not recorded.
 struct RowInputs {
-  model::JointVector tau;  ///< gravity torques [N m] or forces [N]
+  model::JointVector tau;              ///< gravity torques [N m] or forces [N]
+  std::optional<ClusterIndex> pose{};  ///< visits of one pose share it; absent: a pose of its own
   std::optional<double> payload_kg, temp_C, t_s;
 };
 
 /// Units of distance. A torque is counted in ranges of that joint, at least a tenth of the largest
 /// range of any joint, times the joint's lever over the root of the sum of squares of all levers,
-/// so that the sum of squares over the joints is a displacement of the tip; a payload in ranges, 0
-/// kg included, or in mean gaps between several measured loads; a temperature in ranges of at least
-/// 5 K; a time in time spans.
+/// so that the sum of squares over the joints is a displacement of the tip; a payload in mean gaps
+/// between several measured loads, or in the only load; a temperature in ranges of at least 5 K; a
+/// time in time spans.
 struct InputUnits {
   std::vector<double> per_Nm{};  ///< of each joint; 0: its torque is not known
-  double per_kg = 1, per_K = 1, per_s = 1;
+  double per_kg = 0;             ///< 0: all loads are 0 kg, and show nothing of others
+  double per_K = 1, per_s = 1;
 };
 
 /// Inputs of every row, under the loads and frames of a model.
 struct InputsOfRows {
   PerRow<RowInputs> rows;
   InputUnits units;
+  /// Of each joint, the largest displacement of the tip per unit of torque by its compliance,
+  /// declared or by the effects of the model [m/(N m)].
+  std::vector<double> yield{};
 };
 
 /// @param levers  of each joint, as a share; 0: its torque is not known
@@ -48,24 +53,30 @@ InputUnits UnitsOf(const PerRow<RowInputs>& inputs, const FitRows& rows,
 InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<double>& weights);
 
 /// What some rows show of the inputs. Torques include 0, and their range leaves out the two largest
-/// and the two smallest of at least five values: what one or two poses show does not determine how
-/// a joint yields.
+/// and the two smallest of at least five poses: what one or two poses show does not determine how a
+/// joint yields.
 class InputRanges {
  public:
   /// @param rows  those that determine the ranges
   InputRanges(const InputsOfRows& inputs, const FitRows& rows);
 
   BeyondRanges Beyond(const RowInputs& row) const;
-  /// States the ranges in a domain; torques only with their growth, since a range that leaves out
-  /// rows is no limit.
-  /// @param growth_m   standard deviation per axis and unit, one per input; absent if not known
-  /// @param with_time  whether the error grows with time
-  void StateIn(model::Domain& domain, const std::optional<BeyondRanges>& growth_m,
-               bool with_time) const;
+  /// Growths of the error.
+  struct Growth {
+    BeyondRanges per_unit_m;  ///< standard deviation per axis and unit, one per input
+    /// Of a joint that the rows load in one direction only, at least, per unit [m]: no row tests
+    /// how it yields in the other, so that its own deflection, too, may be wrong there as a whole.
+    double untested_m = 0;
+    bool with_time = false;  ///< whether the error grows with time
+  };
+  /// States the ranges in a domain. Without a growth, that of a torque is all that the rows had,
+  /// since it is a limit then.
+  void StateIn(model::Domain& domain, const std::optional<Growth>& growth) const;
 
  private:
   InputUnits units_;
-  std::vector<model::Interval> torques_;  ///< of each joint
+  std::vector<double> yield_;
+  std::vector<model::Interval> torques_, all_torques_;  ///< of each joint
   std::optional<model::MeasuredRange> payload_kg_, temp_C_, t_s_;
 };
 

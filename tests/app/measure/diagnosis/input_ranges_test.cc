@@ -48,10 +48,10 @@ double BeyondPayload(const InputRanges& ranges, double payload_kg) {
 }
 
 model::Domain Stated(const InputRanges& ranges,
-                     const std::optional<BeyondRanges>& growth_m = BeyondRanges::Ones(),
-                     bool with_time = true) {
+                     const std::optional<InputRanges::Growth>& growth = InputRanges::Growth{
+                         BeyondRanges::Ones(), 0, true}) {
   model::Domain domain;
-  ranges.StateIn(domain, growth_m, with_time);
+  ranges.StateIn(domain, growth);
   return domain;
 }
 
@@ -86,6 +86,32 @@ TEST_CASE("the range of a torque includes zero and leaves out the two extremes o
   CHECK(domain.torques[0].joint == 0);
   CHECK(domain.torques[0].range.Hull() == model::Interval{0, 3});
   CHECK(domain.torques[1].range.Hull() == model::Interval{-3, 0});
+}
+
+TEST_CASE("visits of one pose show one torque") {
+  Rows rows;
+  rows.levers = {1, 0};
+  for (int k = 0; k < 12; ++k) {
+    RowInputs& row = rows.Add(k < 5 ? 90 : k, 0);
+    if (k < 5) row.pose = ClusterIndex(0);
+  }
+  CHECK(Stated(rows.Ranges()).torques[0].range.Hull() == model::Interval{0, 10});
+}
+
+TEST_CASE("how a joint yields in a direction that no row shows may be wrong as a whole") {
+  Rows rows;
+  rows.levers = {1, 1};
+  rows.inputs.yield = {1e-5, 0};
+  for (int k = 0; k < 9; ++k) rows.Add(10 * k, k % 2 == 0 ? 50 : -50);
+  BeyondRanges small = BeyondRanges::Constant(1e-6);
+  const auto growths = [&](double untested_m) {
+    const model::Domain domain =
+        Stated(rows.Ranges(), InputRanges::Growth{small, untested_m, false});
+    return std::pair(*domain.torques[0].range.growth, *domain.torques[1].range.growth);
+  };
+  CHECK(growths(0).first == Approx(1e-5));            // its own deflection
+  CHECK(growths(1e-2).first == Approx(1e-2 / 60));    // its range: 0 to 60 N m
+  CHECK(growths(1e-2).second == Approx(1e-6 / 100));  // loaded in both
 }
 
 TEST_CASE("torques count in ranges of their joint, by its lever") {
@@ -147,7 +173,7 @@ TEST_CASE("the stated growths are those per range, in the unit of each input") {
   const InputRanges ranges = rows.Ranges();
   BeyondRanges growth_m;
   growth_m << 1e-4, 2e-4, 3e-4, 4e-4;
-  const model::Domain domain = Stated(ranges, growth_m);
+  const model::Domain domain = Stated(ranges, InputRanges::Growth{growth_m, 0, true});
   RowInputs beyond = Rows().Add(-30, 10);
   beyond.payload_kg = 8;
   beyond.temp_C = 31;
@@ -166,11 +192,14 @@ TEST_CASE("the stated growths are those per range, in the unit of each input") {
   CHECK(*domain.temp_C->growth == Approx(3e-4 / 8));
   CHECK(*domain.t_s->growth == Approx(4e-4 / 800));
 
-  CHECK_FALSE(Stated(ranges, growth_m, false).t_s);  // nothing in the answer follows time
+  CHECK_FALSE(Stated(ranges, InputRanges::Growth{growth_m, 0, false})
+                  .t_s);  // nothing in the answer follows time
   const model::Domain unknown = Stated(ranges, std::nullopt);
   CHECK_FALSE(unknown.payload_kg->growth);
   CHECK_FALSE(unknown.temp_C->growth);
-  CHECK(unknown.torques.empty());
+  REQUIRE(unknown.torques.size() == 2);  // all that the rows had, as a limit
+  CHECK(unknown.torques[0].range.Hull().high == Approx(102));
+  CHECK_FALSE(unknown.torques[0].range.growth);
 }
 
 }  // namespace plumbline::input_ranges_test
