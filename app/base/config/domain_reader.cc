@@ -104,7 +104,7 @@ std::vector<model::MeasuredTorque> TorquesFrom(const TomlTable& table, const cha
 
 /// What a file of an earlier version states of loads: the levels that were measured, each with 5 %
 /// of their range to both sides, and torques without a growth, 2 % beyond which were covered.
-void ReadFormerKeys(const TomlTable& table, const model::Robot& robot, model::Domain& domain) {
+void ReadPreviousKeys(const TomlTable& table, const model::Robot& robot, model::Domain& domain) {
   constexpr double kSameLoad = 0.05, kSameTorque = 0.02;
   for (model::MeasuredTorque torque : TorquesFrom(table, "joint_loads_Nm", robot.size())) {
     for (model::Interval& range : torque.range.intervals)
@@ -119,9 +119,9 @@ void ReadFormerKeys(const TomlTable& table, const model::Robot& robot, model::Do
       domain.payload_kg->intervals.push_back({level - same_kg, level + same_kg});
   }
   // Combinations of joints: the distance of the postures says as much.
-  const bool former = table.Rows("joint_combinations", {-100000, 100000}).has_value() ||
-                      table.Has("joint_loads_Nm") || table.Has("payload_levels_kg");
-  if (!former) return;
+  const bool previous = table.Rows("joint_combinations", {-100000, 100000}).has_value() ||
+                        table.Has("joint_loads_Nm") || table.Has("payload_levels_kg");
+  if (!previous) return;
   table.AddWarning("",
                    "is from an earlier version; the next one will not read it: "
                    "diagnose the rows again");
@@ -164,7 +164,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot,
   domain.temp_C =
       RangeFrom(table, "temp_C", kTemperatureRange, "temp_growth_mm_per_K", kMetrePerMm);
   domain.t_s = RangeFrom(table, "t_s", {-1e12, 1e12}, "time_growth_mm_per_h", kMetrePerMm / 3600);
-  ReadFormerKeys(table, robot, domain);
+  ReadPreviousKeys(table, robot, domain);
   domain.tools = table.Integers("tools", 0, kLargestNumber).value_or(std::vector<int>());
   domain.payload_items = table.Integers("payload_items", 0, kLargestNumber);
   domain.largest_residual_m = table.Number("largest_residual_mm", kLargestResidual);

@@ -774,12 +774,13 @@ TEST_CASE("what a domain of an earlier version states of loads is read, with a w
   const model::Domain torques = read("joint_loads_Nm = [[2, -5, 10]]");
   REQUIRE(torques.torques.size() == 1);
   CHECK(torques.torques[0].joint == 1);
-  CHECK(torques.torques[0].range.Hull() == model::Interval{-5, 10});
+  CHECK(torques.torques[0].range.Hull().low == Approx(-5.1));  // 2 % beyond were covered
+  CHECK(torques.torques[0].range.Hull().high == Approx(10.2));
   CHECK_FALSE(torques.torques[0].range.growth);
   const model::Domain levels = read("payload_levels_kg = [80, 0]");
   CHECK_FALSE(levels.payload_kg->growth);
-  CHECK(levels.payload_kg->Hull() == model::Interval{0, 80});
-  CHECK(levels.payload_kg->intervals.size() == 2);  // no load between them
+  CHECK(levels.payload_kg->Hull() == model::Interval{-4, 84});  // and 5 % of the loads
+  CHECK(levels.payload_kg->intervals.size() == 2);              // no load between them
   CHECK(read("joint_combinations = [[1, 0, -1, -5, 5]]").torques.empty());
 }
 

@@ -172,7 +172,7 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
   CHECK(CellDifferences(cell, other) ==
         std::vector<std::string>{"domain.payload_kg[1] absent -> [0, 0]",
                                  "domain.payload_kg[2] absent -> [60, 60]",
-                                 "domain.payload_kg (growth, mm per unit) absent -> 0.02"});
+                                 "domain.payload_kg (growth, mm/kg) absent -> 0.02"});
   model::CellModel fitted = cell;
   fitted.domain.emplace();
   other = fitted;

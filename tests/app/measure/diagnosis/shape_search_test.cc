@@ -61,7 +61,7 @@ double ValueOf(const effects::ActiveEffect& effect, std::string_view parameter) 
 
 }  // namespace
 
-TEST_CASE("exactly the effects with a shape have a shape search") {
+TEST_CASE("exactly the effects with a shape, or that rows may hide, have a shape search") {
   for (const effects::Effect* effect : effects::Catalogue()) {
     CAPTURE(effect->traits().id);
     const auto& specs = effect->traits().parameters;
@@ -69,7 +69,8 @@ TEST_CASE("exactly the effects with a shape have a shape search") {
         std::any_of(specs.begin(), specs.end(), [](const effects::ParameterSpec& spec) {
           return spec.role == effects::ParameterRole::kShape;
         });
-    CHECK((ShapeSearchOf(*effect) != nullptr) == shaped);
+    const bool hidden = effect->traits().id == "compliance_asymmetry";  // torques of one direction
+    CHECK((ShapeSearchOf(*effect) != nullptr) == (shaped || hidden));
   }
 }
 
