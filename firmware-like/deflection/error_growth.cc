@@ -61,8 +61,28 @@ ErrorGrowth::ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
   if (!distance_.empty()) declared_m2_ = Squared(domain_->declared_sigma_m.value_or(0));
 }
 
+namespace {
+
+/// Share of a measured range beyond which no held-out row tests a value. A judgement: as many
+/// uniform values as a fit needs leave less beyond their extremes.
+constexpr double kUntestedShare = 0.05;
+constexpr double kLeastWidth = 0.4;  // of a joint that hardly moved [rad] or [m]
+
+/// True if no fold can have tested a value: it lies outside the range of all, or between only two,
+/// which fit many laws.
+bool IsUntested(const model::MeasuredRange& measured, double value) {
+  const model::Interval hull = measured.Hull();
+  const bool between = measured.intervals.size() > 2 && hull.Contains(value);
+  const double width = hull.Width() > 0 ? hull.Width() : std::abs(hull.high);
+  return !between && measured.Nearest(value).DistanceOf(value) > kUntestedShare * width;
+}
+
+}  // namespace
+
+/// Calls visit(exit, untested) for each input beyond the fitted rows.
 template <typename Visit>
-void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit) const {
+void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit_exit) const {
+  const auto visit = [&](const DomainExit& exit) { visit_exit(exit, !exit.variance_m2); };
   const auto beyond = [&](Input input, const std::optional<double>& value,
                           const model::MeasuredRange& measured, std::size_t index = 0) {
     if (!value) return;
@@ -71,12 +91,17 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit) const {
     if (distance == 0) return;
     std::optional<double> variance_m2;
     if (measured.growth) variance_m2 = Squared(*measured.growth * distance);
-    visit(DomainExit{input, index, *value, nearest, variance_m2});
+    // Held-out regions load the joints differently, and so test torques.
+    const bool untested = !variance_m2 || (input != Input::kTorque && IsUntested(measured, *value));
+    visit_exit(DomainExit{input, index, *value, nearest, variance_m2}, untested);
   };
-  if (distance_.empty()) {
-    for (std::size_t k = 0; k < q_.size(); ++k) {
-      const double q = at.q[static_cast<Eigen::Index>(k)];
-      if (!q_[k].Contains(q)) visit(DomainExit{Input::kJoint, k, q, q_[k], {}});
+  for (std::size_t k = 0; k < q_.size(); ++k) {
+    const double q = at.q[static_cast<Eigen::Index>(k)], distance = q_[k].DistanceOf(q);
+    if (distance == 0) continue;
+    if (distance_.empty()) {
+      visit(DomainExit{Input::kJoint, k, q, q_[k], {}});
+    } else if (distance > kUntestedShare * std::max(kLeastWidth, q_[k].Width())) {
+      visit_exit(DomainExit{Input::kJoint, k, q, q_[k], 0}, true);  // see kPosture
     }
   }
   if (!domain_) return;
@@ -106,7 +131,7 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit) const {
 
 ErrorGrowth::Gain ErrorGrowth::GainAt(const OperatingPoint& at) const {
   Gain gain;
-  VisitExits(at, [&](const DomainExit& exit) {
+  VisitExits(at, [&](const DomainExit& exit, bool) {
     gain.m2 += exit.variance_m2.value_or(0);
     gain.known = gain.known && exit.variance_m2;
     gain.covered = gain.covered && exit.input != Input::kTool && exit.input != Input::kItem &&
@@ -138,21 +163,26 @@ bool ErrorGrowth::Dominates(double gained_m2) const {
 }
 
 bool ErrorGrowth::Outside(const OperatingPoint& at) const {
-  const Gain gain = GainAt(at);
-  return !gain.known || Dominates(gain.m2);
+  double added_m2 = 0;
+  bool untested = false;
+  VisitExits(at, [&](const DomainExit& exit, bool of_exit) {
+    added_m2 += exit.variance_m2.value_or(0);
+    untested = untested || of_exit;
+  });
+  return untested || Dominates(added_m2);
 }
 
 std::vector<DomainExit> ErrorGrowth::Exits(const OperatingPoint& at) const {
   constexpr double kNotable = 0.25;  // of the largest variance
   double largest_m2 = 0, gained_m2 = 0;
-  VisitExits(at, [&](const DomainExit& exit) {
+  VisitExits(at, [&](const DomainExit& exit, bool) {
     largest_m2 = std::max(largest_m2, exit.variance_m2.value_or(0));
     gained_m2 += exit.variance_m2.value_or(0);
   });
   std::vector<DomainExit> exits;
-  VisitExits(at, [&](const DomainExit& exit) {
+  VisitExits(at, [&](const DomainExit& exit, bool untested) {
     const bool notable = Dominates(gained_m2) && exit.variance_m2 >= kNotable * largest_m2;
-    if (!exit.variance_m2 || notable) exits.push_back(exit);
+    if (untested || notable) exits.push_back(exit);
   });
   std::ranges::stable_sort(exits, [](const DomainExit& a, const DomainExit& b) {
     return a.variance_m2.value_or(HUGE_VAL) > b.variance_m2.value_or(HUGE_VAL);

@@ -92,8 +92,8 @@ std::vector<model::MeasuredTorque> TorquesFrom(const TomlTable& table, const cha
       table.AddFault(key, fmt::format("has a range of joint {} without 0", joint + 1));
     if (std::ranges::any_of(torques, [&](const auto& other) { return other.joint == joint; }))
       table.AddFault(key, fmt::format("has joint {} twice", joint + 1));
-    model::MeasuredTorque& torque = torques.emplace_back(joint, model::MeasuredRange{});
-    torque.range.intervals = {{low, high}};
+    torques.push_back({joint, model::MeasuredRange{{{low, high}}, {}}});
+    model::MeasuredTorque& torque = torques.back();
     if (rows->cols() == 3) continue;
     torque.range.growth = (*rows)(row, 3) * kMetrePerMm;
     if (*torque.range.growth < 0)

@@ -101,7 +101,8 @@ TEST_CASE("three measured loads are three values, not a range") {
   const ErrorGrowth growth = GrowthOf(cell);
   const std::pair<double, double> cases[] = {{0, 0},  {20, 0},  {60, 0}, {8, 8},
                                              {12, 8}, {45, 15}, {70, 10}};
-  for (const auto& [payload_kg, beyond_kg] : cases) {
+  for (const auto& one : cases) {
+    const double payload_kg = one.first, beyond_kg = one.second;
     CAPTURE(payload_kg);
     const double variance_m2 =
         growth.Variance(With([&](OperatingPoint& at) { at.payload_kg = payload_kg; }));
@@ -199,25 +200,45 @@ TEST_CASE("nothing of a fading correction is left for what was not measured at a
 
 TEST_CASE("a point is extrapolated once its growth exceeds what was validated") {
   const ErrorGrowth growth = GrowthOf(Fitted());
-  const auto outside = [&](double payload_kg, double tau2_Nm) {
+  const auto outside = [&](double tau2_Nm, double tau5_Nm) {
     return growth.Outside(With([&](OperatingPoint& at) {
-      at.payload_kg = payload_kg;
       at.tau[1] = tau2_Nm;
+      at.tau[4] = tau5_Nm;
     }));
   };
-  CHECK_FALSE(outside(49.9, 0));  // 10 kg add as much as residual_sigma
-  CHECK(outside(50.1, 0));
-  CHECK_FALSE(outside(40, -49.9));
-  CHECK(outside(40, -50.1));
-  CHECK_FALSE(outside(47, -35));  // 0.7^2 + 0.7^2 < 1
-  CHECK(outside(47.2, -36));
+  CHECK_FALSE(outside(-49.9, 0));  // 50 N m add as much as residual_sigma
+  CHECK(outside(-50.1, 0));
+  CHECK_FALSE(outside(-35, 40));  // 0.7^2 + 0.7^2 < 1
+  CHECK(outside(-36, 41));
+}
+
+TEST_CASE(
+    "a value that no held-out row can have tested is extrapolated, however small the growth") {
+  model::CellModel cell = Fitted();
+  const auto outside = [&](const std::function<void(OperatingPoint&)>& change) {
+    const ErrorGrowth growth = GrowthOf(cell);
+    CHECK(growth.Describes(With(change)));  // the radius is known nevertheless
+    return growth.Outside(With(change));
+  };
+  CHECK_FALSE(outside([](OperatingPoint& at) { at.payload_kg = 41.9; }));  // 5 % of 40 kg
+  CHECK(outside([](OperatingPoint& at) { at.payload_kg = 42.1; }));
+  CHECK_FALSE(outside([](OperatingPoint& at) { at.temp_C = 25.2; }));
+  CHECK(outside([](OperatingPoint& at) { at.temp_C = 26; }));
+  CHECK(outside([](OperatingPoint& at) { at.t_s = 4000; }));
+  CHECK_FALSE(outside([](OperatingPoint& at) { at.q[2] = 1.09; }));  // 5 % of 2 rad
+  CHECK(outside([](OperatingPoint& at) { at.q[2] = 1.11; }));
+  const auto between = [](OperatingPoint& at) { at.payload_kg = 30; };
+  cell.domain->payload_kg->intervals = {{0, 0}, {40, 40}};
+  CHECK(outside(between));
+  cell.domain->payload_kg->intervals = {{0, 0}, {20, 20}, {40, 40}};
+  CHECK_FALSE(outside(between));
 }
 
 TEST_CASE("the inputs that make a point extrapolated are named, the largest first") {
   model::CellModel cell = Fitted();
   const auto beyond = [](OperatingPoint& at) {
     at.payload_kg = 55;  // 0.15 mm
-    at.temp_C = 27;      // 0.04 mm, a small part
+    at.temp_C = 25.2;    // a small part
     at.tau[4] = 105;     // 0.2 mm
   };
   const std::vector<DomainExit> exits = GrowthOf(cell).Exits(With(beyond));
@@ -233,19 +254,20 @@ TEST_CASE("the inputs that make a point extrapolated are named, the largest firs
   cell.domain->temp_C->growth.reset();
   const std::vector<DomainExit> unknown = GrowthOf(cell).Exits(With(beyond));
   REQUIRE(unknown.size() == 3);
-  CHECK(unknown[0].input == Input::kTemperature);
+  CHECK(unknown[0].input == Input::kTemperature);  // without a growth
   CHECK_FALSE(unknown[0].variance_m2);
   CHECK(unknown[1].input == Input::kTorque);
   // Within what was validated there is nothing to name.
-  CHECK(GrowthOf(cell).Exits(With([](OperatingPoint& at) { at.payload_kg = 45; })).empty());
+  CHECK(GrowthOf(cell).Exits(With([](OperatingPoint& at) { at.payload_kg = 41; })).empty());
 }
 
 TEST_CASE("the postures are tested by their distance, or without measured ones by the joints") {
   model::CellModel cell = Fitted();
   const OperatingPoint turned = With([](OperatingPoint& at) { at.q[2] = 1.5; });
   const std::vector<DomainExit> far = GrowthOf(cell).Exits(turned);
-  REQUIRE(far.size() == 1);
+  REQUIRE(far.size() == 2);
   CHECK(far[0].input == Input::kPosture);
+  CHECK(far[1].input == Input::kJoint);
   cell.domain->poses.clear();
   cell.domain->distant_sigma_m.reset();
   const std::vector<DomainExit> exits = GrowthOf(cell).Exits(turned);

@@ -205,13 +205,15 @@ void InputRanges::StateIn(model::Domain& domain, const std::optional<Growth>& gr
   domain.payload_kg = stated(payload_kg_, Input::kPayload, units_.per_kg);
   domain.temp_C = stated(temp_C_, Input::kTemperature, units_.per_K);
   if (growth && growth->with_time) domain.t_s = stated(t_s_, Input::kTime, units_.per_s);
+  constexpr double kReversed = 0.1;  // of the range: less shows nothing of the other direction
   domain.torques.clear();
   for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
     const double per_Nm = units_.per_Nm[joint];
     if (per_Nm <= 0) continue;
     model::MeasuredRange range{{growth ? torques_[joint] : WithTolerance(all_torques_[joint])}, {}};
     range = *stated(range, Input::kTorque, per_Nm);
-    const bool one_direction = torques_[joint].low == 0 || torques_[joint].high == 0;
+    const model::Interval& torques = torques_[joint];
+    const bool one_direction = std::min(-torques.low, torques.high) < kReversed * torques.Width();
     if (growth && one_direction)
       range.growth = std::max({*range.growth, per_Nm * growth->untested_m, yield_[joint]});
     domain.torques.push_back({static_cast<int>(joint), range});
