@@ -215,6 +215,7 @@ TEST_CASE("a point is extrapolated once its growth exceeds what was validated") 
 TEST_CASE(
     "a value that no held-out row can have tested is extrapolated, however small the growth") {
   model::CellModel cell = Fitted();
+  cell.domain->distant_sigma_m = 1e-6;
   const auto outside = [&](const std::function<void(OperatingPoint&)>& change) {
     const ErrorGrowth growth = GrowthOf(cell);
     CHECK(growth.Describes(With(change)));  // the radius is known nevertheless
