@@ -192,7 +192,7 @@ TEST_CASE("points miss, the effect is named, its model applied, the points hit")
   CHECK(station.daemon.Count("diagnosis started") == 1);
 
   const cell::ModelFacts facts = station.Store().Facts(version).value();
-  // Some draws of the noise leave a rival of 28 points open; the name is the same.
+  // With some draws of the noise, 28 points end ambiguous; why was not examined.
   CHECK((facts.verdict == "explained" || facts.verdict == "ambiguous"));
   CHECK(facts.rms_before_mm.value() > 2);
   CHECK(facts.rms_after_mm.value() < 0.15);
