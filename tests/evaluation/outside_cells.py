@@ -51,15 +51,17 @@ def draw_cell(seed, of_kind):
 
 
 def draw_poses(cell, count, other_region, random):
-    kept = []
+    """Poses whose flange is not far below the base, unless a region has hardly any."""
+    kept, draws = [], 0
     while sum(map(len, kept)) < count:
+        draws += 1
         share = random.random((4 * count, len(cell.low)))
         for j, (part, other) in cell.parts.items():
             low, high = other if other_region else part
             share[:, j] = low + share[:, j] * (high - low)
         q = np.radians(np.round(np.degrees(cell.low + share * (cell.high - cell.low)), 5))
         above = cell.arm.frames(q)[2][-1][1] @ cell.up > -0.2
-        kept.append(q[above | (np.abs(cell.arm.gravity[2]) < 1)])
+        kept.append(q[above | (np.abs(cell.arm.gravity[2]) < 1) | (draws > 50)])
     return np.concatenate(kept)[:count]
 
 
