@@ -221,6 +221,7 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
   const Dataset& data = fit_.data;
   joint_span_ = JointSpans(data, fit_.rows);
   response_.resize(layout_.total());
+  without_effects_.resize(linear.rows.size());
   std::set<ClusterIndex> clusters;
   for (const FitRowIndex j : fit_.rows.indices()) {
     const RowIndex row = fit_.rows[j];
@@ -228,12 +229,8 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
     freedom_ += weight * layout_.count(j);
     if (weight > 0.5 && layout_.count(j) > 0) clusters.insert(data.cluster_of[row]);
     const LinearRow& at = linear.rows[row];
-    effects::Influence<double> influence;
-    effects::AddEffects(model.effects, data.conditions[row], influence);
-    RowResidual y = at.residual;
-    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
-      if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
-    }
+    RowResidual& y = without_effects_[row];
+    y = at.residual + DisplacementBy(model.effects, data, linear, row);
     whitener_[j].Apply(y, layout_.PartOf(response_, j));
   }
   clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));

@@ -84,6 +84,8 @@ class LinearProblem {
   /// Position of each row's residuals in the response and in the columns.
   const FitLayout& layout() const { return layout_; }
   const Eigen::VectorXd& response() const { return response_; }
+  /// What the arm without effects leaves of each of rows() [m], neither whitened nor projected.
+  const PerRow<RowResidual>& without_effects() const { return without_effects_; }
   /// Range of a joint over the rows [rad] or [m].
   double JointSpan(int joint) const { return joint_span_[joint]; }
 
@@ -125,8 +127,9 @@ class LinearProblem {
   FitLayout layout_;
   int equations_ = 0;  ///< number of residuals after those of the rows
   std::unique_ptr<NuisanceProjection> nuisances_;
-  Eigen::VectorXd response_;  ///< whitened, projected
-  mutable std::mutex mutex_;  ///< of what is computed on first use
+  PerRow<RowResidual> without_effects_;  ///< empty for rows that are not in the fit
+  Eigen::VectorXd response_;             ///< whitened, projected
+  mutable std::mutex mutex_;             ///< of what is computed on first use
   mutable std::map<KeptKey, std::shared_ptr<const void>> kept_;
 };
 

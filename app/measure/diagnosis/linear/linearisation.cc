@@ -355,6 +355,18 @@ PerRow<RowResidual> ResidualsOf(const Linearisation& linear) {
   return residuals;
 }
 
+RowResidual DisplacementBy(const std::vector<effects::ActiveEffect>& effects, const Dataset& data,
+                           const Linearisation& linear, RowIndex row) {
+  effects::Influence<double> influence;
+  effects::AddEffects(effects, data.conditions[row], influence);
+  const Gradient& gradient = linear.gradients[row];
+  RowResidual displacement = RowResidual::Zero(gradient.rows());
+  for (int entry = 0; entry < I::kSize; ++entry) {
+    if (influence[entry] != 0) displacement += influence[entry] * gradient.col(entry);
+  }
+  return displacement;
+}
+
 PerRow<Vec3> ErrorsOf(const Linearisation& linear) {
   PerRow<Vec3> errors;
   errors.reserve(linear.rows.size());

@@ -121,6 +121,10 @@ PerRow<RowResidual> ResidualsOf(const Linearisation& linear);
 /// The residuals as vectors [m] (LengthsOf).
 PerRow<Vec3> ErrorsOf(const Linearisation& linear);
 
+/// Displacement of a row's prediction by effects, to first order [m].
+RowResidual DisplacementBy(const std::vector<effects::ActiveEffect>& effects, const Dataset& data,
+                           const Linearisation& linear, RowIndex row);
+
 /// Derivative of one entry of the influence with respect to one parameter of a term.
 struct TermSlope {
   int entry = 0;   ///< of the influence

@@ -61,7 +61,7 @@ Model Moved(const RefitLayout& layout, const Model& start, const double* x) {
 
 RowsCost::RowsCost(const FitProblem& problem, const Model& start, const RefitLayout& layout,
                    const Whitener& whitener, std::vector<FitRowIndex> rows,
-                   std::optional<ComponentIndex> component, const PerRow<Gradient>* gradients)
+                   std::optional<ComponentIndex> component, const LinearProblem* first_order)
     : problem_(problem),
       data_(problem.data),
       start_(start),
@@ -69,7 +69,7 @@ RowsCost::RowsCost(const FitProblem& problem, const Model& start, const RefitLay
       whitener_(whitener),
       rows_(std::move(rows)),
       component_(component),
-      known_(gradients),
+      first_order_(first_order),
       common_(layout.size()),
       threads_(problem.threads) {
   for (const FitRowIndex j : rows_) residuals_.Add(data_.numbers[problem_.rows[j]].count);
@@ -106,14 +106,16 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
                           of_places != nullptr ? own_ : 0);
   J.setZero();
   places.setZero();
-  if (wanted && known_ == nullptr && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
+  const bool exact = first_order_ == nullptr;
+  if (wanted && exact && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
     cached_.resize(rows_.size());
   }
-  const ModelAtRows at_rows(data_, model);
+  std::optional<ModelAtRows> at_rows;
+  if (exact) at_rows.emplace(data_, model);
   std::atomic<bool> converged{true};
   InParallel(static_cast<int>(rows_.size()), threads_, [&](int first, int last) {
     deflection::Sensitivity scratch;
-    LinearRow at;
+    LinearRow exact_at;
     Gradient gradient;
     std::vector<TermSlope> slopes;
     for (const FitRowIndex k : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
@@ -121,16 +123,21 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       const RowWhitening& whitening = whitener_[rows_[k.offset()]];
       slopes.clear();
       if (wanted) AddSlopes(model, row, slopes);
-      deflection::InfluenceSet touched;
-      for (const TermSlope& slope : slopes) touched.set(static_cast<std::size_t>(slope.entry));
-      const bool cached = known_ != nullptr || (wanted && IsCached(k, touched));
-      if (!at_rows.At(row, cached ? deflection::InfluenceSet() : touched, scratch, at, gradient)) {
-        converged = false;
-        return;
+      if (exact) {
+        deflection::InfluenceSet touched;
+        for (const TermSlope& slope : slopes) touched.set(static_cast<std::size_t>(slope.entry));
+        const bool cached = wanted && IsCached(k, touched);
+        if (!at_rows->At(row, cached ? deflection::InfluenceSet() : touched, scratch, exact_at,
+                         gradient)) {
+          converged = false;
+          return;
+        }
+        if (wanted) CacheOrRestore(k, touched, cached, gradient);
       }
-      if (wanted && known_ == nullptr) CacheOrRestore(k, touched, cached, gradient);
-      const Gradient& of_row = known_ != nullptr ? (*known_)[row] : gradient;
-      whitening.Apply(at.residual, residuals_.PartOf(r, k));
+      const LinearRow& at = exact ? exact_at : first_order_->linear().rows[row];
+      const Gradient& of_row = exact ? gradient : first_order_->linear().gradients[row];
+      whitening.Apply(exact ? exact_at.residual : FirstOrderResidual(model, row, x),
+                      residuals_.PartOf(r, k));
       if (of_places != nullptr) FillOwn(row, at, whitening, residuals_.PartOf(places, k));
       if (!wanted) continue;
       auto block = residuals_.PartOf(J, k);
@@ -184,6 +191,27 @@ void RowsCost::FillFrames(SessionIndex session, const LinearRow& at, const RowWh
   if (layout_.nuisances.tip()) {
     whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
   }
+}
+
+RowResidual RowsCost::FirstOrderResidual(const Model& model, RowIndex row,
+                                         double const* const* x) const {
+  const Nuisances& nuisances = layout_.nuisances;
+  const LinearRow& at = first_order_->linear().rows[row];
+  RowResidual residual = first_order_->without_effects()[row] -
+                         DisplacementBy(model.effects, data_, first_order_->linear(), row);
+  if (common_ > 0) {
+    const double* step = x[0] + nuisances.FirstOf(data_.session_of[row]);
+    if (nuisances.frames()) {
+      residual -= at.frames.leftCols<6>() * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(step);
+      step += 6;
+    }
+    if (nuisances.tip()) residual -= at.frames.rightCols<3>() * Eigen::Map<const Vec3>(step);
+  }
+  if (own_ > 0) {
+    const double* step = x[common_ > 0 ? 1 : 0] + PlaceOf(nuisances.GroupOf(row).value());
+    residual -= at.own * Eigen::Map<const Eigen::VectorXd>(step, at.own.cols());
+  }
+  return residual;
 }
 
 int RowsCost::PlaceOf(GroupIndex group) const {
@@ -240,7 +268,7 @@ void RowsCost::AddSlopes(const Model& model, RowIndex row, std::vector<TermSlope
 
 std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const Model& start,
                                                const RefitLayout& layout, const Whitener& whitener,
-                                               const PerRow<Gradient>* gradients) {
+                                               const LinearProblem* first_order) {
   const auto components = static_cast<std::size_t>(layout.nuisances.components());
   std::vector<std::vector<FitRowIndex>> rows(components + 1);
   for (const FitRowIndex j : problem.rows.indices()) {
@@ -252,7 +280,7 @@ std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const 
     if (rows[c].empty()) continue;
     costs.push_back(std::make_unique<RowsCost>(
         problem, start, layout, whitener, std::move(rows[c]),
-        c < components ? std::optional(ComponentIndex(c)) : std::nullopt, gradients));
+        c < components ? std::optional(ComponentIndex(c)) : std::nullopt, first_order));
   }
   return costs;
 }
@@ -434,7 +462,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   const RefitLayout layout = RefitLayoutOf(problem.data, start, options.frames_only);
   const Whitener whitener(problem);
   const std::vector<std::unique_ptr<RowsCost>> costs =
-      CostsOf(problem, start, layout, whitener, options.gradients);
+      CostsOf(problem, start, layout, whitener, options.first_order);
   Refit refit;
   refit.model = start;
   refit.parameters = layout.parameters;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/linear/fit_problem.h"
+#include "app/measure/diagnosis/linear/linear_problem.h"
 #include "app/measure/diagnosis/linear/linearisation.h"
 #include "app/measure/diagnosis/linear/nuisances.h"
 
@@ -41,10 +42,10 @@ class RowsCost final : public ceres::CostFunction {
  public:
   /// The arguments must outlive this object.
   /// @param component  nullopt for rows that depend on none
-  /// @param gradients  RefitOptions::gradients
+  /// @param first_order  RefitOptions::first_order
   RowsCost(const FitProblem& problem, const Model& start, const RefitLayout& layout,
            const Whitener& whitener, std::vector<FitRowIndex> rows,
-           std::optional<ComponentIndex> component, const PerRow<Gradient>* gradients);
+           std::optional<ComponentIndex> component, const LinearProblem* first_order);
 
   int own() const { return own_; }
   /// Threads of each evaluation; one where the solver evaluates several costs at once.
@@ -71,6 +72,8 @@ class RowsCost final : public ceres::CostFunction {
   template <typename BlockRows>
   void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
                   BlockRows& block) const;
+  /// The residual of a row to first order. @param x  as for Evaluate
+  RowResidual FirstOrderResidual(const Model& model, RowIndex row, double const* const* x) const;
   /// Position of a group's variables among those of the component.
   int PlaceOf(GroupIndex group) const;
   template <typename BlockRows>
@@ -88,7 +91,7 @@ class RowsCost final : public ceres::CostFunction {
   const Whitener& whitener_;
   std::vector<FitRowIndex> rows_;
   std::optional<ComponentIndex> component_;
-  const PerRow<Gradient>* known_;
+  const LinearProblem* first_order_;
   std::vector<GroupIndex> groups_;
   FitLayout residuals_;  ///< of rows_, then of the equations
   int common_ = 0, own_ = 0, threads_;
@@ -98,7 +101,7 @@ class RowsCost final : public ceres::CostFunction {
 /// The rows of a problem as cost functions, one for each component of the nuisances.
 std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const Model& start,
                                                const RefitLayout& layout, const Whitener& whitener,
-                                               const PerRow<Gradient>* gradients);
+                                               const LinearProblem* first_order);
 
 /// A model with adjusted parameters: all values of its effects except event times, integer cycles
 /// per turn and the curves of empirical terms.
@@ -115,9 +118,10 @@ struct Refit {
 struct RefitOptions {
   int iterations = 8;
   bool frames_only = false;  ///< do not adjust effects
-  /// d prediction / d influence of every row of the data at a model near the start, used throughout
-  /// and for the covariance; if nullptr, they are computed at the start and at the solution.
-  const PerRow<Gradient>* gradients = nullptr;
+  /// If set, the arm moves to first order about the linearisation of this problem, at which the
+  /// start's frames must be. Effects keep their shapes, so that cycles, phases and time constants
+  /// are fitted as well, without a posture of the arm for each row and iteration.
+  const LinearProblem* first_order = nullptr;
 };
 
 /// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2 over effects and free frames by

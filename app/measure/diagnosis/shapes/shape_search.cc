@@ -158,7 +158,7 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   if (!few && !has_continuous_shape) return chosen;  // nothing below would change it
   const FitProblem fit = few ? all_rows : all_rows.WithRows(EveryNth(all_rows.rows));
   RefitOptions options;
-  options.gradients = &candidate_set.problem().linear().gradients;
+  options.first_order = &candidate_set.problem();
   const auto refit_to = [&](const Explanation& explanation) {
     Model start = candidate_set.problem().aligned();
     start.effects =

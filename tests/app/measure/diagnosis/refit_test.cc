@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "app/measure/diagnosis/linear/alignment.h"
 #include "app/measure/diagnosis/linear/candidate_set.h"
 #include "app/measure/diagnosis/linear/robust.h"
 #include "app/measure/diagnosis/linear/shape_search.h"
@@ -84,6 +85,46 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
   const Result<Linearisation> linear = Linearise(rows, refit->model, false, 1);
   REQUIRE(linear);
   CHECK(RobustSigma(rows, ResidualsOf(*linear)) == Approx(kSigma_m).epsilon(0.3));
+}
+
+TEST_CASE("a refit to first order finds frames, sizes and cycles of the exact one") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 3");
+  data.cell.measurement.frame_known = false;
+  const std::vector<effects::ActiveEffect> hidden = {
+      EffectWith(data.cell, "joint_compliance", {{"q2", 2e-6}, {"q3", 3e-6}}),
+      EffectWith(data.cell, "gear_periodic",
+                 {{"q4_amplitude", 8e-4}, {"q4_cycles", 3.4}, {"q4_phase", 0.7}})};
+  Remeasure(data, hidden, 5e-5, 5);
+  Result<Dataset> rows = DatasetFrom(data.cell, data.table);
+  REQUIRE(rows);
+  FitProblem fit = UnitWeightFit(*rows, 1);
+  fit.sigma_m = 5e-5;
+  const Result<Model> aligned = Align(*rows, Model::Declared(*rows), 1);
+  REQUIRE(aligned);
+  const auto linear = std::make_shared<Linearisation>(Linearise(*rows, *aligned, true, 1).value());
+  const LinearProblem problem(fit, linear, *aligned);
+  Model start = *aligned;
+  start.effects = hidden;
+  for (effects::ActiveEffect& effect : start.effects) {
+    for (double& value : effect.values) value *= 0.98;
+  }
+  RefitOptions to_first_order;
+  to_first_order.first_order = &problem;
+  const Result<Refit> exact = RefitModel(fit, start, {});
+  const Result<Refit> fast = RefitModel(fit, start, to_first_order);
+  REQUIRE(exact);
+  REQUIRE(fast);
+  CHECK(fast->chi2 == Approx(exact->chi2).epsilon(0.02));
+  for (std::size_t e = 0; e < hidden.size(); ++e) {
+    for (std::size_t k = 0; k < hidden[e].values.size(); ++k) {
+      CAPTURE(e, k);
+      CHECK(fast->model.effects[e].values[k] == Approx(hidden[e].values[k]).epsilon(0.03));
+      CHECK(fast->model.effects[e].values[k] ==
+            Approx(exact->model.effects[e].values[k]).epsilon(0.005));
+    }
+  }
+  const Pose& X_fast = fast->model.frames.front().X_WB;
+  CHECK((X_fast.p - exact->model.frames.front().X_WB.p).norm() < 2e-5);
 }
 
 TEST_CASE("the columns of a pose equal central differences of its residuals") {
