@@ -355,7 +355,8 @@ Opinion OpinionOnNoise(const ExplanationEvidence& evidence, const Diagnosis& dia
   if (noise->passed) return opinion;
   const KnownNoise known(evidence.problem.data);
   opinion.noise_too_small = !known.repeats;
-  if (!diagnosis.findings.empty()) opinion.permits = Verdict::kAmbiguous;
+  // Without a name, what exceeds the noise has no cause that the answer could leave open.
+  opinion.permits = diagnosis.findings.empty() ? Verdict::kUnknown : Verdict::kAmbiguous;
   if (evidence.residual_sigma_m > kUnexplainedNoiseRatio * known.sigma_m)
     opinion.permits = Verdict::kUnknown;
   return opinion;

@@ -125,18 +125,18 @@ class OpenRivals {
     best_ = set_.Evaluate(support);
   }
 
+  /// A curve in place of each name, and of all names that follow one signal: two events may be one
+  /// creeping cause.
   void TryCurves() {
-    const LinearProblem& problem = set_.problem();
-    const Dataset& data = problem.data();
+    std::map<SignalIndex, std::vector<BlockIndex>> following;
     for (const BlockIndex own : best_.blocks) {
-      const Eigen::VectorXd residual = set_.PartialResidual(best_, own);
-      for (const SignalIndex driver : DriversOf(data, set_.blocks()[own])) {
-        for (const std::vector<int>& carrier : Carriers(data)) {
-          if (!MayFollow(carrier, data.signals[driver])) continue;
-          const auto curve = BestEmpirical(problem, residual, {driver}, carrier);
-          if (curve) TryCurve(own, set_.Add(*curve));
-        }
+      for (const SignalIndex driver : DriversOf(set_.problem().data(), set_.blocks()[own])) {
+        following[driver].push_back(own);
+        TryCurvesAlong(driver, {own});
       }
+    }
+    for (const auto& [driver, names] : following) {
+      if (names.size() > 1) TryCurvesAlong(driver, names);
     }
   }
 
@@ -178,10 +178,21 @@ class OpenRivals {
   }
 
  private:
-  void TryCurve(BlockIndex own, BlockIndex curve) {
+  void TryCurvesAlong(SignalIndex driver, const std::vector<BlockIndex>& names) {
+    const LinearProblem& problem = set_.problem();
+    std::vector<BlockIndex> others = best_.blocks;
+    for (const BlockIndex name : names) std::erase(others, name);
+    const Eigen::VectorXd residual = set_.Residual(set_.Fit(others));
+    for (const std::vector<int>& carrier : Carriers(problem.data())) {
+      if (!MayFollow(carrier, problem.data().signals[driver])) continue;
+      const auto curve = BestEmpirical(problem, residual, {driver}, carrier);
+      if (curve) TryCurve(others, set_.Add(*curve));
+    }
+  }
+
+  void TryCurve(const std::vector<BlockIndex>& others, BlockIndex curve) {
     if (!set_.Observable(curve)) return;
-    const auto other =
-        set_.EvaluateBelow(With(Without(best_.blocks, own), curve), best_.score + kRivalGap);
+    const auto other = set_.EvaluateBelow(With(others, curve), best_.score + kRivalGap);
     if (!other || !Holds(*other, curve) || other->blocks.size() > best_.blocks.size()) return;
     Keep(*other, curve, "", set_.blocks()[curve].term.drivers.front());
   }

@@ -11,7 +11,8 @@ namespace plumbline::measure {
 
 /// Lets every named effect compete with causes that are not in the catalogue:
 ///  - a smooth curve of the signal that its law follows (time, temperature, load, the angle of a
-///    periodic error) in its place. It is a rival unless it is worse by kRivalGap;
+///    periodic error) in its place, or in place of all names that follow it. It is a rival unless
+///    it is worse by kRivalGap;
 ///  - an effect of the catalogue in one session, or with one tool, payload item or payload only, in
 ///    its place. An effect that acts everywhere is likelier, so this is a rival only if it scores
 ///    better. If that effect, in place of a name or beside all, is better by kUnknownMargin, the
