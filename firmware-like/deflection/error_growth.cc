@@ -58,7 +58,9 @@ ErrorGrowth::ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
       seen = {std::max(seen.low, effect.seen_t_s->low), std::min(seen.high, effect.seen_t_s->high)};
     }
   }
-  if (!distance_.empty()) declared_m2_ = Squared(domain_->declared_sigma_m.value_or(0));
+  if (distance_.empty()) return;
+  declared_m2_ = Squared(domain_->declared_sigma_m.value_or(0));
+  applied_share_ = domain_->applied_share;
 }
 
 namespace {
@@ -129,33 +131,33 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit_exit) const {
   }
 }
 
-ErrorGrowth::Gain ErrorGrowth::GainAt(const OperatingPoint& at) const {
-  Gain gain;
+ErrorGrowth::Growth ErrorGrowth::GrowthAt(const OperatingPoint& at) const {
+  Growth growth;
   VisitExits(at, [&](const DomainExit& exit, bool) {
-    gain.m2 += exit.variance_m2.value_or(0);
-    gain.known = gain.known && exit.variance_m2;
-    gain.covered = gain.covered && exit.input != Input::kTool && exit.input != Input::kItem &&
-                   exit.input != Input::kLoadUnrecorded;
+    growth.m2 += exit.variance_m2.value_or(0);
+    growth.known = growth.known && exit.variance_m2;
+    growth.covered = growth.covered && exit.input != Input::kTool && exit.input != Input::kItem &&
+                     exit.input != Input::kLoadUnrecorded;
   });
-  return gain;
+  return growth;
 }
 
 bool ErrorGrowth::Describes(const OperatingPoint& at) const {
-  return domain_ && domain_->residual_sigma_m && GainAt(at).known;
+  return domain_ && domain_->residual_sigma_m && GrowthAt(at).known;
 }
 
-double ErrorGrowth::ShareOf(const Gain& gain) const {
+double ErrorGrowth::Kept(const Growth& growth) const {
   if (!fades()) return 1;
-  return gain.covered ? declared_m2_ / (declared_m2_ + gain.m2) : 0;
+  return growth.covered ? declared_m2_ / (declared_m2_ + growth.m2) : 0;
 }
 
 double ErrorGrowth::Share(const OperatingPoint& at) const {
-  return fades() ? ShareOf(GainAt(at)) : 1;
+  return fades() ? applied_share_ * Kept(GrowthAt(at)) : 1;
 }
 
 double ErrorGrowth::Variance(const OperatingPoint& at) const {
-  const Gain gain = GainAt(at);
-  return gain.covered || !fades() ? ShareOf(gain) * gain.m2 : declared_m2_;
+  const Growth growth = GrowthAt(at);
+  return growth.covered || !fades() ? Kept(growth) * growth.m2 : declared_m2_;
 }
 
 bool ErrorGrowth::Dominates(double gained_m2) const {

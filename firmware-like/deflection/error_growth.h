@@ -59,7 +59,8 @@ struct DomainExit {
 ///   S^2 / (S^2 + E^2)
 /// in the least mean square sense, and the remaining variance is E^2 S^2 / (S^2 + E^2), below that
 /// of no correction [linear minimum mean square estimate; Kay, Fundamentals of Statistical Signal
-/// Processing I (1993), ch. 12]. Both hold on average over points, not for each cell:
+/// Processing I (1993), ch. 12]. At the measured poses, Domain::applied_share of it is applied;
+/// residual_sigma is that of this share. All hold on average over points, not for each cell:
 /// tests/evaluation/other_regions.py and outside.py count where it fails. Nothing of such a
 /// correction is left for a tool, an item or a kind of load that was not measured at all.
 ///
@@ -86,23 +87,25 @@ class ErrorGrowth {
   std::vector<DomainExit> Exits(const OperatingPoint& at) const;
 
  private:
-  /// What the inputs beyond the fitted rows add.
-  struct Gain {
+  /// What the inputs beyond the fitted rows add to the variance.
+  struct Growth {
     double m2 = 0;        ///< E^2
     bool known = true;    ///< each of them has a growth
     bool covered = true;  ///< the fitted rows had this tool, item and kind of load
   };
   template <typename Visit>
   void VisitExits(const OperatingPoint& at, Visit visit) const;
-  Gain GainAt(const OperatingPoint& at) const;
-  double ShareOf(const Gain& gain) const;
+  Growth GrowthAt(const OperatingPoint& at) const;
+  /// Share of what is applied at the measured poses.
+  double Kept(const Growth& growth) const;
   bool Dominates(double gained_m2) const;
 
   std::vector<model::Interval> q_;  ///< of the fitted rows; without a domain, the limits
   std::optional<model::Domain> domain_;
   std::vector<std::optional<int>> tools_;  ///< number of each
   kinematics::PoseDistance distance_;
-  double declared_m2_ = 0;  ///< S^2; 0: the correction does not fade
+  double declared_m2_ = 0;    ///< S^2; 0: the correction does not fade
+  double applied_share_ = 1;  ///< at the measured poses
 };
 
 /// False if the cell has a domain and no fitted row had this tool. @param tool  index

@@ -213,6 +213,8 @@ struct Domain {
   /// correction are not confirmed; the correction then fades with distance towards the declared
   /// model, see deflection/error_growth.h.
   std::optional<double> declared_sigma_m;
+  /// Share of such a correction that is applied at the measured poses, 0..1.
+  double applied_share = 1;
   /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent if unknown;
   /// time-dependent effects are then meaningless outside those rows.
   std::optional<double> time_zero_s;

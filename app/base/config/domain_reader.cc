@@ -31,9 +31,12 @@ void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Doma
   }
   domain.reach_rad = table.Number("reach_rad", kReach).value_or(0);
   domain.declared_sigma_m = table.Number("declared_sigma_mm", kDistantSigma);
-  for (const char* key : {"reach_rad", "declared_sigma_mm"}) {
-    if (table.Has(key) && !table.Has("distant_sigma_mm")) {
-      table.AddFault(key, "requires distant_sigma_mm");
+  domain.applied_share = table.Number("applied_share", {0, 1}).value_or(1);
+  for (const auto& [key, other] : {std::pair{"reach_rad", "distant_sigma_mm"},
+                                   std::pair{"declared_sigma_mm", "distant_sigma_mm"},
+                                   std::pair{"applied_share", "declared_sigma_mm"}}) {
+    if (table.Has(key) && !table.Has(other)) {
+      table.AddFault(key, fmt::format("requires {}", other));
     }
   }
   if (!poses) return;

@@ -226,8 +226,8 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, payload_kg, temp_C, t_s, torques, largest_residual_m, residual_sigma_m,
-               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
-               as_validated, tools, payload_items] = domain;
+               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, applied_share,
+               time_zero_s, as_validated, tools, payload_items] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -249,6 +249,7 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
   if (covariance_share < 1) values.Number("domain.covariance_share", covariance_share);
   if (reach_rad > 0) values.Number("domain.reach_rad", reach_rad);
   values.Number("domain.declared_sigma_mm", declared_sigma_m, 1 / kMetrePerMm);
+  if (applied_share < 1) values.Number("domain.applied_share", applied_share);
   Eigen::MatrixXd of_poses(joints.size(), poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) of_poses.col(static_cast<int>(k)) = poses[k];
   values.Matrix("domain.poses_deg", of_poses);

@@ -369,6 +369,7 @@ Result<Diagnosis> StartedDiagnosis::Finish() {
                     ResidualScatter(fit_->problem, ResidualsOf(fit_->linear), parameters)},
                    diagnosis_);
   Withhold(*declared_, corrected, diagnosis_);
+  ShrinkUnconfirmed(task(), *found_, *fit_, *declared_, corrected, diagnosis_);
   AddRows(data_, *searched_, declared_->errors, *fit_, corrected, diagnosis_);
   AddKindErrors(data_, diagnosis_);
   AddDomain(task(), *found_, *declared_, *fit_, corrected, diagnosis_);

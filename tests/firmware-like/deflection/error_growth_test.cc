@@ -143,6 +143,11 @@ TEST_CASE("an unconfirmed correction fades by the share S^2 / (S^2 + E^2) along 
   const double share = Squared(kDeclared_m) / (Squared(kDeclared_m) + gained_m2);
   CHECK(growth.Share(beyond) == Approx(share));
   CHECK(growth.Variance(beyond) == Approx(share * gained_m2));
+  // What is kept with the distance is kept of what is applied at the measured poses.
+  cell.domain->applied_share = 0.6;
+  CHECK(GrowthOf(cell).Share(Measured()) == 0.6);
+  CHECK(GrowthOf(cell).Share(beyond) == Approx(0.6 * share));
+  CHECK(GrowthOf(cell).Variance(beyond) == Approx(share * gained_m2));
   // Far away, nothing is applied: no worse than without a correction.
   CHECK(growth.Variance(With([](OperatingPoint& at) { at.t_s = 1e12; })) ==
         Approx(Squared(kDeclared_m)));

@@ -277,6 +277,8 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
     if (domain.reach_rad > 0) text += "reach_rad = " + NumberText(domain.reach_rad) + '\n';
     if (domain.declared_sigma_m) {
       text += "declared_sigma_mm = " + NumberText(1e3 * *domain.declared_sigma_m) + '\n';
+      if (domain.applied_share < 1)
+        text += "applied_share = " + NumberText(domain.applied_share) + '\n';
     }
     text += "poses_deg = [\n";
     for (const model::JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";

@@ -138,13 +138,16 @@ bool InTime(std::string_view column) {
   return column == "t_s" || column == "row";
 }
 
-/// RMS displacement by the findings that follow time; 0 if only a rival or a driver does, nullopt
-/// if nothing does.
+/// RMS displacement by the findings that follow time, among which an event counts unless it is
+/// confirmed: what has happened stays. 0 if only a rival or a driver follows time, nullopt if
+/// nothing does.
 std::optional<double> DriftOf(const Diagnosis& diagnosis) {
+  const bool confirmed = CausesConfirmed(diagnosis);
   std::optional<double> drift_m;
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
-    if (effects::FollowsTime(term) || std::ranges::any_of(term.drivers, InTime))
+    if (effects::FollowsTime(term) || std::ranges::any_of(term.drivers, InTime) ||
+        (!confirmed && ActsFromEventTime(term)))
       drift_m = std::hypot(drift_m.value_or(0), finding.tip_rms_m);
   }
   const bool suspected =
@@ -157,14 +160,10 @@ std::optional<double> DriftOf(const Diagnosis& diagnosis) {
   return drift_m || !suspected ? drift_m : std::optional<double>(0);
 }
 
-/// A correction fades with the distance from the measured rows unless its causes are confirmed:
-/// between rivals, or with a doubt, they are not.
+/// A correction fades with the distance from the measured rows unless its causes are confirmed.
 Correction CorrectionOf(const Diagnosis& diagnosis) {
   if (!diagnosis.withheld.empty()) return Correction::kNone;
-  const bool open =
-      diagnosis.verdict == Verdict::kUnknown || diagnosis.verdict == Verdict::kAmbiguous;
-  const bool confirmed = !open && diagnosis.discrepancy.empty();
-  return confirmed ? Correction::kWritten : Correction::kFading;
+  return CausesConfirmed(diagnosis) ? Correction::kWritten : Correction::kFading;
 }
 
 /// Adds the frames of the declared model, which replace those of the sessions as a correction

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/diagnosis/search/discrepancy.h"
@@ -127,6 +128,64 @@ void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis&
   corrected.model = declared.model;
   corrected.errors = declared.errors;
   diagnosis.rms_after_m = diagnosis.rms_before_m;
+}
+
+bool CausesConfirmed(const Diagnosis& diagnosis) {
+  const bool open =
+      diagnosis.verdict == Verdict::kUnknown || diagnosis.verdict == Verdict::kAmbiguous;
+  return !open && diagnosis.discrepancy.empty();
+}
+
+namespace {
+
+/// The share of a correction that predicts held-out rows best, 0..1; 1 if it moves none.
+double BestShare(const HeldOut& scheme, const PerRow<double>& weights) {
+  double along = 0, square = 0;
+  for (const RowIndex row : scheme.predicted.indices()) {
+    if (!scheme.predicted[row] || weights[row] < kOutlierWeight) continue;
+    const Vec3 moved = scheme.before[row] - scheme.after[row];
+    along += scheme.before[row].dot(moved);
+    square += moved.squaredNorm();
+  }
+  return square > 0 ? std::clamp(along / square, 0.0, 1.0) : 1;
+}
+
+void Shrink(double share, const PerRow<Vec3>& before, PerRow<Vec3>& after) {
+  for (const RowIndex row : after.indices())
+    after[row] = before[row] + share * (after[row] - before[row]);
+}
+
+}  // namespace
+
+bool RadiusCanBeStated(const Task& task, const Validation& validation, const Diagnosis& diagnosis) {
+  if (validation.errors.empty()) return false;
+  const bool away = validation.errors.back().by != validation.schemes.front().by;
+  return away && (task.data.instrument_used() || diagnosis.not_observable.empty());
+}
+
+void ShrinkUnconfirmed(const Task& task, const Identified& found, const FitOfAllRows& fit,
+                       const FittedModel& declared, CorrectedModel& corrected,
+                       Diagnosis& diagnosis) {
+  Validation& validation = corrected.validation;
+  if (CausesConfirmed(diagnosis) || !diagnosis.withheld.empty()) return;
+  if (!RadiusCanBeStated(task, validation, diagnosis)) return;
+  const FitProblem& searched = found.fit;
+  const auto decisive = std::ranges::find_if(validation.schemes, [&](const HeldOut& scheme) {
+    return scheme.by == validation.errors.front().by;
+  });
+  const double share = BestShare(*decisive, searched.weights);
+  for (HeldOut& scheme : validation.schemes) Shrink(share, scheme.before, scheme.after);
+  if (validation.halves) Shrink(share, validation.halves->before, validation.halves->after);
+  Shrink(share, declared.errors, corrected.errors);
+  validation.errors.clear();
+  for (const HeldOut& scheme : validation.schemes) {
+    if (const auto error = ErrorOf(searched, scheme, task.options.bootstrap))
+      validation.errors.push_back(*error);
+  }
+  AddError(share * std::exchange(validation.added_error_m, 0), validation);
+  AddHeldOutErrors(validation, diagnosis);
+  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
+  diagnosis.domain.applied_share = share;
 }
 
 }  // namespace plumbline::measure

@@ -70,6 +70,24 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
 /// Removes the correction if it must not be written.
 void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis& diagnosis);
 
+/// True if nothing is open about the causes of the correction: no rival, no doubt, no discrepancy
+/// model.
+bool CausesConfirmed(const Diagnosis& diagnosis);
+
+/// Reduces an unconfirmed correction y -> s y to the share that predicts the rows held out by
+/// blocks of time best: with their errors b before and a after it,
+///   s = sum b . (b - a) / sum |b - a|^2,   0..1
+/// [least squares; the shrinkage of Copas, J. R. Stat. Soc. B 45 (1983) 311]. All errors become
+/// those of this share, which is the domain's applied_share. Nothing is done if the model will
+/// state no radius.
+void ShrinkUnconfirmed(const Task& task, const Identified& found, const FitOfAllRows& fit,
+                       const FittedModel& declared, CorrectedModel& corrected,
+                       Diagnosis& diagnosis);
+
+/// True if held-out rows can show the errors of new points: a region or a session was held out, and
+/// not all rows are on artefacts that cannot show every error of the tip.
+bool RadiusCanBeStated(const Task& task, const Validation& validation, const Diagnosis& diagnosis);
+
 /// UTC at t_s = 0, if the cell states it.
 inline std::optional<double> TimeZeroOf(const model::CellModel& cell) {
   return cell.domain ? cell.domain->time_zero_s : std::nullopt;

@@ -142,16 +142,10 @@ Eigen::VectorXd NuisanceStepOf(const FitProblem& problem, const Linearisation& l
 /// the arm without effects.
 PerRow<RowResidual> ResidualsWithoutEffects(const HeldOutInput& input) {
   PerRow<RowResidual> y;
-  for (const RowIndex row : input.problem.data.row_indices()) {
-    effects::Influence<double> influence;
-    effects::AddEffects(input.model.effects, input.problem.data.conditions[row], influence);
-    RowResidual of_row = input.linear->rows[row].residual;
-    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
-      if (influence[entry] != 0)
-        of_row += influence[entry] * input.linear->gradients[row].col(entry);
-    }
-    y.push_back(of_row);
-  }
+  const Dataset& data = input.problem.data;
+  for (const RowIndex row : data.row_indices())
+    y.push_back(input.linear->rows[row].residual +
+                DisplacementBy(input.model.effects, data, *input.linear, row));
   return y;
 }
 

@@ -693,6 +693,7 @@ TEST_CASE("distant_sigma_mm and poses_deg require each other") {
     CHECK(told(std::string(key) + " = 0.2\n").find("requires distant_sigma_mm") !=
           std::string::npos);
   }
+  CHECK(told("applied_share = 0.5\n").find("requires declared_sigma_mm") != std::string::npos);
   CHECK(told("poses_deg = [[1, 2, 3]]\n").find("requires distant_sigma_mm") != std::string::npos);
   CHECK(told("distant_sigma_mm = 0.2\nposes_deg = []\n").find("of 3 joints each") !=
         std::string::npos);

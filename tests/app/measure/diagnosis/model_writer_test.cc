@@ -280,6 +280,7 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   diagnosis.domain.reach_rad = 0.25;
   diagnosis.domain.covariance_share = 0.5;
   diagnosis.domain.declared_sigma_m = 7e-4;
+  diagnosis.domain.applied_share = 0.75;
   const std::string written = Corrected(original, diagnosis);
   const model::Domain domain = *Read(written).domain;
   CHECK(domain.as_validated);
@@ -287,6 +288,7 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   CHECK(domain.reach_rad == 0.25);
   CHECK(domain.covariance_share == 0.5);
   CHECK(*domain.declared_sigma_m == Approx(7e-4));
+  CHECK(domain.applied_share == 0.75);
   REQUIRE(domain.poses.size() == 2);
   CHECK((domain.poses[1] - 2 * q).norm() < 1e-4);
   CHECK_FALSE(Read(Edited(written, "distant_sigma_mm = 0.2", "distant_sigma_mm = 0.1"))
