@@ -32,7 +32,6 @@ LoadedArm::ToolModel::ToolModel(const model::Tool& tool)
   }
 }
 
-/// Tip of the longest tool: its joints displace it most.
 const Vec3& FarthestTip_F(const model::CellModel& cell) {
   int farthest = 0;
   for (int k = 1; k < cell.tools(); ++k) {

@@ -42,6 +42,9 @@ struct LoadedState : LoadedStateOf<double> {
   Pose X_BT;  ///< pose of the loaded tip in the *declared* base, even if effects move the base
 };
 
+/// Tip of the longest tool in the flange frame: its joints displace it most.
+const Vec3& FarthestTip_F(const model::CellModel& cell);
+
 /// Joint and tool deflection of a cell under gravity, together with its effects.
 ///   theta_i = sign_i (q_i + s_i) + offset_i
 ///   s_i     = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i|

@@ -79,7 +79,8 @@ struct EmpiricalFormula {
     kTurn = kTipX + 3,
     kToolBending,
     kLengthA,
-    kOffsetD
+    kOffsetD,
+    kTiltX
   };
 
   static EffectTraits Traits() {
@@ -99,7 +100,9 @@ struct EmpiricalFormula {
                        {"q#", "1", 1, kFactor},
                        {"tool_bending", "1", 1, kFactor},
                        {"a#", "1", 1, kFactor},
-                       {"d#", "1", 1, kFactor}},
+                       {"d#", "1", 1, kFactor},
+                       {"tilt_x", "1", 1, kFactor},
+                       {"tilt_y", "1", 1, kFactor}},
         .needs = {},
         .confused_with = {},
         .name = "an empirical term",
@@ -112,6 +115,8 @@ struct EmpiricalFormula {
     if (parameter.spec == kToolBending) return influence[Influence<T>::kBendRatio];
     if (parameter.spec == kLengthA) return influence.Joint(Influence<T>::kLengthA, parameter.joint);
     if (parameter.spec == kOffsetD) return influence.Joint(Influence<T>::kOffsetD, parameter.joint);
+    if (parameter.spec >= kTiltX)
+      return influence[Influence<T>::kBaseTilt + parameter.spec - kTiltX];
     if (parameter.spec < kTipX) return influence[Influence<T>::kBase + parameter.spec];
     return influence[Influence<T>::kTip + parameter.spec - kTipX];
   }
@@ -142,8 +147,9 @@ const Effect& Empirical() {
 }
 
 double EmpiricalNodeToSI(const TermParameter& parameter) {
-  const bool length =
-      parameter.spec < EmpiricalFormula::kTurn || parameter.spec >= EmpiricalFormula::kLengthA;
+  using Formula = EmpiricalFormula;
+  const bool of_link = parameter.spec >= Formula::kLengthA && parameter.spec < Formula::kTiltX;
+  const bool length = parameter.spec < Formula::kTurn || of_link;
   return length ? 1e-3 : 1.0;
 }
 

@@ -13,6 +13,7 @@ namespace plumbline::effects {
 ///   q1, q2, ..                deflection of the joint  nodes in rad
 ///   tool_bending              factor 1 + value on the bending of the tool, nodes in 1
 ///   a1, d1, a2, ..            length and offset of a link in the DH table  nodes in mm
+///   tilt_x, tilt_y            rotation of the base about axes of W  nodes in rad
 /// The value is a factor on the whole curve, usually 1 (or the shrinkage), and carries the standard
 /// deviation. EffectTerm::nodes has one row per node: the driver's value, ascending, in the unit of
 /// its column, followed by one value per parameter in their order. With two drivers the nodes form

@@ -85,10 +85,64 @@ std::vector<Case> Cases(const model::CellModel& cell, const correction::Correcto
   return cases;
 }
 
+/// A fitted cell whose domain states all that a diagnosis can write.
+model::CellModel FittedCell(std::mt19937& random) {
+  model::CellModel cell = test::HeavyArm();
+  model::Domain& domain = cell.domain.emplace();
+  for (const model::Joint& joint : cell.robot.joints) domain.q.push_back({joint.min, joint.max});
+  for (int k = 0; k < 48; ++k) domain.poses.push_back(test::RandomPosture(cell, random));
+  domain.residual_sigma_m = 5e-5;
+  domain.distant_sigma_m = 2e-4;
+  domain.declared_sigma_m = 1e-3;
+  domain.payload_kg = model::MeasuredRange{{{0, 0}, {20, 20}, {40, 40}}, 1e-5};
+  domain.temp_C = model::MeasuredRange{{{20, 25}}, 1e-5};
+  domain.t_s = model::MeasuredRange{{{0, 3600}}, 1e-8};
+  for (int joint = 0; joint < cell.robot.size(); ++joint)
+    domain.torques.push_back({joint, {{{-50, 200}}, 1e-6}});
+  return cell;
+}
+
+/// What a point costs: its share of the correction, its variance, and whether it is extrapolated.
+void ReportErrorGrowth(bench::Effort effort) {
+  std::mt19937 random(2);
+  const model::CellModel cell = FittedCell(random);
+  const deflection::LoadedArm arm(cell);
+  const loads::Payload payload{60, *cell.payload_cog_F};
+  std::vector<deflection::OperatingPoint> points;
+  for (int k = 0; k < 1000; ++k) {
+    effects::Conditions moment;
+    moment.temp_C = 27;
+    moment.t_s = 7200;
+    points.push_back(arm.PointAt(test::RandomPosture(cell, random), payload, moment));
+  }
+  std::vector<double> each;
+  double sum = 0;
+  const std::uint64_t before = allocations;
+  each.reserve(200);
+  const std::uint64_t reserved = allocations - before;
+  for (int round = 0; round < bench::Choose(effort, 2, 50, 200); ++round) {
+    const double start = Now_us();
+    for (const deflection::OperatingPoint& at : points)
+      sum +=
+          arm.growth().Share(at) + arm.growth().Variance(at) + (arm.growth().Outside(at) ? 1 : 0);
+    each.push_back((Now_us() - start) / static_cast<double>(points.size()));
+  }
+  const std::uint64_t allocated = allocations - before - reserved;
+  bench::Report({.what = "predictive variance, share and range of a point",
+                 .ours = sum > 0 ? bench::Median(each) : 0,
+                 .unit = "us",
+                 .goal = bench::AtMost(5)});
+  bench::Report({.what = "heap allocations of these points",
+                 .ours = static_cast<double>(allocated),
+                 .goal = bench::AtMost(0),
+                 .timed = false});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const bench::Effort effort = bench::EffortFrom(argc, argv);
+  ReportErrorGrowth(effort);
   const model::CellModel cell = test::HeavyArm();
   const correction::Corrector corrector(cell, {});
   const loads::Payload payload{60, *cell.payload_cog_F};

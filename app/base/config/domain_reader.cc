@@ -30,9 +30,11 @@ void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Doma
     table.AddFault("distant_sigma_mm", "requires residual_sigma_mm");
   }
   domain.reach_rad = table.Number("reach_rad", kReach).value_or(0);
+  domain.range_growth_m = table.Number("range_growth_mm", kDistantSigma);
   domain.declared_sigma_m = table.Number("declared_sigma_mm", kDistantSigma);
   domain.applied_share = table.Number("applied_share", {0, 1}).value_or(1);
   for (const auto& [key, other] : {std::pair{"reach_rad", "distant_sigma_mm"},
+                                   std::pair{"range_growth_mm", "distant_sigma_mm"},
                                    std::pair{"declared_sigma_mm", "distant_sigma_mm"},
                                    std::pair{"applied_share", "declared_sigma_mm"}}) {
     if (table.Has(key) && !table.Has(other)) {

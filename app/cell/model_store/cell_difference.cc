@@ -226,8 +226,9 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, payload_kg, temp_C, t_s, torques, largest_residual_m, residual_sigma_m,
-               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, applied_share,
-               time_zero_s, as_validated, tools, payload_items] = domain;
+               distant_sigma_m, covariance_share, poses, range_growth_m, reach_rad,
+               declared_sigma_m, applied_share, time_zero_s, as_validated, tools, payload_items] =
+      domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -247,6 +248,7 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
   values.Number("domain.distant_sigma_mm", distant_sigma_m, 1 / kMetrePerMm);
   if (covariance_share < 1) values.Number("domain.covariance_share", covariance_share);
+  values.Number("domain.range_growth_mm", range_growth_m, 1 / kMetrePerMm);
   if (reach_rad > 0) values.Number("domain.reach_rad", reach_rad);
   values.Number("domain.declared_sigma_mm", declared_sigma_m, 1 / kMetrePerMm);
   if (applied_share < 1) values.Number("domain.applied_share", applied_share);

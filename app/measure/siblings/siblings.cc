@@ -108,8 +108,8 @@ void Widen(double factor, Diagnosis& diagnosis) {
     if (error.after_held_out_m) *error.after_held_out_m *= factor;
   }
   model::Domain& domain = diagnosis.domain;
-  for (std::optional<double>* sigma_m :
-       {&domain.residual_sigma_m, &domain.distant_sigma_m, &domain.declared_sigma_m}) {
+  for (std::optional<double>* sigma_m : {&domain.residual_sigma_m, &domain.distant_sigma_m,
+                                         &domain.range_growth_m, &domain.declared_sigma_m}) {
     if (*sigma_m) **sigma_m *= factor;
   }
   for (std::optional<model::MeasuredRange>* input :

@@ -95,6 +95,22 @@ TEST_CASE("the variance is the sum of the squared growths along each input") {
   CHECK(growth.Share(all) == 1);
 }
 
+TEST_CASE("a joint beyond its range adds by its ranges and by how far it moves the tip") {
+  constexpr double kRange_m = 4e-4;
+  model::CellModel cell = Fitted();
+  cell.domain->q[1] = {0.5, 0.6};  // counts as 0.4 rad
+  cell.domain->reach_rad = 10;     // without the distance of the posture
+  const LoadedArm arm(cell);
+  const kinematics::PoseDistance from(arm.chain(), arm.X_FT().p, cell.domain->poses);
+  const OperatingPoint beyond = With([](OperatingPoint& at) { at.q << 1.5, 0.7, 0, 0, 0, 0; });
+  CHECK(arm.growth().Variance(beyond) == 0);
+  cell.domain->range_growth_m = kRange_m;
+  const double of_first = from.weight(0) * 0.5 / 2, of_second = from.weight(1) * 0.1 / 0.4;
+  CHECK(GrowthOf(cell).Variance(beyond) ==
+        Approx(Squared(kRange_m) * (Squared(of_first) + Squared(of_second))));
+  CHECK(GrowthOf(cell).Variance(With([](OperatingPoint& at) { at.q[1] = 0.55; })) == 0);
+}
+
 TEST_CASE("three measured loads are three values, not a range") {
   model::CellModel cell = Fitted();
   cell.domain->payload_kg->intervals = {{0, 0}, {20, 20}, {60, 60}};

@@ -51,10 +51,10 @@ TEST_CASE("The curve is linear between nodes and constant beyond them") {
 }
 
 TEST_CASE("Each carrier has its own unit, and the value is a factor") {
-  Eigen::MatrixXd nodes(1, 7);
-  nodes << 0, 2, -3, 1e-4, 0.5, 0.4, -0.6;
+  Eigen::MatrixXd nodes(1, 8);
+  nodes << 0, 2, -3, 1e-4, 0.5, 0.4, -0.6, 2e-4;
   const model::WrittenEffect written =
-      Curve("air_hPa", {"base_x", "tip_y", "q3", "tool_bending", "a2", "d4"}, nodes, 0.5);
+      Curve("air_hPa", {"base_x", "tip_y", "q3", "tool_bending", "a2", "d4", "tilt_y"}, nodes, 0.5);
   const I influence = Sum(written, KnownMoment());
   CHECK(influence[I::kBase] == Approx(1e-3));
   CHECK(influence[I::kTip + 1] == Approx(-1.5e-3));
@@ -62,6 +62,7 @@ TEST_CASE("Each carrier has its own unit, and the value is a factor") {
   CHECK(influence[I::kBendRatio] == Approx(0.25));
   CHECK(influence.Joint(I::kLengthA, 1) == Approx(0.2e-3));
   CHECK(influence.Joint(I::kOffsetD, 3) == Approx(-0.3e-3));
+  CHECK(influence[I::kBaseTilt + 1] == Approx(1e-4));
 }
 
 /// Base height as a function of temperature and payload: 0, 1, 2 mm at 20 C and 3, 5, 8 mm at 30 C.

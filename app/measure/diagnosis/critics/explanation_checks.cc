@@ -37,9 +37,9 @@ ExplanationCheck PValueCheck(const Finding& finding) {
   check.limit = kMaxPValue;
   check.passed = finding.p_value <= kMaxPValue;
   check.sentence = fmt::format(
-      "p-value {:.2g} under noise alone, corrected for the number of alternatives searched; at "
-      "most {} is accepted",
-      finding.p_value, kMaxPValue);
+      "p-value {} under noise alone, corrected for the number of alternatives searched; at most {} "
+      "is accepted",
+      finding.p_value > 0 ? fmt::format("{:.2g}", finding.p_value) : "below 1e-300", kMaxPValue);
   return check;
 }
 

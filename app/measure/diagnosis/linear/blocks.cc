@@ -29,6 +29,8 @@ std::string CarrierName(int entry, double& from_SI) {
     return fmt::format("tip_{}", "xyz"[entry - I::kTip]);
   }
   if (entry == I::kBendRatio) return "tool_bending";
+  if (entry == I::kBaseTilt || entry == I::kBaseTilt + 1)
+    return fmt::format("tilt_{}", "xy"[entry - I::kBaseTilt]);
   const int joint = entry % model::kMaxJoints + 1;
   const int kind = entry / model::kMaxJoints;
   if (kind == I::kTurn) return fmt::format("q{}", joint);
@@ -209,7 +211,8 @@ using I = effects::Influence<double>;
 /// Plausible sizes of an empirical carrier, SI.
 model::Interval PlausibleCarried(int entry) {
   if (entry == I::kBendRatio) return {-3, 3};
-  if (entry < model::kMaxJoints) return {-0.02, 0.02};  // rotation of a joint [rad]
+  const bool tilts = entry == I::kBaseTilt || entry == I::kBaseTilt + 1;
+  if (tilts || entry < model::kMaxJoints) return {-0.02, 0.02};  // rotation [rad]
   return {-0.05, 0.05};  // length of a link, translation of base or tip [m]
 }
 

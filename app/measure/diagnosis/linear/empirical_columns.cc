@@ -17,6 +17,7 @@ int EntryOf(I::JointEntry entry, int joint) {
 
 std::vector<std::vector<int>> Carriers(const Dataset& data) {
   std::vector<std::vector<int>> carriers = {{I::kBase, I::kBase + 1, I::kBase + 2},
+                                            {I::kBaseTilt, I::kBaseTilt + 1},
                                             {I::kTip, I::kTip + 1, I::kTip + 2}};
   if (data.cell.any_tool_bends()) carriers.push_back({I::kBendRatio});
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
@@ -47,7 +48,7 @@ std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
 }
 
 bool IsFreeFrame(const Dataset& data, const std::vector<int>& carrier) {
-  if (carrier.front() == I::kBase) return data.frames_free();
+  if (carrier.front() == I::kBase || carrier.front() == I::kBaseTilt) return data.frames_free();
   if (carrier.front() == I::kTip) return data.tip_free();
   return false;
 }

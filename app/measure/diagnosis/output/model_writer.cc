@@ -274,6 +274,8 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
   }
   if (domain.distant_sigma_m && !domain.poses.empty()) {
     text += "distant_sigma_mm = " + NumberText(1e3 * *domain.distant_sigma_m) + '\n';
+    if (domain.range_growth_m)
+      text += "range_growth_mm = " + NumberText(1e3 * *domain.range_growth_m) + '\n';
     if (domain.reach_rad > 0) text += "reach_rad = " + NumberText(domain.reach_rad) + '\n';
     if (domain.declared_sigma_m) {
       text += "declared_sigma_mm = " + NumberText(1e3 * *domain.declared_sigma_m) + '\n';

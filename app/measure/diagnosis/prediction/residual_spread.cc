@@ -34,7 +34,7 @@ double Squared(double value) {
 /// posture, and per squared distance of each other input.
 enum Component { kNear, kSession, kPosture, kOthers };
 constexpr int kComponents = kOthers + kInputs;
-constexpr int kTimeComponent = kOthers + static_cast<int>(Input::kTime);
+constexpr int kTimeComponent = kOthers + static_cast<int>(ModelInput::kTime);
 using Components = Eigen::Array<double, kComponents, 1>;
 
 /// A held-out row: its squared error on one axis, and the coefficients of its variance components.
@@ -249,7 +249,8 @@ Components CautionOf(const std::vector<const HeldOut*>& held_out, const FitProbl
     if (regions)
       posture = std::max(posture, of_folds.RatioOf(deviation_m2, Squared(problem.sigma_m)));
   }
-  caution[kOthers + static_cast<int>(Input::kPayload)] =
+  caution[kOthers + static_cast<int>(ModelInput::kRange)] = posture;
+  caution[kOthers + static_cast<int>(ModelInput::kPayload)] =
       of_loads.RatioOf(deviation_m2, Squared(problem.sigma_m));
   return caution;
 }

@@ -189,6 +189,9 @@ std::string LinearTrendText(const effects::ActiveEffect& effect) {
     const bool shifts = name.starts_with("base_") || name.starts_with("tip_");
     if (shifts) {
       axes[name.substr(0, name.find('_'))].emplace_back(name.substr(name.find('_') + 1), slope);
+    } else if (name.starts_with("tilt_")) {
+      texts.push_back(fmt::format("the base turns {:.3g} mrad {} about {}", 1e3 * slope, per,
+                                  name.substr(name.find('_') + 1)));
     } else if (name == "tool_bending") {
       texts.push_back(
           fmt::format("the tool's bending changes by {:+.3g} % {}", kPercent * slope, per));
@@ -304,6 +307,10 @@ std::vector<EmpiricalCurve> EmpiricalCurvesOf(const effects::ActiveEffect& effec
       curve.meaning = fmt::format("the {} in {}", name.substr(0, name.find('_')),
                                   name.substr(name.find('_') + 1));
       curve.unit = "mm";
+    } else if (name.starts_with("tilt_")) {
+      curve.meaning = "the tilt of the base about " + name.substr(name.find('_') + 1);
+      curve.unit = "mrad";
+      factor *= kMilli;
     } else if (name == "tool_bending") {
       curve.meaning = "the tool\u2019s bending";
       curve.unit = "%";

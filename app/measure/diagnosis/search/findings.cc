@@ -290,13 +290,14 @@ void ShrinkToRows(const FindingsContext& context, const Removal& removal, Findin
   finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
 }
 
-/// The time of an event is known to lie between two rows only: sets its variance to that of a
-/// uniform distribution over the gap.
+/// The time or row of an event is known to lie between two rows only: sets its variance to that of
+/// a uniform distribution over the gap.
 void SetEventTimeVariance(const Dataset& data, Finding& finding) {
+  const effects::EffectTerm& term = finding.effect.term;
+  const bool by_row = term.effect->traits().parameters[term.parameters.front().spec].name == "row";
   std::vector<double> times;
-  for (const effects::Conditions& moment : data.conditions) {
-    times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
-  }
+  for (const effects::Conditions& moment : data.conditions)
+    times.push_back((by_row ? moment.row : moment.t_s).value_or(0));
   std::ranges::sort(times);
   const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
   if (next == times.begin() || next == times.end()) return;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "firmware-like/deflection/loaded_arm.h"
+
 namespace plumbline::measure {
 
 std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int most) {
@@ -39,7 +41,8 @@ double ReachOf(const kinematics::PoseDistance& stored, const Dataset& data, cons
 
 kinematics::PoseDistance DistanceFrom(const model::CellModel& cell,
                                       const std::vector<model::JointVector>& poses) {
-  return kinematics::PoseDistance(kinematics::Chain(cell.robot), cell.tool.tcp_F, poses);
+  return kinematics::PoseDistance(kinematics::Chain(cell.robot), deflection::FarthestTip_F(cell),
+                                  poses);
 }
 
 }  // namespace plumbline::measure

@@ -46,7 +46,7 @@ int NearestCentre(const Eigen::MatrixXd& centres, const Eigen::VectorXd& pose) {
 
 FoldPlan BlocksOfTime(const Dataset& data) {
   FoldPlan plan;
-  plan.by = "blocks of time";
+  plan.by = data.table.recorded.time ? "blocks of time" : "blocks of rows";
   const int count = data.rows();
   const int blocks = std::min(count, kFolds * kBlocksPerFold);
   std::map<ClusterIndex, int> of_cluster;

@@ -79,6 +79,15 @@ model::Interval WithTolerance(const model::Interval& range) {
   return {range.low - tolerance, range.high + tolerance};
 }
 
+model::Interval JointRange(const PerRow<RowInputs>& inputs, const FitRows& rows, int joint) {
+  model::Interval range{HUGE_VAL, -HUGE_VAL};
+  for (const RowIndex row : rows) {
+    range.low = std::min(range.low, inputs[row].q[joint]);
+    range.high = std::max(range.high, inputs[row].q[joint]);
+  }
+  return range;
+}
+
 constexpr double kConnected = 1;  // one interval
 
 Measured TemperaturesOf(const PerRow<RowInputs>& inputs, const FitRows& rows) {
@@ -155,8 +164,8 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
     const deflection::LoadedArm& arm = arms[data.session_of[row]];
     poses.push_back(data.measured(row).q);
     const deflection::OperatingPoint at = arm.PointAt(poses.back(), data.payloads[row], moment);
-    RowInputs& own =
-        inputs.rows.emplace_back(RowInputs{at.tau, data.cluster_of[row], {}, at.temp_C, at.t_s});
+    RowInputs& own = inputs.rows.emplace_back(
+        RowInputs{at.tau, data.cluster_of[row], {}, at.temp_C, at.t_s, poses.back()});
     if (loads) own.payload_kg = moment.payload_kg;
     if (weights[row] < kOutlierWeight) continue;
     accepted.push_back(row);
@@ -164,10 +173,18 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
   }
   const deflection::LoadedArm& arm = arms.front();
   const kinematics::PoseDistance distance = DistanceFrom(data.cell, poses);
+  constexpr double kLeastLever_m = 1e-6;  // with less, the joint moves no tip
   std::vector<double> levers;
-  for (int joint = 0; joint < arm.size(); ++joint)
-    levers.push_back(arm.loads().known(joint) ? distance.weight(joint) : 0);
+  for (int joint = 0; joint < arm.size(); ++joint) {
+    const double lever = arm.loads().known(joint) ? distance.weight(joint) : 0;
+    levers.push_back(lever >= kLeastLever_m ? lever : 0);
+  }
   inputs.units = UnitsOf(inputs.rows, accepted, levers);
+  for (int joint = 0; joint < arm.size(); ++joint) {
+    const double width = JointRange(inputs.rows, accepted, joint).Width();
+    inputs.units.per_joint.push_back(distance.weight(joint) /
+                                     std::max(model::kLeastJointRange, width));
+  }
   return inputs;
 }
 
@@ -183,35 +200,43 @@ InputRanges::InputRanges(const InputsOfRows& inputs, const FitRows& rows)
     torques_.push_back(TorqueRange(torques, kPosesLeftOut));
     all_torques_.push_back(TorqueRange(torques, 0));
   }
+  for (int joint = 0; joint < static_cast<int>(units_.per_joint.size()); ++joint)
+    joints_.push_back(JointRange(inputs.rows, rows, joint));
 }
 
 BeyondRanges InputRanges::Beyond(const RowInputs& row) const {
-  double torque = 0;
+  double range = 0, torque = 0;
+  for (std::size_t joint = 0; joint < joints_.size(); ++joint) {
+    const double q = row.q[static_cast<Eigen::Index>(joint)];
+    range += std::pow(units_.per_joint[joint] * joints_[joint].DistanceOf(q), 2);
+  }
   for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
     const double tau = row.tau[static_cast<Eigen::Index>(joint)];
     torque += std::pow(units_.per_Nm[joint] * torques_[joint].DistanceOf(tau), 2);
   }
-  return {torque, SquaredBeyond(payload_kg_, row.payload_kg, units_.per_kg),
-          SquaredBeyond(temp_C_, row.temp_C, units_.per_K),
-          SquaredBeyond(t_s_, row.t_s, units_.per_s)};
+  BeyondRanges beyond;
+  beyond << range, torque, SquaredBeyond(payload_kg_, row.payload_kg, units_.per_kg),
+      SquaredBeyond(temp_C_, row.temp_C, units_.per_K), SquaredBeyond(t_s_, row.t_s, units_.per_s);
+  return beyond;
 }
 
 void InputRanges::StateIn(model::Domain& domain, const std::optional<Growth>& growth) const {
-  const auto stated = [&](Measured measured, Input input, double per_unit) {
+  const auto stated = [&](Measured measured, ModelInput input, double per_unit) {
     if (measured && growth && per_unit > 0)
       measured->growth = per_unit * growth->per_unit_m[static_cast<int>(input)];
     return measured;
   };
-  domain.payload_kg = stated(payload_kg_, Input::kPayload, units_.per_kg);
-  domain.temp_C = stated(temp_C_, Input::kTemperature, units_.per_K);
-  if (growth && growth->with_time) domain.t_s = stated(t_s_, Input::kTime, units_.per_s);
+  if (growth) domain.range_growth_m = growth->per_unit_m[static_cast<int>(ModelInput::kRange)];
+  domain.payload_kg = stated(payload_kg_, ModelInput::kPayload, units_.per_kg);
+  domain.temp_C = stated(temp_C_, ModelInput::kTemperature, units_.per_K);
+  if (growth && growth->with_time) domain.t_s = stated(t_s_, ModelInput::kTime, units_.per_s);
   constexpr double kReversed = 0.1;  // of the range: less shows nothing of the other direction
   domain.torques.clear();
   for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
     const double per_Nm = units_.per_Nm[joint];
     if (per_Nm <= 0) continue;
     model::MeasuredRange range{{growth ? torques_[joint] : WithTolerance(all_torques_[joint])}, {}};
-    range = *stated(range, Input::kTorque, per_Nm);
+    range = *stated(range, ModelInput::kTorque, per_Nm);
     const model::Interval& torques = torques_[joint];
     const bool one_direction = std::min(-torques.low, torques.high) < kReversed * torques.Width();
     if (growth && one_direction)

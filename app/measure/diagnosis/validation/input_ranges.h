@@ -11,9 +11,10 @@
 
 namespace plumbline::measure {
 
-/// Inputs along which the error of a prediction grows, beside the posture.
-enum class Input { kTorque, kPayload, kTemperature, kTime };
-inline constexpr int kInputs = 4;
+/// Inputs along which the error of a prediction grows, beside the distance of the posture. kRange:
+/// the joints beyond their own measured ranges, where the laws of a joint are extrapolated.
+enum class ModelInput { kRange, kTorque, kPayload, kTemperature, kTime };
+inline constexpr int kInputs = 5;
 
 /// Squared distances beyond what was measured, in units of the measured ranges; see InputRanges.
 using BeyondRanges = Eigen::Array<double, kInputs, 1>;
@@ -23,17 +24,20 @@ struct RowInputs {
   model::JointVector tau;              ///< gravity torques [N m] or forces [N]
   std::optional<ClusterIndex> pose{};  ///< visits of one pose share it; absent: a pose of its own
   std::optional<double> payload_kg, temp_C, t_s;
+  model::JointVector q{};  ///< [rad] or [m]
 };
 
-/// Units of distance. A torque is counted in ranges of that joint, at least a tenth of the largest
-/// range of any joint, times the joint's lever over the root of the sum of squares of all levers,
-/// so that the sum of squares over the joints is a displacement of the tip; a payload in mean gaps
-/// between several measured loads, or in the only load; a temperature in ranges of at least 5 K; a
-/// time in time spans.
+/// Units of distance. A joint is counted in its ranges of at least model::kLeastJointRange, times
+/// its lever over the root of the sum of squares of all levers (PoseDistance::weight); a torque is
+/// counted in ranges of that joint, at least a tenth of the largest range of any joint, times the
+/// same; so that the sum of squares over the joints is a displacement of the tip; a payload in mean
+/// gaps between several measured loads, or in the only load; a temperature in ranges of at least 5
+/// K; a time in time spans.
 struct InputUnits {
   std::vector<double> per_Nm{};  ///< of each joint; 0: its torque is not known
   double per_kg = 0;             ///< 0: all loads are 0 kg, and show nothing of others
   double per_K = 1, per_s = 1;
+  std::vector<double> per_joint{};  ///< [1/rad] or [1/m]
 };
 
 /// Inputs of every row, under the loads and frames of a model.
@@ -76,7 +80,7 @@ class InputRanges {
  private:
   InputUnits units_;
   std::vector<double> yield_;
-  std::vector<model::Interval> torques_, all_torques_;  ///< of each joint
+  std::vector<model::Interval> joints_, torques_, all_torques_;  ///< of each joint
   std::optional<model::MeasuredRange> payload_kg_, temp_C_, t_s_;
 };
 

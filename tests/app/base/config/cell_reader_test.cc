@@ -689,7 +689,7 @@ TEST_CASE("distant_sigma_mm and poses_deg require each other") {
     return FaultsText(faults);
   };
   CHECK(told("distant_sigma_mm = 0.2\n").find("requires poses_deg") != std::string::npos);
-  for (const char* key : {"reach_rad", "declared_sigma_mm"}) {
+  for (const char* key : {"reach_rad", "range_growth_mm", "declared_sigma_mm"}) {
     CHECK(told(std::string(key) + " = 0.2\n").find("requires distant_sigma_mm") !=
           std::string::npos);
   }

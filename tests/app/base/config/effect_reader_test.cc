@@ -149,7 +149,8 @@ TEST_CASE("An empirical effect with inconsistent drivers, nodes and parameters i
       {"parameters = [ { name = \"base_x\", value = 1 } ]",
        "parameters = [ { name = \"wrist_x\", value = 1 } ]",
        "effect[1].parameters[1].name: \"wrist_x\" is not a parameter of empirical; it has base_x, "
-       "base_y, base_z, tip_x, tip_y, tip_z, q#, tool_bending, a#, d# (# is a joint, 1..6)"},
+       "base_y, base_z, tip_x, tip_y, tip_z, q#, tool_bending, a#, d#, tilt_x, tilt_y (# is a "
+       "joint, 1..6)"},
   };
   ExpectOneFaultEach(good, "cell.toml", cases, [](const std::string& text, FaultList& faults) {
     ReadEffects(text, faults);

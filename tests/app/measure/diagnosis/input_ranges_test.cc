@@ -37,14 +37,14 @@ InputRanges RangesOf(std::optional<double> RowInputs::*input, const std::vector<
   return rows.Ranges();
 }
 
-double Beyond(const InputRanges& ranges, Input input, const RowInputs& row) {
+double Beyond(const InputRanges& ranges, ModelInput input, const RowInputs& row) {
   return ranges.Beyond(row)[static_cast<int>(input)];
 }
 
 double BeyondPayload(const InputRanges& ranges, double payload_kg) {
   RowInputs row;
   row.payload_kg = payload_kg;
-  return Beyond(ranges, Input::kPayload, row);
+  return Beyond(ranges, ModelInput::kPayload, row);
 }
 
 model::Domain Stated(const InputRanges& ranges,
@@ -60,6 +60,24 @@ double Squared(double value) {
 }
 
 }  // namespace
+
+TEST_CASE("a joint is beyond its range in ranges, weighted by its lever") {
+  Rows rows;
+  for (const double q : {-1.0, 0.0, 3.0}) {
+    rows.Add(0, 0).q.resize(2);
+    rows.inputs.rows[RowIndex(rows.inputs.rows.count() - 1)].q << q, 0.1 * q;
+  }
+  FitRows all;
+  for (const RowIndex row : rows.inputs.rows.indices()) all.push_back(row);
+  InputsOfRows inputs = rows.inputs;
+  inputs.units = UnitsOf(inputs.rows, all, {});
+  inputs.units.per_joint = {0.6 / 4, 0.8 / 0.4};
+  RowInputs at;
+  at.q.resize(2);
+  at.q << 5, -0.2;
+  CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
+        Approx(Squared(0.6 * 2 / 4) + Squared(0.8 * 0.1 / 0.4)));
+}
 
 TEST_CASE("loads that are far apart are single values, with gaps between them") {
   const InputRanges apart = RangesOf(&RowInputs::payload_kg, {20, 0, 5, 5.1, 0, 20});
@@ -123,7 +141,7 @@ TEST_CASE("torques count in ranges of their joint, by its lever") {
   }
   const InputRanges ranges = rows.Ranges();
   const auto beyond = [&](double tau1_Nm, double tau2_Nm) {
-    return Beyond(ranges, Input::kTorque, Rows().Add(tau1_Nm, tau2_Nm));
+    return Beyond(ranges, ModelInput::kTorque, Rows().Add(tau1_Nm, tau2_Nm));
   };
   CHECK(beyond(100, 2) == 0);
   CHECK(beyond(150, 0) == Approx(Squared(0.6 * 50 / 100)));
@@ -143,12 +161,12 @@ TEST_CASE("temperatures count in ranges of at least 5 K, times in time spans, wi
   at.t_s = 1500;
   const InputRanges steady = RangesOf(&RowInputs::temp_C, {20, 22});
   CHECK(Stated(steady).temp_C->intervals == std::vector<model::Interval>{{20, 22}});
-  CHECK(Beyond(steady, Input::kTemperature, at) == Approx(1));
+  CHECK(Beyond(steady, ModelInput::kTemperature, at) == Approx(1));
   const InputRanges warm = RangesOf(&RowInputs::temp_C, {15, 25});
-  CHECK(Beyond(warm, Input::kTemperature, at) == Approx(Squared(2.0 / 10)));
+  CHECK(Beyond(warm, ModelInput::kTemperature, at) == Approx(Squared(2.0 / 10)));
   const InputRanges times = RangesOf(&RowInputs::t_s, {0, 1000, 10});
   CHECK(Stated(times).t_s->intervals == std::vector<model::Interval>{{0, 1000}});
-  CHECK(Beyond(times, Input::kTime, at) == Approx(Squared(0.5)));
+  CHECK(Beyond(times, ModelInput::kTime, at) == Approx(Squared(0.5)));
 }
 
 TEST_CASE("what a row did not record is not beyond, and what none recorded is not stated") {

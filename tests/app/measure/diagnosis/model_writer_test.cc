@@ -281,6 +281,7 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   diagnosis.domain.covariance_share = 0.5;
   diagnosis.domain.declared_sigma_m = 7e-4;
   diagnosis.domain.applied_share = 0.75;
+  diagnosis.domain.range_growth_m = 3e-4;
   const std::string written = Corrected(original, diagnosis);
   const model::Domain domain = *Read(written).domain;
   CHECK(domain.as_validated);
@@ -289,6 +290,7 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   CHECK(domain.covariance_share == 0.5);
   CHECK(*domain.declared_sigma_m == Approx(7e-4));
   CHECK(domain.applied_share == 0.75);
+  CHECK(*domain.range_growth_m == Approx(3e-4));
   REQUIRE(domain.poses.size() == 2);
   CHECK((domain.poses[1] - 2 * q).norm() < 1e-4);
   CHECK_FALSE(Read(Edited(written, "distant_sigma_mm = 0.2", "distant_sigma_mm = 0.1"))

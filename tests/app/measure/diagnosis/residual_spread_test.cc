@@ -64,7 +64,7 @@ ResidualSpread Spread(const Validation& validation, Correction correction = Corr
   return SpreadOf(validation, Problem(), correction).value();
 }
 
-double Growth(const ResidualSpread& spread, Input input) {
+double Growth(const ResidualSpread& spread, ModelInput input) {
   return spread.growth_m[static_cast<int>(input)];
 }
 
@@ -86,7 +86,8 @@ TEST_CASE("the growth along an input that no fold tests is the prior's") {
   for (const Vec3& before : validation.schemes[1].before)
     declared_m2 += before.squaredNorm() / (3 * kRows);
   const ResidualSpread fading = Spread(validation, Correction::kFading);
-  for (const Input input : {Input::kTorque, Input::kPayload, Input::kTemperature}) {
+  for (const ModelInput input :
+       {ModelInput::kTorque, ModelInput::kPayload, ModelInput::kTemperature}) {
     CHECK(Growth(confirmed, input) >= kSigma_m);  // a confirmed law extrapolates within the noise
     CHECK(Growth(confirmed, input) < 1.2 * kSigma_m);
     CHECK(Growth(fading, input) / fading.declared_m.value() ==
@@ -101,20 +102,20 @@ TEST_CASE("held-out rows beyond an input's range override the prior, along this 
     HeldOut& regions = validation.schemes[1];
     for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
       if (row.value() % every != 0) continue;
-      regions.beyond[row][static_cast<int>(Input::kPayload)] = 1;
+      regions.beyond[row][static_cast<int>(ModelInput::kPayload)] = 1;
       regions.after[row] *= std::hypot(1e-4, kGrowth_m) / 1e-4;
     }
     return Spread(validation);
   };
   const ResidualSpread tested = beyond(1);
-  CHECK(Growth(tested, Input::kPayload) > 0.9 * kGrowth_m);
-  CHECK(Growth(tested, Input::kPayload) < 1.2 * kGrowth_m);
-  CHECK(Growth(tested, Input::kTorque) < 1.3 * kSigma_m);
+  CHECK(Growth(tested, ModelInput::kPayload) > 0.9 * kGrowth_m);
+  CHECK(Growth(tested, ModelInput::kPayload) < 1.2 * kGrowth_m);
+  CHECK(Growth(tested, ModelInput::kTorque) < 1.3 * kSigma_m);
   CHECK(tested.near_m < 1.3e-4);
   // A single fold weighs as much as the prior: the growth is halfway between both variances.
   const ResidualSpread once = beyond(5);
-  const double widened = Growth(once, Input::kTorque) / kSigma_m;
-  CHECK(Growth(once, Input::kPayload) / widened ==
+  const double widened = Growth(once, ModelInput::kTorque) / kSigma_m;
+  CHECK(Growth(once, ModelInput::kPayload) / widened ==
         Approx(std::sqrt((kGrowth_m * kGrowth_m + kSigma_m * kSigma_m) / 2)).epsilon(0.2));
 }
 
@@ -123,9 +124,10 @@ TEST_CASE("along time, only the error of an answer that follows it grows") {
   const ResidualSpread still = Spread(Drawn(1e-4, 0));
   const ResidualSpread drifting =
       SpreadOf(Drawn(1e-4, 0), Problem(), Correction::kWritten, kDrift_m).value();
-  CHECK(Growth(still, Input::kTime) == 0);
-  CHECK(Growth(drifting, Input::kTemperature) == Approx(Growth(still, Input::kTemperature)));
-  CHECK(Growth(drifting, Input::kTime) / Growth(drifting, Input::kTemperature) ==
+  CHECK(Growth(still, ModelInput::kTime) == 0);
+  CHECK(Growth(drifting, ModelInput::kTemperature) ==
+        Approx(Growth(still, ModelInput::kTemperature)));
+  CHECK(Growth(drifting, ModelInput::kTime) / Growth(drifting, ModelInput::kTemperature) ==
         Approx(std::hypot(kSigma_m, kDrift_m / std::sqrt(3)) / kSigma_m));
 }
 
