@@ -68,6 +68,7 @@ namespace {
 /// Share of a measured range beyond which no held-out row tests a value. A judgement: as many
 /// uniform values as a fit needs leave less beyond their extremes.
 constexpr double kUntestedShare = 0.05;
+constexpr double kLeastWidth = 0.4;  // of a joint that hardly moved [rad] or [m]
 
 /// True if no fold can have tested a value: it lies outside the range of all, or between only two,
 /// which fit many laws.
@@ -102,11 +103,11 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit_exit) const {
     if (distance_.empty()) {
       visit(DomainExit{Input::kJoint, k, q, q_[k], {}});
     } else {
-      const double ranges = distance / std::max(model::kLeastJointRange, q_[k].Width());
+      const bool untested = distance > kUntestedShare * std::max(kLeastWidth, q_[k].Width());
       const double gained_m =
-          domain_->range_growth_m.value_or(0) * distance_.weight(static_cast<int>(k)) * ranges;
+          domain_->range_growth_m.value_or(0) * distance_.lever(static_cast<int>(k)) * distance;
       const DomainExit exit{Input::kJoint, k, q, q_[k], Squared(gained_m)};
-      if (gained_m > 0 || ranges > kUntestedShare) visit_exit(exit, ranges > kUntestedShare);
+      if (gained_m > 0 || untested) visit_exit(exit, untested);
     }
   }
   if (!domain_) return;

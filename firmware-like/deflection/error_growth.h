@@ -46,11 +46,11 @@ struct DomainExit {
 /// Predictive variance of a fitted model: a point is predicted by what was measured nearest to it,
 /// and the deviation that the model lacks is a process with stationary increments and independent
 /// contributions of each input,
-///   E^2 = g_q^2 max(0, d^2 - r^2) + g_r^2 sum_j (w_j b_j)^2 + sum_j g_j^2 h_j^2
+///   E^2 = g_q^2 max(0, d^2 - r^2) + g_b^2 sum_j (l_j b_j)^2 + sum_j g_j^2 h_j^2
 ///         + g_m^2 h_m^2 + g_T^2 h_T^2 + g_t^2 h_t^2
-/// per axis, with d the distance of the posture from the fitted ones and w_j the weight of a joint
-/// in it (pose_distance.h), r their reach, b_j how far joint j is beyond its fitted range, in
-/// ranges of at least model::kLeastJointRange, and h the distances of each joint's gravity torque,
+/// per axis, with d the distance of the posture from the fitted ones (pose_distance.h), r their
+/// reach, b_j how far joint j is beyond its fitted range, l_j its lever over the longest
+/// (PoseDistance::lever), and h the distances of each joint's gravity torque,
 /// the payload, the temperature and the time from the nearest value that was measured [a quadratic
 /// variogram with the nearest neighbour as predictor; Cressie, Statistics for Spatial Data (1993),
 /// ch. 2.3]. The growths g belong to the fit (Domain). The variance of a new point is

@@ -26,6 +26,9 @@ class PoseDistance {
   /// r_j / sqrt(sum of squares); of a prismatic joint [1/m].
   double weight(int joint) const { return weights_[joint]; }
 
+  /// The same over the largest of all joints, 0..1: how far the joint moves the tip.
+  double lever(int joint) const { return weights_[joint] / weights_.maxCoeff(); }
+
   /// Distance of q from the nearest posture of the set [rad]; 0 if the set is empty. Does not
   /// allocate; takes about a nanosecond per posture and joint.
   double Of(const model::JointVector& q) const;

@@ -188,10 +188,6 @@ struct MeasuredTorque {
   bool operator==(const MeasuredTorque&) const = default;
 };
 
-/// Width that the range of a joint counts at least [rad] or [m]: a joint that hardly moved shows
-/// its neighbourhood all the same.
-inline constexpr double kLeastJointRange = 0.4;
-
 /// The domain covered by the data of a fit; predictions outside it are extrapolated.
 struct Domain {
   std::vector<Interval> q;  ///< [rad] or [m], one per joint
@@ -211,7 +207,7 @@ struct Domain {
   /// covariance only; the sum overstates the uncertainty of effects that are nearly collinear.
   double covariance_share = 1;
   std::vector<JointVector> poses;  ///< representative subset of the measured poses [rad] or [m]
-  /// Growth along the joints beyond their ranges `q`, per range; see deflection/error_growth.h.
+  /// Growth along the joints beyond their ranges `q`, per radian; see deflection/error_growth.h.
   std::optional<double> range_growth_m{};
   /// Distance from `poses` within which all measured poses lie; the error grows only beyond it.
   double reach_rad = 0;

@@ -71,7 +71,7 @@ class Case:
     def diagnose(self):
         begin = time.monotonic()
         self.ask("diagnose", self.place("cell.toml"), self.place("measured.csv"), "--json",
-                 self.place("diagnosis.json"), "--write-model", self.place("corrected.toml"),
+                 self.place("diagnosis.json"), "--write-model", self.place("corrected.toml"), "--details",
                  *self.group.diagnose)
         self.row["seconds"] = time.monotonic() - begin
         with open(self.place("diagnosis.json")) as file:

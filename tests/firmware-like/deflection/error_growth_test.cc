@@ -95,17 +95,17 @@ TEST_CASE("the variance is the sum of the squared growths along each input") {
   CHECK(growth.Share(all) == 1);
 }
 
-TEST_CASE("a joint beyond its range adds by its ranges and by how far it moves the tip") {
+TEST_CASE("a joint beyond its range adds by how far it moves the tip") {
   constexpr double kRange_m = 4e-4;
   model::CellModel cell = Fitted();
-  cell.domain->q[1] = {0.5, 0.6};  // counts as 0.4 rad
-  cell.domain->reach_rad = 10;     // without the distance of the posture
+  cell.domain->q[1] = {0.5, 0.6};
+  cell.domain->reach_rad = 10;  // without the distance of the posture
   const LoadedArm arm(cell);
   const kinematics::PoseDistance from(arm.chain(), arm.X_FT().p, cell.domain->poses);
   const OperatingPoint beyond = With([](OperatingPoint& at) { at.q << 1.5, 0.7, 0, 0, 0, 0; });
   CHECK(arm.growth().Variance(beyond) == 0);
   cell.domain->range_growth_m = kRange_m;
-  const double of_first = from.weight(0) * 0.5 / 2, of_second = from.weight(1) * 0.1 / 0.4;
+  const double of_first = from.lever(0) * 0.5, of_second = from.lever(1) * 0.1;
   CHECK(GrowthOf(cell).Variance(beyond) ==
         Approx(Squared(kRange_m) * (Squared(of_first) + Squared(of_second))));
   CHECK(GrowthOf(cell).Variance(With([](OperatingPoint& at) { at.q[1] = 0.55; })) == 0);

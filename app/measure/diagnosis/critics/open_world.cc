@@ -253,34 +253,48 @@ std::vector<RowIndex> RejectedRows(const FitProblem& fit) {
   return rows;
 }
 
-/// The column in which some rows differ most from the others: the largest rank sum statistic of a
-/// recorded signal, the row number and what gravity does included.
-std::string ColumnOf(const Dataset& data, const std::vector<RowQuantity>& loads,
-                     const std::vector<RowIndex>& rows) {
-  const std::set<RowIndex> own(rows.begin(), rows.end());
-  const auto n = static_cast<double>(data.rows()), m = static_cast<double>(own.size());
-  const auto deviation = [&](const auto& value_of) {
+/// The column in which rejected rows differ most from the others, and the probability of that by
+/// chance, over all columns.
+struct Distinction {
+  std::string column = "row";
+  double p_value = 1;
+};
+
+/// By the rank sum test of every recorded signal, the row number and what gravity does included,
+/// with its normal approximation [H. B. Mann & D. R. Whitney, Ann. Math. Stat. 18 (1947) 50].
+/// @param events  the first row of each event
+Distinction DistinctionOf(const Dataset& data, const std::vector<RowQuantity>& loads,
+                          const std::vector<RowIndex>& rejected,
+                          const std::vector<RowIndex>& events) {
+  const std::set<RowIndex> own(rejected.begin(), rejected.end());
+  const auto m = static_cast<double>(events.size());
+  const auto others = static_cast<double>(data.rows()) - static_cast<double>(own.size());
+  const double sd = std::sqrt((m + others + 1) / (12 * m * others));  // of the share of pairs
+  Distinction most;
+  double largest = -1;
+  int columns = 0;
+  const auto compare = [&](const std::string& name, const auto& value_of) {
+    ++columns;
     double above = 0;  // pairs in which the own row has the larger value
-    for (const RowIndex row : own) {
+    for (const RowIndex row : events) {
       for (const RowIndex other : data.row_indices()) {
         if (own.contains(other)) continue;
         const double a = value_of(row), b = value_of(other);
         above += a > b ? 1 : a == b ? 0.5 : 0;
       }
     }
-    return std::abs(above / (m * (n - m)) - 0.5);
+    const double deviation = std::abs(above / (m * others) - 0.5);
+    if (deviation <= largest) return;
+    largest = deviation;
+    most.column = name;
   };
-  std::string column = "row";
-  double largest = deviation([](RowIndex row) { return static_cast<double>(row.value()); });
-  const auto compare = [&](const std::string& name, const PerRow<double>& values) {
-    const double own_deviation = deviation([&](RowIndex row) { return values[row]; });
-    if (own_deviation <= largest) return;
-    largest = own_deviation;
-    column = name;
-  };
-  for (const RecordedSignal& signal : data.signals) compare(signal.column, signal.values);
-  for (const RowQuantity& load : loads) compare(load.column, load.values);
-  return column;
+  compare("row", [](RowIndex row) { return static_cast<double>(row.value()); });
+  for (const RecordedSignal& signal : data.signals)
+    compare(signal.column, [&](RowIndex row) { return signal.values[row]; });
+  for (const RowQuantity& load : loads)
+    compare(load.column, [&](RowIndex row) { return load.values[row]; });
+  most.p_value = std::min(1.0, columns * std::erfc(largest / sd / std::sqrt(2.0)));
+  return most;
 }
 
 }  // namespace
@@ -359,9 +373,10 @@ class RegimeSearch {
     numbers_ = found.fit.data.lengths_per_row() * total_ * total_ / fourth;
   }
 
-  std::optional<RejectedRegime> Best() const {
-    std::optional<RejectedRegime> best;
-    double least = kRegimeSignificance / static_cast<double>(added_.size());
+  /// The effect that explains most, with its p-value over all effects; 1 if none is observable.
+  RejectedRegime Best() const {
+    RejectedRegime best;
+    best.rows = static_cast<int>(events_.size());
     for (const BlockIndex block : added_) {
       if (!set_.Observable(block)) continue;
       const Explanation with = set_.Evaluate(With(support_, block));
@@ -373,12 +388,13 @@ class RegimeSearch {
       for (const double square : SquaresThere(with)) left += square;
       const double share = 1 - left / total_;
       const double f = share / columns / std::max((1 - share) / freedom, 1e-9);
-      const double p = FisherTail(f, columns, freedom) * std::exp(LogChoices(set_, with, block));
-      if (share <= 0 || p >= least) continue;
-      least = p;
+      const double p = static_cast<double>(added_.size()) * FisherTail(f, columns, freedom) *
+                       std::exp(LogChoices(set_, with, block));
+      if (share <= 0 || p >= best.p_value) continue;
       const Block& own = set_.blocks()[block];
-      best = RejectedRegime{static_cast<int>(events_.size()), share,
-                            EffectName(own.id, own.term.word, {}), ""};
+      best.p_value = p;
+      best.share = share;
+      best.effect = EffectName(own.id, own.term.word, {});
     }
     return best;
   }
@@ -415,15 +431,22 @@ class RegimeSearch {
 }  // namespace
 
 std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
-  constexpr int kMinEvents = 4;
+  constexpr std::size_t kMinEvents = 4;
+  const Dataset& data = found.fit.data;
   const std::vector<RowIndex> rejected = RejectedRows(found.fit);
-  const std::vector<int> events = EventsOf(found.fit.data, rejected);
-  if (events.empty() || *std::ranges::max_element(events) + 1 < kMinEvents) return std::nullopt;
-  std::optional<RejectedRegime> regime = RegimeSearch(found, rejected).Best();
-  if (regime) {
-    const Dataset& data = found.fit.data;
-    regime->driver = ColumnOf(data, GravityLoadsAt(data, *found.linear), rejected);
+  const std::vector<int> numbers = EventsOf(data, rejected);
+  std::vector<RowIndex> events;
+  for (std::size_t k = 0; k < rejected.size(); ++k) {
+    if (numbers[k] == static_cast<int>(events.size())) events.push_back(rejected[k]);
   }
+  if (events.size() < kMinEvents) return std::nullopt;
+  RejectedRegime regime = RegimeSearch(found, rejected).Best();
+  const Distinction distinction =
+      DistinctionOf(data, GravityLoadsAt(data, *found.linear), rejected, events);
+  regime.driver = distinction.column;
+  const double product = regime.p_value * distinction.p_value;
+  if (product * (1 - std::log(std::max(product, 1e-300))) > kRegimeSignificance)
+    return std::nullopt;
   return regime;
 }
 
@@ -431,12 +454,16 @@ Opinion OpinionOnRejectedRows(const Identified& found) {
   const auto regime = RegimeOfRejectedRows(found);
   if (!regime) return {};
   Opinion opinion;
-  opinion.notes.push_back(fmt::format(
-      "the {} rejected rows are hardly gross errors: {} in these rows only explains {} of their "
-      "squares; they differ from the others most in {}. What acts there is not corrected: "
-      "measure "
-      "more such poses",
-      regime->rows, regime->effect, PercentText(regime->share), regime->driver));
+  const std::string explained =
+      regime->p_value <= kRegimeSignificance
+          ? fmt::format("{} in these rows only explains {} of their squares; ", regime->effect,
+                        PercentText(regime->share))
+          : std::string();
+  opinion.notes.push_back(
+      fmt::format("the {} rejected rows are hardly gross errors: {}they differ from the others "
+                  "most in {}. What "
+                  "acts there is not corrected: measure more such poses",
+                  regime->rows, explained, regime->driver));
   opinion.drivers = {DriverOf(regime->driver)};
   opinion.permits = Verdict::kUnknown;
   return opinion;

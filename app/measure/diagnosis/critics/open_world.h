@@ -22,24 +22,30 @@ namespace plumbline::measure {
 /// driver makes the answer `unknown`. No opinion on an answer with an empirical curve.
 Opinion OpinionOnOpenWorld(const Identified& found);
 
-/// Rejected rows that one effect explains.
+/// Rejected rows that are hardly gross errors.
 struct RejectedRegime {
   int rows = 0;
   double share = 0;    ///< of their squares that the effect explains
-  std::string effect;  ///< its name
+  std::string effect;  ///< the one that explains most; its name
+  double p_value = 1;  ///< of that by chance
   std::string driver;  ///< the column in which they differ most from the other rows
 };
 
-/// Tests whether rejected rows are gross errors. Tries each effect of the catalogue without a
-/// searched shape, and the effects of the answer, in the rejected rows only and at full weight.
-/// Gross errors have independent directions, so that k columns explain a share of their squares
-/// that F_{k, n - k} bounds; n is the lengths of the independent events, reduced to (sum s)^2 / sum
-/// s^2 events for squares s. A run of rejected rows, or all visits of a pose, may be one event.
-/// @return  the effect with the smallest p-value, if that is at most kRegimeSignificance over all
-///          effects and choices of joints; nullopt otherwise, and with fewer than four events
+/// Tests whether rejected rows are gross errors, which have independent directions and are in any
+/// rows. A run of rejected rows, or all visits of a pose, may be one event.
+///  - Each effect of the catalogue without a searched shape, and the effects of the answer, are
+///  tried
+///    in the rejected rows only and at full weight: k columns explain a share of the squares that
+///    F_{k, n - k} bounds; n is the lengths of the independent events, reduced to (sum s)^2 / sum
+///    s^2 events for squares s.
+///  - The events are compared with the other rows in every column.
+/// Both p-values, each over all that was tried, are independent for gross errors and are combined
+/// [R. A. Fisher, Statistical Methods for Research Workers (1932), sec. 21.1]:
+///   p = p_1 p_2 (1 - ln(p_1 p_2))
+/// @return  nullopt if p exceeds kRegimeSignificance, and with fewer than four events
 std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found);
 
-/// Rejected rows that one effect explains are another regime, not gross errors.
+/// Such rows are another regime.
 Opinion OpinionOnRejectedRows(const Identified& found);
 
 }  // namespace plumbline::measure

@@ -48,7 +48,7 @@ inline constexpr double kSignalSignificance = 0.01;
 /// Of rejected rows that share a condition by chance, of larger residuals under one, and of a
 /// stretch of larger residuals: each over all limits or stretches tried.
 inline constexpr double kConditionSignificance = 1e-3;
-/// Of taking gross errors for another regime (F). The answer is only weaker then.
+/// Of taking gross errors for another regime. The answer is only weaker then.
 inline constexpr double kRegimeSignificance = 0.01;
 /// Of doubting a correct explanation because its residual exceeds the noise (chi-square).
 inline constexpr double kResidualSignificance = 1e-3;

@@ -180,11 +180,8 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
     levers.push_back(lever >= kLeastLever_m ? lever : 0);
   }
   inputs.units = UnitsOf(inputs.rows, accepted, levers);
-  for (int joint = 0; joint < arm.size(); ++joint) {
-    const double width = JointRange(inputs.rows, accepted, joint).Width();
-    inputs.units.per_joint.push_back(distance.weight(joint) /
-                                     std::max(model::kLeastJointRange, width));
-  }
+  for (int joint = 0; joint < arm.size(); ++joint)
+    inputs.units.per_rad.push_back(distance.lever(joint));
   return inputs;
 }
 
@@ -200,7 +197,7 @@ InputRanges::InputRanges(const InputsOfRows& inputs, const FitRows& rows)
     torques_.push_back(TorqueRange(torques, kPosesLeftOut));
     all_torques_.push_back(TorqueRange(torques, 0));
   }
-  for (int joint = 0; joint < static_cast<int>(units_.per_joint.size()); ++joint)
+  for (int joint = 0; joint < static_cast<int>(units_.per_rad.size()); ++joint)
     joints_.push_back(JointRange(inputs.rows, rows, joint));
 }
 
@@ -208,7 +205,7 @@ BeyondRanges InputRanges::Beyond(const RowInputs& row) const {
   double range = 0, torque = 0;
   for (std::size_t joint = 0; joint < joints_.size(); ++joint) {
     const double q = row.q[static_cast<Eigen::Index>(joint)];
-    range += std::pow(units_.per_joint[joint] * joints_[joint].DistanceOf(q), 2);
+    range += std::pow(units_.per_rad[joint] * joints_[joint].DistanceOf(q), 2);
   }
   for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
     const double tau = row.tau[static_cast<Eigen::Index>(joint)];

@@ -27,17 +27,17 @@ struct RowInputs {
   model::JointVector q{};  ///< [rad] or [m]
 };
 
-/// Units of distance. A joint is counted in its ranges of at least model::kLeastJointRange, times
-/// its lever over the root of the sum of squares of all levers (PoseDistance::weight); a torque is
-/// counted in ranges of that joint, at least a tenth of the largest range of any joint, times the
-/// same; so that the sum of squares over the joints is a displacement of the tip; a payload in mean
-/// gaps between several measured loads, or in the only load; a temperature in ranges of at least 5
-/// K; a time in time spans.
+/// Units of distance. A joint is counted in radians, times its lever over the longest
+/// (PoseDistance::lever); a torque in ranges of that joint, at least a tenth of the largest range
+/// of any joint, times the joint's lever over the root of the sum of squares of all levers, so that
+/// the sum of squares over the joints is a displacement of the tip; a payload in mean gaps between
+/// several measured loads, or in the only load; a temperature in ranges of at least 5 K; a time in
+/// time spans.
 struct InputUnits {
   std::vector<double> per_Nm{};  ///< of each joint; 0: its torque is not known
   double per_kg = 0;             ///< 0: all loads are 0 kg, and show nothing of others
   double per_K = 1, per_s = 1;
-  std::vector<double> per_joint{};  ///< [1/rad] or [1/m]
+  std::vector<double> per_rad{};  ///< of each joint; per metre of a prismatic one
 };
 
 /// Inputs of every row, under the loads and frames of a model.

@@ -61,7 +61,7 @@ double Squared(double value) {
 
 }  // namespace
 
-TEST_CASE("a joint is beyond its range in ranges, weighted by its lever") {
+TEST_CASE("a joint is beyond its range by its lever") {
   Rows rows;
   for (const double q : {-1.0, 0.0, 3.0}) {
     rows.Add(0, 0).q.resize(2);
@@ -71,12 +71,12 @@ TEST_CASE("a joint is beyond its range in ranges, weighted by its lever") {
   for (const RowIndex row : rows.inputs.rows.indices()) all.push_back(row);
   InputsOfRows inputs = rows.inputs;
   inputs.units = UnitsOf(inputs.rows, all, {});
-  inputs.units.per_joint = {0.6 / 4, 0.8 / 0.4};
+  inputs.units.per_rad = {0.5, 1};
   RowInputs at;
   at.q.resize(2);
   at.q << 5, -0.2;
   CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
-        Approx(Squared(0.6 * 2 / 4) + Squared(0.8 * 0.1 / 0.4)));
+        Approx(Squared(0.5 * 2) + Squared(0.1)));
 }
 
 TEST_CASE("loads that are far apart are single values, with gaps between them") {
