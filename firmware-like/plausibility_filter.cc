@@ -65,8 +65,32 @@ const char* Describe(InputFault fault) {
       return "wrong number of joints";
     case InputFault::kTcpMismatch:
       return "reported tool pose contradicts the joints";
+    case InputFault::kTooSmall:
+      return "joint values too small to be readings";
+    case InputFault::kAllZero:
+      return "all joints exactly zero, and no tool pose confirms it";
   }
   return "?";
+}
+
+const char* RemedyOf(InputFault fault) {
+  switch (fault) {
+    case InputFault::kNotFinite:
+    case InputFault::kTooSmall:
+      return "check addresses, type and word order of the profile's joints";
+    case InputFault::kJointLimit:
+      return "check min_deg and max_deg of the cell, and addresses, unit and word order of the "
+             "profile's joints";
+    case InputFault::kJointCount:
+      return "check the profile against the cell";
+    case InputFault::kTcpMismatch:
+      return "check the profile's joint decoding, the cell's kinematics and the tool offset";
+    case InputFault::kAllZero:
+      return "move a joint; if they stay zero, check the addresses of the profile's joints, and "
+             "that the robot is switched on and referenced";
+    default:
+      return "";
+  }
 }
 
 InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
@@ -100,6 +124,10 @@ InputFault PlausibilityFilter::CheckNewReading(const deflection::LoadedArm& arm,
       (state.X_FT && !Finite(*state.X_FT))) {
     return InputFault::kNotFinite;
   }
+  const auto size = state.q.array().abs();
+  if ((size > 0 && size < limits_.least_magnitude).any()) return InputFault::kTooSmall;
+  seen_off_zero_ = seen_off_zero_ || (size >= limits_.zero).any();
+  if (!seen_off_zero_ && !state.X_BT) return InputFault::kAllZero;
   if (!arm.chain().WithinLimits(state.q, limits_.limit_margin_rad)) return InputFault::kJointLimit;
   const double elapsed_s =
       std::clamp(state.timestamp_s - changed_s_, 0.0, limits_.slowest_refresh_s);

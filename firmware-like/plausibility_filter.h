@@ -20,10 +20,16 @@ enum class InputFault : std::uint8_t {
   kJump,         ///< a joint moved faster than any joint can
   kJointCount,   ///< the number of joints differs from the cell's
   kTcpMismatch,  ///< the reported tool pose contradicts the joints: wrong decoding
+  kTooSmall,     ///< a joint that is not zero, but smaller than any number a controller computes
+  kAllZero,      ///< all joints have been zero since start-up, and no tool pose confirms it
 };
+inline constexpr InputFault kLastInputFault = InputFault::kAllZero;
 
 /// Short description for the log and the register map.
 const char* Describe(InputFault fault);
+
+/// What to do about it; empty if the fault itself says that.
+const char* RemedyOf(InputFault fault);
 
 struct PlausibilityLimits {
   double stale_after_s = 0.1;
@@ -43,6 +49,10 @@ struct PlausibilityLimits {
   double tcp_tolerance_rad = 0.02;
   int readings_to_contradict = 3;
   int readings_to_trust = 3;  ///< consecutive good readings required after a fault
+  /// Words in the wrong order, or integers read as floats, give subnormal and other tiny floats:
+  /// 12.5 with its words exchanged is 2.3e-41. Rounding in a controller leaves 1e-17 [rad] or [m].
+  double least_magnitude = 1e-20;
+  double zero = 1e-9;  ///< below it a joint counts as zero [rad] or [m]
 };
 
 /// Checks a stream of readings in order. Reads no clock; does not allocate.
@@ -84,6 +94,7 @@ class PlausibilityFilter {
   model::JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;
+  bool seen_off_zero_ = false;  ///< a joint has not been zero in one of the readings
   std::optional<int> tip_of_other_tool_;
   int good_in_a_row_ = 0;
   int contradictions_in_a_row_ = 0;

@@ -159,7 +159,7 @@ std::string BitsAndCodes() {
              "Result codes (registers 13, 102, 201 and 2002 + 20 k)", 0,
              static_cast<int>(correction::kLastCorrectionCode),
              [](int code) { return Describe(static_cast<correction::CorrectionCode>(code)); }) +
-         CodeTable("Input faults (register 301)", 0, static_cast<int>(InputFault::kTcpMismatch),
+         CodeTable("Input faults (register 301)", 0, static_cast<int>(kLastInputFault),
                    [](int code) { return Describe(static_cast<InputFault>(code)); }) +
          CodeTable(
              "Camera reasons (registers 501 and 701)", 0, static_cast<int>(lens::kLastZoomReason),

@@ -80,7 +80,7 @@ TEST_CASE("no point is without correction, extrapolated or without basis while t
       snapshot.alarms |= AlarmOf(InputFault::kStale);
     CHECK(HealthOf(HealthInputsFrom(snapshot, {}, 0.05)).severity >= HealthSeverity::kAttention);
   }
-  for (int fault = 1; fault <= static_cast<int>(InputFault::kTcpMismatch); ++fault) {
+  for (int fault = 1; fault <= static_cast<int>(kLastInputFault); ++fault) {
     CAPTURE(fault);
     CHECK(HealthOf({.alarms = AlarmOf(static_cast<InputFault>(fault))}).severity ==
           HealthSeverity::kAlarm);

@@ -1,9 +1,14 @@
 #include "firmware-like/plausibility_filter.h"
 
+#include <array>
+#include <bit>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
+#include <random>
 
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace plumbline::plausibility_filter_test {
@@ -37,6 +42,60 @@ struct Stream {
 };
 
 }  // namespace
+
+/// The value of a float32 [deg] whose four bytes a wrong profile takes in another order [rad].
+double Misread(double q_rad, const std::array<int, 4>& order) {
+  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(q_rad * kDegPerRad));
+  std::uint32_t taken = 0;
+  for (const int byte : order) taken = taken << 8 | (bits >> (24 - 8 * byte) & 0xFF);
+  return kRadPerDeg * static_cast<double>(std::bit_cast<float>(taken));
+}
+
+TEST_CASE("joints read in a wrong order of words or bytes are hardly ever trusted") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> angle(-2, 2);
+  int wrong = 0, tried = 0;
+  for (const std::array<int, 4>& order : {std::array{2, 3, 0, 1}, {1, 0, 3, 2}, {3, 2, 1, 0}}) {
+    for (const double step_deg : {0.0, 0.001, 0.125, 1.0}) {  // what a display rounds to
+      for (int k = 0; k < 2000; ++k, ++tried) {
+        Stream stream;
+        for (double& q : stream.state.q) {
+          q = angle(random);
+          if (step_deg > 0) q = kRadPerDeg * step_deg * std::round(q * kDegPerRad / step_deg);
+          q = Misread(q, order);
+        }
+        wrong += stream.Trusted() == InputFault::kOk ? 1 : 0;
+      }
+    }
+  }
+  CAPTURE(wrong, tried);
+  CHECK(wrong <= tried / 1000);
+}
+
+TEST_CASE("subnormal values are no reading, and neither is all zero without a pose") {
+  const auto trusted = [](std::initializer_list<double> q_deg, bool pose) {
+    Stream stream;
+    for (int j = 0; j < 6; ++j) stream.state.q[j] = kRadPerDeg * *(q_deg.begin() + j);
+    kinematics::Posture posture;
+    stream.arm.chain().Evaluate(stream.state.q, posture);
+    if (pose) stream.state.X_BT = posture.X_BF();
+    return stream.Trusted();
+  };
+  CHECK(trusted({2.3e-41, 7e-41, 5e-41, 6e-41, 7e-41, 1e-42}, false) == InputFault::kTooSmall);
+  CHECK(trusted({12, 7e-41, 5, 6, 7, 1}, true) == InputFault::kTooSmall);
+  CHECK(trusted({0, 0, 0, 0, 0, 0}, false) == InputFault::kAllZero);
+  CHECK(trusted({0, 1e-15, -0.0, 0, 0, 0}, false) == InputFault::kAllZero);
+  CHECK(trusted({0, 0, 0, 0, 0, 0}, true) == InputFault::kOk);  // the pose confirms it
+  CHECK(trusted({0, 0, 0, 0, 0.01, 0}, false) == InputFault::kOk);
+  CHECK(trusted({0, 1e-17, 0, 0, 30, 0}, false) == InputFault::kOk);  // rounding of a controller
+  // A robot that was seen elsewhere may be sent to zero.
+  Stream stream;
+  stream.state.q[4] = 0.02;
+  REQUIRE(stream.Trusted() == InputFault::kOk);
+  stream.state.q[4] = 0;
+  CHECK(stream.Trusted() == InputFault::kOk);
+  CHECK(std::string(RemedyOf(InputFault::kAllZero)).find("move a joint") == 0);
+}
 
 TEST_CASE("trust requires three consecutive good readings") {
   Stream stream;

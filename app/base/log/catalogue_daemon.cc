@@ -109,12 +109,13 @@ constexpr EventEntry kEntries[] = {
     {Event::kRobotNotTrusted, "robot-not-trusted", LogLevel::kError,
      "3fff291f5d6c4f558f327434d17b6a67", "robot", "robot input not trusted: ...",
      "corrected points are withdrawn. Stale: no new reading for `stale_after_ms`. Not a number, "
-     "joint jumped: the registers hold implausible values. Outside its limits, wrong number of "
-     "joints: cell and profile do not describe this arm. Tool pose contradicts the joints: they "
+     "too small, joint jumped: the registers hold implausible values, such as words in the wrong "
+     "order. All zero: nothing confirms that these are readings. Outside its limits, wrong number "
+     "of joints: cell and profile do not describe this arm. Tool pose contradicts the joints: they "
      "differ by over 10 mm or 1.1 degree",
-     "stale: as for a lost link, or the controller's sequence counter has stopped. Otherwise check "
-     "the profile's types, word order, unit and wrap; the cell's `min_deg` and `max_deg`; the "
-     "controller's tool offset"},
+     "stale: as for a lost link, or the controller's sequence counter has stopped. All zero: move "
+     "a joint. Otherwise check the profile's addresses, types, word order, unit and wrap; the "
+     "cell's `min_deg` and `max_deg`; the controller's tool offset"},
     {Event::kRobotBrieflyUntrusted, "robot-doubted", LogLevel::kWarning,
      "3d60f88ade734723bbbffec8dab6a4ea", "robot", "robot input was not trusted for a few cycles",
      "readings were implausible or stale for a few cycles; corrected points were withdrawn "

@@ -189,15 +189,11 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
                                                         snapshot.now_s - input_since_s_)
                                           : "robot input trusted"});
   } else if (fault != InputFault::kMissing) {
-    const char* remedy =
-        fault == InputFault::kTcpMismatch
-            ? "; check the profile's joint decoding, the cell's kinematics and the tool offset"
-        : fault == InputFault::kJointLimit ? "; check min_deg and max_deg of the cell"
-        : fault == InputFault::kJointCount ? "; check the profile against the cell"
-                                           : "";
-    sink_({log::Event::kRobotNotTrusted,
-           fmt::format("robot input not trusted: {}{}; corrected points withdrawn{}",
-                       Describe(fault), OtherTipText(snapshot), remedy)});
+    const std::string_view remedy = RemedyOf(fault);
+    sink_(
+        {log::Event::kRobotNotTrusted,
+         fmt::format("robot input not trusted: {}{}; corrected points withdrawn{}{}",
+                     Describe(fault), OtherTipText(snapshot), remedy.empty() ? "" : "; ", remedy)});
   }
   input_fault_ = fault;
   input_since_s_ = snapshot.now_s;

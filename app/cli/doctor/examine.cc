@@ -22,14 +22,13 @@
 #include "app/cell/journal/journal.h"
 #include "app/cell/model_store/usable_model.h"
 #include "app/cell/view_link/view_client.h"
+#include "app/cli/doctor/robot_reading.h"
 #include "app/plant/broker_link.h"
-#include "drivers/clock.h"
 #include "drivers/display/registry.h"
 #include "drivers/files/package_paths.h"
 #include "drivers/hid/hid_device.h"
 #include "drivers/hid/keyboard_grab.h"
 #include "drivers/plc/register_map.h"
-#include "drivers/robot/registry.h"
 
 namespace plumbline::cli {
 namespace {
@@ -97,44 +96,13 @@ std::string AccessProblem(const Account& account, const std::string& path, bool 
 
 namespace {
 
-constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
+constexpr double kStateWait_s = 2, kBrokerWait_s = 5;
 
 CheckResult CheckDevice(const std::string& subject, const std::string& path, const Account& account,
                         const char* remedy) {
   const std::string problem = AccessProblem(account, path, true);
   if (problem.empty()) return {Health::kGood, subject, path, {}};
   return {Health::kFault, subject, problem, remedy};
-}
-
-CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
-  const config::RobotLinkConfig& link = config.robot;
-  if (link.transport == "replay") {
-    return {Health::kNotChecked, "robot", "recording " + link.replay_file, {}};
-  }
-  const std::string place = link.transport == "rtu" ? link.connection.serial.device
-                                                    : fmt::format("{}:{}", link.connection.tcp.host,
-                                                                  link.connection.tcp.port);
-  auto robot = robot::MakeRobot(link.transport, link.connection);
-  if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
-  model::RobotState state;
-  const double until_s = MonotonicSeconds() + kRobotWait_s;
-  robot::LinkResult result = robot::LinkResult::kWaiting, failed = result;
-  std::string problem;
-  while (result != robot::LinkResult::kOk && MonotonicSeconds() < until_s) {
-    result = robot.value()->Read(state);
-    if (result != robot::LinkResult::kOk && result != robot::LinkResult::kWaiting) {
-      problem = robot.value()->problem();
-      failed = result;
-    }
-    if (result != robot::LinkResult::kOk) SleepSeconds(0.02);
-  }
-  if (result == robot::LinkResult::kOk) {
-    return {
-        Health::kGood, "robot", fmt::format("{} answers, {} joints", place, state.q.size()), {}};
-  }
-  const std::string_view remedy = robot::LinkRemedy(failed);
-  return {Health::kFault, "robot", problem.empty() ? place + " does not answer" : problem,
-          remedy.empty() ? "check robot.host" : std::string(remedy)};
 }
 
 /// Every file that the driver opens: the hidraw device, and the input devices on which it types.
@@ -193,7 +161,7 @@ CheckResults CheckDaemon(const config::DaemonConfig& config) {
     return {{Health::kWarning, "daemon", client.problem(),
              "systemctl start plumbline; if it is running, run the doctor as its user or as root "
              "(sudo)"},
-            ReadRobotOnce(config)};
+            CheckRobot(config)};
   }
   const cell::ViewState& state = view.state;
   const bool trusted = (state.status & status::kRobotLink) != 0;

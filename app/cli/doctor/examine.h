@@ -55,7 +55,7 @@ using CheckResults = std::vector<CheckResult>;
 // broker.
 
 /// State and alarms of the running daemon, which owns robot and camera. If no daemon runs, reads
-/// the robot once.
+/// the robot, and judges the readings as the daemon does (robot_reading.h).
 CheckResults CheckDaemon(const config::DaemonConfig& config);
 /// Who may send commands to the Modbus server: anyone, if plc.allow is empty.
 CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc);
