@@ -14,6 +14,7 @@
 #include "app/measure/urdf/cell_text.h"
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/dh_table.h"
+#include "app/measure/urdf/right_angles.h"
 #include "app/measure/urdf/ur_kinematics.h"
 #include "firmware-like/geometry/units.h"
 
@@ -39,20 +40,35 @@ std::optional<measure::JointChain> ReadChain(const ImportUrdfOptions& options,
   }
   const auto file = measure::UrdfFromText(*text, options.file, faults);
   if (!file) return std::nullopt;
-  return measure::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
-                                options.ends.rising(), faults);
+  const auto chain = measure::ChainFromUrdf(*file, options.file, options.ends.base,
+                                            options.ends.tip, options.ends.rising(), faults);
+  if (!chain) return std::nullopt;
+  const auto note = measure::RoundedAnglesNote(*file, options.file, *chain, options.ends.rising());
+  if (note) faults.Add(*note);
+  return chain;
 }
 
-/// Reports how far the cell, read back from its text, is from the chain.
-void ReportImport(const std::string& name, const measure::JointChain& chain,
-                  const model::CellModel& cell) {
+/// Compares the cell, read back from its text, with the chain, and reports how far it is from it.
+/// @return  false if that is more than the digits of the text explain
+bool ReportImport(const ImportUrdfOptions& options, const std::string& name,
+                  const measure::JointChain& chain, const model::CellModel& cell) {
   const measure::ChainDifference difference =
       DifferenceOf(chain, cell.robot, measure::RandomPostures(cell.robot, kImportedPostures));
+  const std::string size =
+      fmt::format("{:.1g} mm and {:.1g} deg", kMmPerMetre * difference.distance_m,
+                  kDegPerRad * difference.angle_rad);
+  if (!difference.IsRounding()) {
+    std::cerr << fmt::format(
+        "{}: no cell is written: over {} postures its flange would be up to {} from {}, and only "
+        "1e-6 mm and 1e-6 deg are rounding. The file is not at fault; please report it with this "
+        "message\n",
+        options.file, kImportedPostures, size, chain.tip);
+    return false;
+  }
   std::cerr << fmt::format(
-      "{}: {} joints from {} to {}; over {} postures the cell's flange is within {:.1g} mm and "
-      "{:.1g} deg of {}\n",
-      name, chain.joints.size(), chain.base, chain.tip, kImportedPostures,
-      1e3 * difference.distance_m, kDegPerRad * difference.angle_rad, chain.tip);
+      "{}: {} joints from {} to {}; over {} postures the cell's flange is within {} of {}\n", name,
+      chain.joints.size(), chain.base, chain.tip, kImportedPostures, size, chain.tip);
+  return true;
 }
 
 int RunImportUrdf(const ImportUrdfOptions& options) {
@@ -72,9 +88,8 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
   const auto cell = config::CellFromText(text, name, faults);
   if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";
   if (!cell) return kExitFault;
-  if (!PrintOrWriteOutput(options.out, text, "--output")) return kExitUsage;
-  ReportImport(name, *chain, *cell);
-  return kExitOk;
+  if (!ReportImport(options, name, *chain, *cell)) return kExitFault;
+  return PrintOrWriteOutput(options.out, text, "--output") ? kExitOk : kExitUsage;
 }
 
 }  // namespace
@@ -102,8 +117,13 @@ void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
       "joint\n"
       "limits, and the masses of everything fixed to each link. Its measurement frame is the base\n"
       "link, its flange the tip link. Planar, floating and mimicking joints within the chain are\n"
-      "refused; move --base or --tip. The cell is read back and compared with the file over 1000\n"
-      "postures.\n\n"
+      "refused; move --base or --tip. Faults of links and joints that neither carry the flange "
+      "nor\n"
+      "move with it are a warning. The cell is read back and compared over 1000 postures; if the\n"
+      "flange differs by more than 1e-6 mm or 1e-6 degrees, nothing is written. Angles such as "
+      "3.1416\n"
+      "are converted as written, with a note of how far the flange is from that of exact right "
+      "angles.\n\n"
       "Examples:\n"
       "  plumbline import-urdf robot.urdf --output cell.toml\n"
       "  plumbline import-urdf robot.urdf --base base_link --tip flange \\\n"

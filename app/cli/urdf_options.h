@@ -19,7 +19,7 @@ struct ChainEnds {
 
 inline void AddChainEnds(CLI::App& command, ChainEnds& ends) {
   command.add_option("--base", ends.base,
-                     "Link at which the chain starts; default: the root of the tree");
+                     "Link at which the chain starts; default: the root of the tree with the tip");
   command.add_option("--tip", ends.tip,
                      "Link that becomes the flange; default: tool0, else the only end of the "
                      "longest chain");

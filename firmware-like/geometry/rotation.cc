@@ -34,8 +34,10 @@ Mat3 RotationFromRollPitchYaw(const Vec3& rpy) {
 Vec3 RollPitchYawFromRotation(const Mat3& R) {
   const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
   const double pitch = std::atan2(-R(2, 0), cos_pitch);
-  if (cos_pitch < 1e-9) return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
-  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+  const double roll = cos_pitch < 1e-13 ? 0 : std::atan2(R(2, 1), R(2, 2));
+  // The second column of Rz(yaw) Ry(pitch) = R Rx(-roll) does not depend on the pitch.
+  const Vec3 y = std::cos(roll) * R.col(1) - std::sin(roll) * R.col(2);
+  return {roll, pitch, std::atan2(-y.x(), y.y())};
 }
 
 Vec3 AnglesFromRotation(const Mat3& R, OrientationConvention convention) {

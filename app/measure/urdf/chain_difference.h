@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/measure/urdf/joint_chain.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::measure {
@@ -12,6 +13,8 @@ namespace plumbline::measure {
 struct ChainDifference {
   double distance_m = 0;
   double angle_rad = 0;
+  /// True within 1e-6 mm and 1e-6 degrees: what the digits of a cell file leave.
+  bool IsRounding() const { return distance_m <= 1e-9 && angle_rad <= 1e-6 / kDegPerRad; }
   void Add(const Pose& a, const Pose& b);
 };
 

@@ -9,7 +9,7 @@ namespace plumbline::measure {
 namespace {
 
 constexpr double kLeastSine = 0.02;      // of the angle between axes with a usable common normal
-constexpr double kCoincident = 1e-9;     // m: a perpendicular of this length has no direction
+constexpr double kCoincident = 1e-11;    // m: a perpendicular of this length has no direction
 constexpr double kParallelSine = 1e-12;  // the cross product has no direction
 
 /// The line of a joint's axis, or the place of the tip.
@@ -49,27 +49,28 @@ RowEnd TowardsAxis(const Pose& L, const Target& next) {
 }
 
 /// Fills in theta, d and a of the row that leads from frame L to its end, and returns the frame
-/// after them.
+/// that these numbers give. The frame is made from them, not from `end`, so that the error of a
+/// direction found from a short perpendicular ends here and no frame ever leaves orthonormality.
 Pose WithLengths(const Pose& L, const RowEnd& end, model::Joint& row) {
   const Vec3 z = L.R.col(2), arm = end.p - L.p;
   row.theta_offset_rad = Snapped(std::atan2(end.x.dot(L.R.col(1)), end.x.dot(L.R.col(0))));
+  Pose D;
+  D.R = L.R * Eigen::AngleAxisd(row.theta_offset_rad, Vec3::UnitZ()).toRotationMatrix();
   row.d_m = Snapped(arm.dot(z));
-  row.a_m = Snapped(arm.dot(end.x));
-  Pose D{Mat3(), end.p};
-  D.R << end.x, z.cross(end.x), z;
+  row.a_m = Snapped(arm.dot(D.R.col(0)));
+  D.p = L.p + row.d_m * z + row.a_m * D.R.col(0);
   return D;
 }
 
-/// alpha, beta and gamma of R = Rx(alpha) Ry(beta) Rz(gamma).
+/// alpha, beta and gamma of R = Rx(alpha) Ry(beta) Rz(gamma). The second row of
+/// Rx(-alpha) R = Ry(beta) Rz(gamma) does not depend on beta: exact also near beta = 90 degrees,
+/// where alpha alone is undetermined.
 void SetAngles(const Mat3& R, model::Joint& row) {
-  row.beta_rad = Snapped(std::atan2(R(0, 2), std::hypot(R(0, 0), R(0, 1))));
-  if (std::hypot(R(0, 0), R(0, 1)) > 1e-9) {
-    row.alpha_rad = Snapped(std::atan2(-R(1, 2), R(2, 2)));
-    row.gamma_rad = Snapped(std::atan2(-R(0, 1), R(0, 0)));
-  } else {
-    row.alpha_rad = 0;
-    row.gamma_rad = Snapped(std::atan2(R(1, 0), R(1, 1)));
-  }
+  const double cos_beta = std::hypot(R(0, 0), R(0, 1));
+  row.beta_rad = Snapped(std::atan2(R(0, 2), cos_beta));
+  row.alpha_rad = cos_beta < 1e-13 ? 0 : Snapped(std::atan2(-R(1, 2), R(2, 2)));
+  const double c = std::cos(row.alpha_rad), s = std::sin(row.alpha_rad);
+  row.gamma_rad = Snapped(std::atan2(c * R(1, 0) + s * R(2, 0), c * R(1, 1) + s * R(2, 1)));
 }
 
 /// alpha and beta that turn z into `direction`, given in the frame after theta, d and a.
@@ -89,7 +90,16 @@ model::Joint RowOf(const ChainJoint& joint) {
 }  // namespace
 
 Pose AxisFrame(const Vec3& axis) {
-  return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix(), Vec3::Zero()};
+  // R = I + [v]x + [v]x^2 / (1 + c) with v = z x axis, c = z . axis; where c is negative,
+  // 1 / (1 + c) = (1 - c) / |v|^2 is taken, with the direction of v found before its length.
+  const double sine = std::hypot(axis.x(), axis.y()), c = axis.z();
+  const double ux = sine > 0 ? axis.x() / sine : 0, uy = sine > 0 ? axis.y() / sine : 1;
+  const double bend = c > 0 ? sine * sine / (1 + c) : 1 - c;
+  Pose X;
+  X.R << 1 - bend * ux * ux, -bend * ux * uy, axis.x(),  //
+      -bend * ux * uy, 1 - bend * uy * uy, axis.y(),     //
+      -axis.x(), -axis.y(), c;
+  return X;
 }
 
 model::Robot RobotFromChain(const JointChain& chain) {

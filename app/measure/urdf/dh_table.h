@@ -6,7 +6,8 @@
 
 namespace plumbline::measure {
 
-/// The shortest rotation that turns z into an axis, as a pose.
+/// The shortest rotation that turns z into a unit vector, as a pose; orthonormal to 1e-15 for every
+/// vector, the one opposite to z and all close to it included.
 Pose AxisFrame(const Vec3& axis);
 
 /// The chain as a "dh" table with a base pose, so that the flange is the tip link and the

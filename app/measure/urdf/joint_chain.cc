@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace plumbline::measure {
 namespace {
@@ -26,12 +27,15 @@ struct Tree {
   std::multimap<std::string, const UrdfJoint*> below;
 };
 
-/// Number of moving joints between a link and its root; nullopt if its parents form a ring.
-std::optional<int> MovingAbove(const Tree& tree, std::string link) {
+/// Number of moving joints between `base` (empty: the root) and a link; nullopt if the link does
+/// not hang on it, or if its parents form a ring.
+std::optional<int> MovingAbove(const Tree& tree, const std::string& base, std::string link) {
   int moving = 0;
   for (std::size_t steps = 0; steps <= tree.above.size(); ++steps) {
     const auto joint = tree.above.find(link);
-    if (joint == tree.above.end()) return moving;
+    if (link == base || joint == tree.above.end()) {
+      return base.empty() || link == base ? std::optional(moving) : std::nullopt;
+    }
     moving += joint->second->Moves() ? 1 : 0;
     link = joint->second->parent;
   }
@@ -50,17 +54,17 @@ class ChainBuilder {
                         urdf_.links.size(), kMaxLinks));
       return std::nullopt;
     }
-    for (const UrdfLink& link : urdf_.links) {
-      if (MovingAbove(tree_, link.name)) continue;
-      Fault(link.line, "link " + link.name,
-            "is connected in a ring with its own parents; a robot is a tree, remove one joint");
+    const bool known = base.empty() || Known("--base", base);
+    const auto tip_name = !known ? std::nullopt : tip.empty() ? End(base) : Known("--tip", tip);
+    const auto base_name = !tip_name || !base.empty() ? std::optional(base) : RootAbove(*tip_name);
+    if (!tip_name || !base_name) {
+      for (const UrdfJoint& joint : urdf_.joints) Use(joint);  // one of them may be the reason
+      for (const UrdfLink& link : urdf_.links) Use(link);
       return std::nullopt;
     }
-    const auto base_name = base.empty() ? Root() : Known("--base", base);
-    const auto tip_name = tip.empty() ? End() : Known("--tip", tip);
-    if (!base_name || !tip_name) return std::nullopt;
     JointChain chain = ChainOf(*base_name, *tip_name);
     if (faults_.HasFaults()) return std::nullopt;
+    WarnOfUnused();
     return chain;
   }
 
@@ -84,33 +88,62 @@ class ChainBuilder {
     return std::nullopt;
   }
 
-  std::optional<std::string> Root() {
-    std::vector<std::string> roots;
-    for (const UrdfLink& link : urdf_.links) {
-      if (!tree_.above.contains(link.name)) roots.push_back(link.name);
+  std::optional<std::string> RootAbove(std::string link) {
+    const auto own = tree_.links.find(link);
+    if (!MovingAbove(tree_, "", link)) {
+      Fault(own->second->line, "link " + link,
+            "is connected in a ring with its own parents; a robot is a tree, remove one joint");
+      return std::nullopt;
     }
-    if (roots.size() == 1) return roots.front();
-    Fault(0, "--base",
-          fmt::format("is needed: {} links have no parent ({}); choose one", roots.size(),
-                      fmt::join(roots, ", ")));
-    return std::nullopt;
+    while (tree_.above.contains(link)) link = tree_.above.at(link)->parent;
+    return link;
   }
 
-  std::optional<std::string> End() {
-    if (tree_.links.contains("tool0")) return "tool0";
+  std::optional<std::string> End(const std::string& base) {
+    if (tree_.links.contains("tool0") && MovingAbove(tree_, base, "tool0")) return "tool0";
     int most = -1;
     std::vector<std::string> ends;
     for (const UrdfLink& link : urdf_.links) {
-      if (tree_.below.contains(link.name)) continue;
-      const int moving = *MovingAbove(tree_, link.name);
-      if (moving > most) ends.clear();
-      if (moving >= most) ends.push_back(link.name), most = moving;
+      const std::optional<int> moving = MovingAbove(tree_, base, link.name);
+      if (!moving || tree_.below.contains(link.name)) continue;
+      if (*moving > most) ends.clear();
+      if (*moving >= most) ends.push_back(link.name), most = *moving;
     }
     if (ends.size() == 1) return ends.front();
+    if (ends.empty() && !RootAbove(urdf_.links.front().name)) return std::nullopt;
     Fault(0, "--tip",
           fmt::format("is needed: the chain may end in {}; choose the flange",
                       fmt::join(ends, ", ")));
     return std::nullopt;
+  }
+
+  /// Takes over the faults of a link or joint that is part of the arm; `fixed_to` names the link
+  /// that carries one beside the chain.
+  template <typename Element>
+  void Use(const Element& element, const std::string& fixed_to = "") {
+    for (config::Fault fault : element.faults) {
+      if (!fixed_to.empty()) fault.what += "; it moves with the arm, fixed to link " + fixed_to;
+      faults_.Add(std::move(fault));
+    }
+    used_.insert(&element);
+  }
+
+  /// One warning for the faults of everything that the arm does not need.
+  void WarnOfUnused() {
+    std::vector<config::Fault> unused;
+    const auto collect = [&](const auto& elements) {
+      for (const auto& element : elements) {
+        if (element.faults.empty() || used_.contains(&element)) continue;
+        unused.insert(unused.end(), element.faults.begin(), element.faults.end());
+      }
+    };
+    collect(urdf_.links);
+    collect(urdf_.joints);
+    if (unused.empty()) return;
+    const config::Fault& first = unused.front();
+    Warn(first.line, first.key,
+         fmt::format("{} (outside the arm and not used{})", first.what,
+                     unused.size() == 1 ? "" : fmt::format(", like {} more", unused.size() - 1)));
   }
 
   void CheckJoint(const UrdfJoint& joint);
@@ -123,6 +156,7 @@ class ChainBuilder {
   std::string file_;
   Rising rising_;
   config::FaultList& faults_;
+  std::set<const void*> used_;  ///< links and joints of the arm, and everything fixed to it
 };
 
 void ChainBuilder::CheckJoint(const UrdfJoint& joint) {
@@ -162,11 +196,20 @@ void ChainBuilder::CheckJoint(const UrdfJoint& joint) {
 /// chain.
 void ChainBuilder::AddMasses(const std::string& start, const Pose& X_start,
                              const UrdfJoint* onwards, ChainJoint& joint) {
-  std::vector<std::pair<std::string, Pose>> open{{start, X_start}};
+  struct Attached {
+    std::string link;
+    Pose X;
+    std::string fixed_to;
+  };
+  std::vector<Attached> open{{start, X_start, ""}};
   while (!open.empty()) {
-    const auto [name, X] = open.back();
+    const auto [name, X, fixed_to] = open.back();
     open.pop_back();
-    const UrdfLink& link = *tree_.links.at(name);
+    const auto known = tree_.links.find(name);
+    // A missing link, or one with two parents, is a fault of a joint already.
+    if (known == tree_.links.end() || used_.contains(known->second)) continue;
+    const UrdfLink& link = *known->second;
+    Use(link, fixed_to);
     if (link.mass_kg) {
       const double before = joint.mass_kg.value_or(0), sum = before + *link.mass_kg;
       if (sum > 0) joint.com = (before * joint.com + *link.mass_kg * (X * link.com)) / sum;
@@ -176,7 +219,9 @@ void ChainBuilder::AddMasses(const std::string& start, const Pose& X_start,
     for (auto at = first; at != last; ++at) {
       const UrdfJoint& next = *at->second;
       if (!next.Moves()) {
-        open.emplace_back(next.child, X * next.X_PJ);
+        const bool beside = !used_.contains(&next);
+        if (beside) Use(next, next.parent);
+        open.push_back({next.child, X * next.X_PJ, beside ? next.parent : ""});
       } else if (&next != onwards) {
         Warn(next.line, "joint " + next.name,
              fmt::format("moves beside the chain: the mass from link {} on is not part of the cell",
@@ -190,7 +235,10 @@ JointChain ChainBuilder::ChainOf(const std::string& base, const std::string& tip
   JointChain chain{urdf_.name, base, tip, {}, {}};
   const std::vector<const UrdfJoint*> path = PathOf(urdf_, base, tip);
   std::vector<const UrdfJoint*> moving;
+  const auto root = tree_.links.find(base);
+  if (root != tree_.links.end()) Use(*root->second);
   for (const UrdfJoint* joint : path) {
+    Use(*joint);
     chain.X_last_tip = chain.X_last_tip * joint->X_PJ;
     if (!joint->Moves()) continue;
     CheckJoint(*joint);

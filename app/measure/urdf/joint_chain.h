@@ -34,12 +34,13 @@ struct JointChain {
   Pose X_last_tip;  ///< tip link in the frame of the last joint
 };
 
-/// The chain from `base` to `tip`. An empty base is the root link; an empty tip is "tool0" (REP
-/// 199) if the file has it, else the only end of the longest chain.
+/// The chain from `base` to `tip`. An empty tip is "tool0" (REP 199) if the file has it, else the
+/// only end of the longest chain; an empty base is the root link above the tip.
 ///
-/// Faults: an unknown or ambiguous end, links connected in a ring, a joint of a type that a serial
-/// arm cannot have (planar, floating), a joint that mimics another, limits in the wrong order, no
-/// or more than kMaxJoints moving joints. Warnings: a joint without limits, a reference position
+/// Faults: those of the links and joints of the chain and of everything fixed to it, an unknown or
+/// ambiguous end, a chain in a ring, a joint of a type that a serial arm cannot have (planar,
+/// floating), a joint that mimics another, limits in the wrong order, no or more than kMaxJoints
+/// moving joints. Warnings: faults of anything else, a joint without limits, a reference position
 /// that is ignored, masses on moving joints outside the chain, which are left out.
 std::optional<JointChain> ChainFromUrdf(const UrdfFile& urdf, const std::string& file,
                                         const std::string& base, const std::string& tip,

@@ -18,7 +18,8 @@ constexpr double kLargestAngle = 126;    // rad, 20 turns
 constexpr double kLargestMass_kg = 1e4;  // of cell files
 constexpr double kAxisTolerance = 1e-3;  // rounding of a unit vector, such as 0.707 0.707 0
 
-/// Reads elements and attributes; every fault is named by element and line.
+/// Reads elements and attributes; every fault is named by element and line, and belongs to the link
+/// or joint that is being read.
 class UrdfReader {
  public:
   UrdfReader(const config::XmlDocument& document, std::string file, config::FaultList& faults)
@@ -28,7 +29,8 @@ class UrdfReader {
 
  private:
   void Fault(const pugi::xml_node& at, const std::string& key, const std::string& what) {
-    faults_.Add({config::Fault::Severity::kFault, file_, document_.LineOf(at), key, what});
+    config::Fault fault{config::Fault::Severity::kFault, file_, document_.LineOf(at), key, what};
+    element_ == nullptr ? faults_.Add(std::move(fault)) : element_->push_back(std::move(fault));
   }
 
   /// Numbers of an attribute within +-limit; `otherwise` if the attribute is absent or faulty.
@@ -45,7 +47,7 @@ class UrdfReader {
     return {v[0], v[1], v[2]};
   }
   std::string Name(const pugi::xml_node& node, const char* kind);
-  Pose Origin(const pugi::xml_node& element, const std::string& key);
+  Pose Origin(const pugi::xml_node& element, const std::string& key, Vec3* rpy = nullptr);
   UrdfLink Link(const pugi::xml_node& node);
   UrdfJoint Joint(const pugi::xml_node& node);
   UrdfJoint::Type TypeOf(const pugi::xml_node& node, const std::string& key);
@@ -56,6 +58,7 @@ class UrdfReader {
   const config::XmlDocument& document_;
   std::string file_;
   config::FaultList& faults_;
+  std::vector<config::Fault>* element_ = nullptr;
 };
 
 std::vector<double> UrdfReader::Numbers(const pugi::xml_node& node, const char* attribute,
@@ -95,7 +98,7 @@ std::string UrdfReader::Name(const pugi::xml_node& node, const char* kind) {
   return name;
 }
 
-Pose UrdfReader::Origin(const pugi::xml_node& element, const std::string& key) {
+Pose UrdfReader::Origin(const pugi::xml_node& element, const std::string& key, Vec3* rpy) {
   Pose X;
   const pugi::xml_node origin = element.child("origin");
   const std::string place = key + ".origin";
@@ -103,12 +106,15 @@ Pose UrdfReader::Origin(const pugi::xml_node& element, const std::string& key) {
     Fault(origin, place + ".quat_xyzw", "is not read; write the rotation as rpy");
   }
   X.p = Vector(origin, "xyz", place, kFarthest_m, Vec3::Zero());
-  X.R = RotationFromRollPitchYaw(Vector(origin, "rpy", place, kLargestAngle, Vec3::Zero()));
+  const Vec3 angles = Vector(origin, "rpy", place, kLargestAngle, Vec3::Zero());
+  X.R = RotationFromRollPitchYaw(angles);
+  if (rpy != nullptr) *rpy = angles;
   return X;
 }
 
 UrdfLink UrdfReader::Link(const pugi::xml_node& node) {
   UrdfLink link;
+  element_ = &link.faults;
   link.name = Name(node, "link");
   link.line = document_.LineOf(node);
   const pugi::xml_node inertial = node.child("inertial");
@@ -137,7 +143,7 @@ UrdfJoint::Type UrdfReader::TypeOf(const pugi::xml_node& node, const std::string
   Fault(node, key + ".type",
         fmt::format("\"{}\" is not a joint type; allowed: fixed, revolute, continuous, prismatic",
                     name.substr(0, 60)));
-  return UrdfJoint::Type::kFixed;
+  return UrdfJoint::Type::kUnknown;
 }
 
 Vec3 UrdfReader::Axis(const pugi::xml_node& joint, const std::string& key) {
@@ -175,6 +181,7 @@ void UrdfReader::Limits(const pugi::xml_node& node, const std::string& key, Urdf
 
 UrdfJoint UrdfReader::Joint(const pugi::xml_node& node) {
   UrdfJoint joint;
+  element_ = &joint.faults;
   joint.name = Name(node, "joint");
   joint.line = document_.LineOf(node);
   const std::string key = "joint " + joint.name;
@@ -182,7 +189,7 @@ UrdfJoint UrdfReader::Joint(const pugi::xml_node& node) {
   joint.type_name = node.attribute("type").value();
   joint.parent = LinkOf(node, "parent", key);
   joint.child = LinkOf(node, "child", key);
-  joint.X_PJ = Origin(node, key);
+  joint.X_PJ = Origin(node, key, &joint.rpy);
   if (!joint.Moves()) return joint;
   if (joint.type != UrdfJoint::Type::kFloating) joint.axis = Axis(node, key);
   Limits(node, key, joint);
@@ -207,6 +214,7 @@ UrdfFile UrdfReader::Read() {
     const std::string_view name = node.name();
     if (name == "link") urdf.links.push_back(Link(node));
     if (name == "joint") urdf.joints.push_back(Joint(node));
+    element_ = nullptr;
     if (name.starts_with("xacro:")) {
       Fault(node, "",
             fmt::format("<{}> is a xacro macro; expand the file first: xacro FILE > robot.urdf",
@@ -217,53 +225,47 @@ UrdfFile UrdfReader::Read() {
   return urdf;
 }
 
-/// Unique names, existing links, one parent per link.
-class ReferenceCheck {
- public:
-  ReferenceCheck(const UrdfFile& urdf, const std::string& file, config::FaultList& faults)
-      : urdf_(urdf), file_(file), faults_(faults) {}
+/// Names that two elements have: the fault belongs to both, since either may be meant.
+template <typename Element>
+void CheckNames(std::vector<Element>& elements, const char* kind, const std::string& file) {
+  std::map<std::string_view, Element*> known;
+  for (Element& element : elements) {
+    if (element.name.empty()) continue;
+    const auto [first, added] = known.emplace(element.name, &element);
+    if (added) continue;
+    const config::Fault fault{
+        config::Fault::Severity::kFault, file, element.line,
+        fmt::format("{} {}", kind, element.name),
+        fmt::format("has the same name as the one in line {}; rename one", first->second->line)};
+    first->second->faults.push_back(fault);
+    element.faults.push_back(fault);
+  }
+}
 
-  void Run() {
-    if (urdf_.links.empty() && !faults_.HasFaults()) Fault(0, "", "has no <link>; is it a URDF?");
-    std::map<std::string_view, int> links, joints;
-    for (const UrdfLink& link : urdf_.links) Unique(links, link.name, link.line, "link");
-    std::map<std::string_view, const UrdfJoint*> parents;
-    for (const UrdfJoint& joint : urdf_.joints) {
-      Unique(joints, joint.name, joint.line, "joint");
-      for (const std::string* end : {&joint.parent, &joint.child}) {
-        if (end->empty() || links.contains(*end)) continue;
-        Fault(joint.line, "joint " + joint.name,
-              fmt::format("refers to link \"{}\", which the file does not have; add the link or "
-                          "correct the name",
-                          *end));
-      }
-      const auto [known, added] = parents.emplace(joint.child, &joint);
-      if (!added && !joint.child.empty()) {
-        Fault(joint.line, "joint " + joint.name,
-              fmt::format("has the child \"{}\", which already hangs on joint {} (line {}); a link "
-                          "has one parent joint",
-                          joint.child, known->second->name, known->second->line));
-      }
+/// Joints between links that exist, and one parent per link.
+void CheckReferences(UrdfFile& urdf, const std::string& file) {
+  std::map<std::string_view, const UrdfLink*> links;
+  for (const UrdfLink& link : urdf.links) links.emplace(link.name, &link);
+  std::map<std::string_view, UrdfJoint*> parents;
+  for (UrdfJoint& joint : urdf.joints) {
+    const auto fault = [&](const std::string& what) {
+      return config::Fault{config::Fault::Severity::kFault, file, joint.line, "joint " + joint.name,
+                           what};
+    };
+    for (const std::string* end : {&joint.parent, &joint.child}) {
+      if (end->empty() || links.contains(*end)) continue;
+      joint.faults.push_back(fault(fmt::format(
+          "refers to link \"{}\", which the file does not have; add the link or correct the name",
+          *end)));
     }
+    const auto [known, added] = parents.emplace(joint.child, &joint);
+    if (added || joint.child.empty()) continue;
+    known->second->faults.push_back(fault(fmt::format(
+        "has the child \"{}\", which already hangs on joint {} (line {}); a link has one parent "
+        "joint",
+        joint.child, known->second->name, known->second->line)));
   }
-
- private:
-  void Fault(int line, const std::string& key, const std::string& what) {
-    faults_.Add({config::Fault::Severity::kFault, file_, line, key, what});
-  }
-  void Unique(std::map<std::string_view, int>& lines, const std::string& name, int line,
-              const char* kind) {
-    if (name.empty()) return;
-    const auto [known, added] = lines.emplace(name, line);
-    if (added) return;
-    Fault(line, fmt::format("{} {}", kind, name),
-          fmt::format("has the same name as the one in line {}; rename one", known->second));
-  }
-
-  const UrdfFile& urdf_;
-  const std::string& file_;
-  config::FaultList& faults_;
-};
+}
 
 }  // namespace
 
@@ -274,7 +276,12 @@ std::optional<UrdfFile> UrdfFromText(std::string_view text, const std::string& f
   UrdfFile urdf;
   if (document.parsed()) {
     urdf = UrdfReader(document, file, own).Read();
-    ReferenceCheck(urdf, file, own).Run();
+    if (urdf.links.empty() && !own.HasFaults()) {
+      own.Add({config::Fault::Severity::kFault, file, 0, "", "has no <link>; is it a URDF?"});
+    }
+    CheckNames(urdf.links, "link", file);
+    CheckNames(urdf.joints, "joint", file);
+    CheckReferences(urdf, file);
   }
   faults.Append(own);
   if (own.HasFaults()) return std::nullopt;

@@ -18,6 +18,7 @@ struct UrdfLink {
   int line = 0;
   std::optional<double> mass_kg;
   Vec3 com = Vec3::Zero();
+  std::vector<config::Fault> faults = {};  ///< they count where the link is used
 };
 
 /// A joint between two links. At position q the child's frame in the parent's is
@@ -25,17 +26,20 @@ struct UrdfLink {
 ///   X_parent_child = X_PJ * Trans(q axis)       prismatic
 ///   X_PJ.R = Rz(yaw) Ry(pitch) Rx(roll)         [wiki.ros.org/urdf/XML/joint]
 struct UrdfJoint {
-  enum class Type { kFixed, kRevolute, kContinuous, kPrismatic, kPlanar, kFloating };
+  /// kUnknown is a type that a URDF does not have, such as "ball"; it is taken to move.
+  enum class Type { kFixed, kRevolute, kContinuous, kPrismatic, kPlanar, kFloating, kUnknown };
   std::string name;
   int line = 0;
   Type type = Type::kFixed;
   std::string type_name;
   std::string parent, child;
   Pose X_PJ;
-  Vec3 axis = Vec3::UnitX();              ///< unit length, in the joint's frame
-  std::optional<model::Interval> limits;  ///< [rad] or [m]
-  std::string mimics;                     ///< name of the joint that this one follows; else empty
-  double rising = 0;                      ///< of <calibration> [rad] or [m]
+  Vec3 rpy = Vec3::Zero();                 ///< as written [rad]
+  Vec3 axis = Vec3::UnitX();               ///< unit length, in the joint's frame
+  std::optional<model::Interval> limits;   ///< [rad] or [m]
+  std::string mimics;                      ///< name of the joint that this one follows; else empty
+  double rising = 0;                       ///< of <calibration> [rad] or [m]
+  std::vector<config::Fault> faults = {};  ///< they count where the joint is used
 
   bool Moves() const { return type != Type::kFixed; }
 };
@@ -48,11 +52,13 @@ struct UrdfFile {
 
 /// Parses the text of a URDF file. Pure function; `file` is only the name used in faults.
 ///
-/// Checked: XML syntax, no document type declaration (so that no entity is ever expanded), finite
-/// numbers in range, unit axes, unique names, joints between existing links, one parent per link.
-/// Only the joints of the chosen chain must be of a usable type: see ChainFromUrdf().
-/// @param faults  receives the faults
-/// @return        the file, or nullopt if it has a fault
+/// Faults of the file as a whole: XML syntax, a document type declaration (so that no entity is
+/// ever expanded), another root element, xacro, no links. Everything else is a fault of one link or
+/// joint, is kept there, and matters only to a chain that uses it (see ChainFromUrdf()): numbers
+/// that are not finite or out of range, axes that are not of unit length, names given twice, joints
+/// of links that the file does not have, a second parent.
+/// @param faults  receives the faults of the file as a whole
+/// @return        the links and joints, or nullopt if it has one
 std::optional<UrdfFile> UrdfFromText(std::string_view text, const std::string& file,
                                      config::FaultList& faults);
 

@@ -1,63 +1,13 @@
 // A cell imported from a URDF against forward kinematics computed from the XML.
 #include <catch2/catch.hpp>
 
-#include "app/base/config/cell_reader.h"
-#include "app/measure/urdf/cell_text.h"
-#include "app/measure/urdf/dh_table.h"
-#include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
-#include "tests/app/measure/urdf/oracle.h"
+#include "tests/app/measure/urdf/imported.h"
 
 namespace plumbline::urdf_import_test {
-namespace {
-
-struct Imported {
-  measure::JointChain chain;
-  model::CellModel cell;
-};
-
-Imported Import(const std::string& xml) {
-  config::FaultList faults;
-  const auto file = measure::UrdfFromText(xml, "robot.urdf", faults);
-  INFO(config::FaultsText(faults));
-  REQUIRE(file);
-  const auto chain =
-      measure::ChainFromUrdf(*file, "robot.urdf", "", "tip", measure::Rising::kIgnored, faults);
-  INFO(config::FaultsText(faults));
-  REQUIRE(chain);
-  const std::string text = measure::CellText(measure::RobotFromChain(*chain), *chain, "robot.urdf");
-  const auto cell = config::CellFromText(text, "cell.toml", faults);
-  INFO(text << config::FaultsText(faults));
-  REQUIRE(cell);
-  return {*chain, *cell};
-}
-
-/// Compares flange poses over postures; the cell is the one read back from its text.
-void CheckAgainstXml(const std::string& xml, const Imported& imported, int postures,
-                     std::mt19937& random) {
-  std::uniform_real_distribution<double> uniform(-2.5, 2.4);
-  const kinematics::Chain table(imported.cell.robot);
-  double farthest_m = 0, largest_rad = 0;
-  for (int k = 0; k < postures; ++k) {
-    std::map<std::string, double> by_name;
-    model::JointVector q(imported.cell.robot.size());
-    for (int i = 0; i < q.size(); ++i) {
-      q[i] = uniform(random);
-      by_name[imported.chain.joints[static_cast<std::size_t>(i)].name] = q[i];
-    }
-    const Eigen::Isometry3d expected = test::UrdfTip(xml, "l0", "tip", by_name);
-    kinematics::Posture posture;
-    table.Evaluate(q, posture);
-    const Pose X = imported.cell.robot.X_WB * posture.X_BF();
-    farthest_m = std::max(farthest_m, (X.p - expected.translation()).norm());
-    largest_rad =
-        std::max(largest_rad, Eigen::AngleAxisd(X.R.transpose() * expected.linear()).angle());
-  }
-  CHECK(farthest_m < 1e-9);   // goal 1e-6; what remains are the digits of the file
-  CHECK(largest_rad < 1e-7);  // an angle from the trace of a matrix
-}
-
-}  // namespace
+using test::CheckAgainstXml;
+using test::Import;
+using test::Imported;
 
 TEST_CASE("an imported arm has the URDF's forward kinematics, whatever its axes") {
   std::mt19937 random(5);
