@@ -132,13 +132,13 @@ const char* SourceName(Source source) {
 const char* DecisionText(Decision decision) {
   switch (decision) {
     case Decision::kConforms:
-      return "conforms";
+      return "kept";
     case Decision::kDoesNotConform:
-      return "does not conform";
+      return "exceeded";
     case Decision::kNotDecided:
       break;
   }
-  return "not decided";
+  return "undecided";
 }
 
 Decision DecisionFor(const Achieved& achieved, std::size_t pose, double tolerance_m) {
@@ -236,10 +236,10 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
     });
     order.resize(kMaxPoseRows);
   }
-  std::vector<std::string> headers = {"Pose", "Cycles", "AP before (mm)"};
-  if (achieved.after) headers.emplace_back("AP after (mm)");
-  headers.insert(headers.end(), {"U (mm)", "RP (mm)"});
-  if (tolerance_m) headers.emplace_back("Tolerance");
+  std::vector<std::string> headers = {"Pose", "n", "Before"};
+  if (achieved.after) headers.emplace_back("After");
+  headers.insert(headers.end(), {"U", "RP"});
+  if (tolerance_m) headers.emplace_back("Result");
   HtmlTable table(headers, {achieved.after ? 6U : 5U});
   for (const std::size_t k : order) {
     std::vector<std::string> cells = {
@@ -252,12 +252,14 @@ std::string PosesTable(const AchievedAccuracy& achieved, std::optional<double> t
     if (tolerance_m) cells.emplace_back(DecisionText(DecisionFor(last, k, *tolerance_m)));
     table.AddRow(cells);
   }
-  std::string html = table.Html();
-  if (!all) {
-    html += fmt::format("<p class=\"soft\">The {} of {} poses with the largest errors.</p>\n",
-                        order.size(), poses.size());
-  }
-  return html;
+  return table.HtmlAcross(3) +
+         fmt::format(
+             "<p class=\"soft\">{}n: cycles. Before and after correction: pose accuracy AP; "
+             "U: its expanded uncertainty; RP: repeatability; all in mm.{}</p>\n",
+             all ? std::string()
+                 : fmt::format("The {} of {} poses with the largest errors. ", order.size(),
+                               poses.size()),
+             tolerance_m ? " Result: the tolerance is kept, exceeded, or undecided by U." : "");
 }
 
 namespace {

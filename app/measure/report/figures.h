@@ -19,26 +19,25 @@ struct Panel {
 /// Panels with a common caption.
 struct PanelGroup {
   std::vector<Panel> panels;
-  std::string caption;  ///< plain text: what is drawn, with scale and units
-  /// Upper end of the colour scale [mm]; 0 if colour has no meaning.
-  double colour_to_mm = 0;
+  std::string caption;       ///< plain text: what is drawn, with scale and units
+  std::string colour_end{};  ///< text at the end of the colour scale; empty: colour has no meaning
+  int across = 3;            ///< panels beside each other in print: 2, 3 or 6
 };
 
-/// Residuals at the measured points with the declared and the corrected model, from above and from
-/// the side, at one scale; then the remaining residuals enlarged, if they would be too small to
-/// see.
-std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell);
+/// Residuals at the measured points with the declared and the corrected model at one scale, then
+/// the remaining residuals enlarged, if they would be too small to see; from above, then from the
+/// side.
+PanelGroup ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell);
 
-/// One panel per signal, ordered by how strongly the remaining residual depends on it. Each shows
-/// the axis of the residual that depends on the signal most.
+/// One panel for each of the signals on which the residual depends most, after correction or before
+/// it. Each shows the axis of the residual that depends on the signal most.
 PanelGroup SignalFigures(const Diagnosis& diagnosis);
 
 /// One panel per joint: amplitude against cycles per turn. Empty if no search was made.
 PanelGroup SpectrumFigures(const Diagnosis& diagnosis);
 
-/// Difference between a rival's and the corrected model's predictions, by row and in the cell.
-PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival,
-                        const model::CellModel& cell);
+/// Difference between the predictions of the first rivals and of the corrected model, in the cell.
+PanelGroup RivalFigures(const Diagnosis& diagnosis, const model::CellModel& cell);
 
 /// The arm in the proposed poses.
 PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const model::CellModel& cell);

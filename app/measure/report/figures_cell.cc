@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,7 @@ class CellView {
   std::vector<Vec3> reached_mm_;  ///< reachable tip positions, sampled within the joint limits
 };
 
-constexpr int kViewWidth = 460, kViewHeight = 420;
+constexpr int kViewWidth = 300, kViewHeight = 215;
 constexpr double kMargin = 1.1;
 constexpr int kSamples = 5000;
 constexpr double kWholeReach = 1.5;  // the whole outline is shown if the scale shrinks by no more
@@ -126,9 +127,12 @@ std::string CellView::Begin(const Projection& projection) const {
                   centre_mm_[projection.right] - half_mm_, centre_mm_[projection.right] + half_mm_,
                   centre_mm_[projection.up] - half_mm_, centre_mm_[projection.up] + half_mm_);
   const double tic = plot::RoundDown(half_mm_ / 1.5);
-  script += fmt::format("set xtics {:.6g}\nset ytics {:.6g}\n", tic, tic);
-  script += fmt::format("set xlabel '{} (mm)'\nset ylabel '{} (mm)'\n",
-                        plot::kAxisNames[projection.right], plot::kAxisNames[projection.up]);
+  script += fmt::format("set xtics {:.6g}\nset ytics {:.6g}\n", 2 * tic, tic);
+  script += fmt::format(
+      "set xlabel '{} (mm)' offset 0,0.7\nset ylabel '{} (mm)'\n"
+      "set lmargin at screen 0.2\nset rmargin at screen 0.97\n"
+      "set bmargin at screen 0.18\nset tmargin at screen 0.98\n",
+      plot::kAxisNames[projection.right], plot::kAxisNames[projection.up]);
   const double x = base_mm_[projection.right], y = base_mm_[projection.up];
   script += fmt::format(
       "set label 1 '' at {:.6g},{:.6g} point pointtype 7 pointsize 0.6 linecolor rgb '{}'\n"
@@ -141,6 +145,7 @@ std::string CellView::Begin(const Projection& projection) const {
 constexpr double kArrowShare = 0.09;  // length of a large arrow as a share of the panel's width
 constexpr double kLargeQuantile = 0.95;
 constexpr double kWorthEnlarging = 4;  // minimum ratio of the two scale factors
+constexpr std::size_t kMaxRivals = 3;  // drawn
 
 /// 95th percentile of the arrows' lengths [mm].
 double LargeArrow_mm(const std::vector<Vec3>& arrows) {
@@ -177,13 +182,18 @@ Panel ArrowPanel(const std::string& title, const CellView& view, const Projectio
   return panel;
 }
 
+/// Text at the end of a colour scale.
+std::string DarkestText(double large_mm) {
+  return MillimetreText(1e-3 * large_mm) + " mm and more";
+}
+
 std::string FactorText(double factor) {
   return fmt::format("{:g}", factor);
 }
 
 }  // namespace
 
-std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell) {
+PanelGroup ArrowFigures(const Diagnosis& diagnosis, const model::CellModel& cell) {
   std::vector<Vec3> at, before, after;
   for (const RowTrace& row : diagnosis.rows) {
     if (row.outlier) continue;
@@ -195,67 +205,65 @@ std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const model::Ce
   const double large_before = LargeArrow_mm(before), large_after = LargeArrow_mm(after);
   const double factor = FactorFor(large_before, view);
   const double factor_after = FactorFor(large_after, view);
-  PanelGroup both{{}, "", large_before};
   const bool corrected = !diagnosis.findings.empty();
-  const auto add = [&](const char* title, const std::vector<Vec3>& arrows) {
-    for (const Projection& projection : kProjections) {
-      both.panels.push_back(ArrowPanel(fmt::format("{}, {}", title, projection.name), view,
-                                       projection, at, arrows, factor, large_before));
-    }
-  };
-  add(corrected ? "Before" : "Residual", before);
-  if (corrected) add("After", after);
+  const bool enlarged = corrected && factor_after >= kWorthEnlarging * factor;
+  PanelGroup group{{}, "", DarkestText(large_before), enlarged ? 3 : 2};
+  for (const Projection& projection : kProjections) {
+    const auto add = [&](const char* title, const std::vector<Vec3>& arrows, double by,
+                         double large_mm) {
+      group.panels.push_back(ArrowPanel(fmt::format("{}, {}", title, projection.name), view,
+                                        projection, at, arrows, by, large_mm));
+    };
+    add(corrected ? "Before" : "Residual", before, factor, large_before);
+    if (corrected) add("After", after, factor, large_before);
+    if (enlarged) add("After, enlarged", after, factor_after, large_after);
+  }
   const std::size_t stride = plot::Stride(at.size());
-  both.caption = fmt::format(
+  group.caption = fmt::format(
       "Residual (measured minus predicted) at each measured point; arrows enlarged {} times{}. "
       "Outline: reach of the tip.{}{}",
       FactorText(factor), corrected ? ", at the same scale before and after" : "",
       stride > 1 ? fmt::format(" One row in {} is drawn.", stride) : std::string(),
       diagnosis.outlier_rows.empty() ? "" : " Outliers are not drawn.");
-  std::vector<PanelGroup> groups = {both};
-  if (!corrected || factor_after < kWorthEnlarging * factor) return groups;
-  PanelGroup enlarged{{}, "", large_after};
-  for (const Projection& projection : kProjections) {
-    enlarged.panels.push_back(ArrowPanel(fmt::format("After, enlarged, {}", projection.name), view,
-                                         projection, at, after, factor_after, large_after));
+  if (enlarged) {
+    group.colour_end += "; enlarged: " + DarkestText(large_after);
+    group.caption += fmt::format(
+        " On the right, the residual after correction is enlarged {} times: pure noise has no "
+        "preferred direction; a pattern indicates an effect that the model lacks.",
+        FactorText(factor_after));
   }
-  enlarged.caption = fmt::format(
-      "Residual after correction; arrows enlarged {} times. Pure noise has no preferred direction; "
-      "a pattern indicates an effect that the model lacks.",
-      FactorText(factor_after));
-  groups.push_back(enlarged);
-  return groups;
+  return group;
 }
 
-PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival,
-                        const model::CellModel& cell) {
+PanelGroup RivalFigures(const Diagnosis& diagnosis, const model::CellModel& cell) {
   PanelGroup group;
-  std::vector<Vec3> at;
-  for (const RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
-  assert(rival.shift_W.size() == at.size());
-  if (at.empty()) return group;
-  const double large_mm = LargeArrow_mm(rival.shift_W);
-  std::vector<std::vector<double>> rows;
-  for (std::size_t k = 0; k < at.size(); k += plot::Stride(at.size())) {
-    rows.push_back({rival.rows[k].value() + 1.0, 1e3 * rival.shift_W[k].norm()});
+  std::vector<std::vector<Vec3>> places;
+  std::vector<Vec3> all;
+  double large_mm = 0;
+  const std::size_t drawn = std::min(diagnosis.rivals.size(), kMaxRivals);
+  for (const Rival& rival : std::span(diagnosis.rivals).first(drawn)) {
+    assert(rival.shift_W.size() == rival.rows.size());
+    std::vector<Vec3>& at = places.emplace_back();
+    for (const RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
+    all.insert(all.end(), at.begin(), at.end());
+    large_mm = std::max(large_mm, LargeArrow_mm(rival.shift_W));
   }
-  Panel by_row{"By row", "", plot::Begin(460, 420), ""};
-  by_row.script += "set xlabel 'row'\nset ylabel 'difference of predictions (mm)'\n";
-  by_row.script += "set yrange [0:*]\nset xrange [0:*]\n" + plot::Data("shift", rows);
-  by_row.script += fmt::format(
-      "plot $shift using 1:2 with impulses linecolor rgb '{}' linewidth 1.2, {:.6g} with lines "
-      "linecolor rgb '{}' dashtype 2\n",
-      plot::kAccent, 1e3 * diagnosis.noise_floor_m, plot::kInk);
-  group.panels.push_back(by_row);
-  const CellView view(cell, at);
+  if (all.empty()) return group;
+  const CellView view(cell, all);
   const double factor = FactorFor(large_mm, view);
-  group.panels.push_back(ArrowPanel(fmt::format("In the cell, {}", kProjections[1].name), view,
-                                    kProjections[1], at, rival.shift_W, factor, large_mm));
-  group.colour_to_mm = large_mm;
+  for (std::size_t k = 0; k < drawn; ++k) {
+    if (places[k].empty()) continue;
+    group.panels.push_back(ArrowPanel(Capitalized(RivalName(diagnosis.rivals[k])), view,
+                                      kProjections[1], places[k], diagnosis.rivals[k].shift_W,
+                                      factor, large_mm));
+  }
+  group.colour_end = DarkestText(large_mm);
   group.caption = fmt::format(
-      "Difference between the predictions with {} and with {} at the measured points; dashed: "
-      "noise floor. Arrows enlarged {} times.",
-      RivalName(rival), ReplacedName(rival), FactorText(factor));
+      "Prediction with {} minus that with the selected explanation at the measured points, from "
+      "the side; arrows enlarged {} times.",
+      diagnosis.rivals.size() > drawn ? fmt::format("the first {} alternatives", drawn)
+                                      : std::string("each alternative"),
+      FactorText(factor));
   return group;
 }
 

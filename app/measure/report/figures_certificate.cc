@@ -72,21 +72,6 @@ Cloud CloudAlong(const Diagnosis& diagnosis, const SignalTrace& signal, Componen
   return cloud;
 }
 
-/// Variance of the residual, and the share of it that binned means explain, both corrected for the
-/// degrees of freedom.
-std::pair<double, double> ExplainedBy(const std::vector<Bin>& bins, double Bin::*mean,
-                                      const std::vector<double>& residual) {
-  const auto n = static_cast<double>(residual.size());
-  const auto k = static_cast<double>(bins.size());
-  if (n <= k || k < 2) return {0, 0};
-  double sum = 0, square = 0, between = 0;
-  for (const double one : residual) sum += one;
-  for (const double one : residual) square += (one - sum / n) * (one - sum / n);
-  for (const Bin& bin : bins) between += bin.count * std::pow(bin.*mean - sum / n, 2);
-  if (square <= 0) return {0, 0};
-  return {square / (n - 1), std::max(0.0, 1 - (square - between) / (n - k) / (square / (n - 1)))};
-}
-
 /// Whether one of the effects found depends on the signal. Time and temperature often change along
 /// with what does, such as the payload, but explain nothing then.
 bool MayExplain(const SignalTrace& signal, const Diagnosis& diagnosis) {

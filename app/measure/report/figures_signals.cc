@@ -1,8 +1,9 @@
 // Figures of the residual against signals and of its periodic part.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
-#include <numeric>
+#include <span>
 
 #include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/figures.h"
@@ -13,46 +14,13 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
-constexpr int kSpectrumHeight = 220;
+constexpr int kFigureWidth = 300, kFigureHeight = 220, kUncorrectedHeight = 180;
+constexpr int kSpectrumWidth = 170, kSpectrumHeight = 115;
 constexpr double kSideMargin = 0.04;  // share of the signal's range
-constexpr std::size_t kMaxSignals = 18;
+constexpr std::size_t kMaxSignals = 6;
+constexpr std::ptrdiff_t kMostRemaining = 3;  // drawn first: those of the remaining residual
 constexpr std::size_t kFewLines = 60;
 constexpr double kLogFrom = 30;  // ratio of cycles from which the axis is logarithmic
-
-Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
-  std::vector<RowIndex> order;
-  const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
-  for (const RowIndex row : FirstIndices<RowIndex>(count)) {
-    if (!diagnosis.rows[row].outlier && std::isfinite(signal.values[row])) order.push_back(row);
-  }
-  std::ranges::stable_sort(
-      order, [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
-  Cloud cloud;
-  for (const RowIndex row : order) {
-    cloud.value.push_back(signal.values[row]);
-    cloud.before.push_back(1e3 * diagnosis.rows[row].before[axis]);
-    cloud.after.push_back(1e3 * diagnosis.rows[row].after[axis]);
-  }
-  return cloud;
-}
-
-/// The axis whose binned means, before and after, are largest.
-int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
-  int best = 2;
-  double most = -1;
-  for (int axis = 0; axis < 3; ++axis) {
-    double spread = 0;
-    for (const Bin& bin : BinsOf(CloudOf(diagnosis, signal, axis))) {
-      spread += bin.before * bin.before + bin.after * bin.after;
-    }
-    if (spread > most) {
-      most = spread;
-      best = axis;
-    }
-  }
-  return best;
-}
 
 /// One of a panel's two plots: points and binned means from a column of $points and $means.
 std::string SignalPlot(const char* when, int column, const char* colour, double noise_mm,
@@ -69,18 +37,15 @@ std::string SignalPlot(const char* when, int column, const char* colour, double 
       when, column, colour, plot::kGrey, noise_mm, plot::RoundDown(span / 2.2));
 }
 
-Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
-  const int axis = MostRelatedAxis(diagnosis, signal);
-  const Cloud cloud = CloudOf(diagnosis, signal, axis);
-  const std::string p_value = signal.p_value < 0.001
-                                  ? "p\u00a0<\u00a00.001"
-                                  : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
+Panel SignalPanel(const Diagnosis& diagnosis, const Dependence& on) {
+  const Cloud& cloud = on.cloud;
+  const bool corrected = !diagnosis.findings.empty();
   Panel panel{
-      SignalLabel(signal.name),
-      fmt::format("residual in {}; explains {} of the remaining residual, {}",
-                  plot::kAxisNames[axis], PercentText(signal.share), p_value),
-      plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
-      ""};
+      SignalLabel(on.signal->name),
+      fmt::format("in {}: {}{}; p\u00a0{}", plot::kAxisNames[on.axis], PercentText(on.share_before),
+                  corrected ? " before, " + PercentText(on.share_after) + " after" : "",
+                  on.PText()),
+      plot::Begin(kFigureWidth, corrected ? kFigureHeight : kUncorrectedHeight), ""};
   if (cloud.value.empty()) return panel;
   std::vector<std::vector<double>> points, means;
   for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
@@ -97,8 +62,8 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
   panel.script += fmt::format(
       "set xrange [{:.8g}:{:.8g}]\nset xtics {:.6g}\nset offsets 0, 0, graph 0.05, graph 0.05\n",
       low - margin, high + margin, plot::RoundDown(high > low ? (high - low) / 3 : 1));
-  const std::string label = "set xlabel " + GnuplotQuoted(SignalLabel(signal.name)) + '\n';
-  if (diagnosis.findings.empty()) {
+  const std::string label = "set xlabel " + GnuplotQuoted(SignalLabel(on.signal->name)) + '\n';
+  if (!corrected) {
     panel.script += label + SignalPlot("residual", 2, plot::kAccent, noise_mm, cloud.before);
     return panel;
   }
@@ -132,30 +97,25 @@ std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
 
 PanelGroup SignalFigures(const Diagnosis& diagnosis) {
   PanelGroup group;
-  std::vector<const SignalTrace*> signals;
-  for (const SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
-  std::ranges::stable_sort(signals, [](const auto* a, const auto* b) {
-    return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
-  });
-  for (std::size_t k = 0; k < std::min(signals.size(), kMaxSignals); ++k) {
-    group.panels.push_back(SignalPanel(diagnosis, *signals[k]));
+  std::vector<Dependence> all = DependencesOf(diagnosis);
+  const auto remaining = all.begin() + std::min(std::ssize(all), kMostRemaining);
+  std::ranges::stable_sort(remaining, all.end(), std::greater<>(), &Dependence::share_before);
+  for (const Dependence& on : std::span(all).first(std::min(all.size(), kMaxSignals))) {
+    group.panels.push_back(SignalPanel(diagnosis, on));
   }
   group.caption = fmt::format(
-      "Residual{} against each recorded signal. Line: means over a tenth of the rows each; dashed: "
-      "±2 standard deviations of the noise. Shown is the axis that depends on the signal most. p: "
-      "probability that pure noise would show at least this dependence.",
+      "Residual{} against the signals on which it depends most, each along the axis that depends "
+      "on it most. Line: means over a tenth of the rows each; dashed: ±2 standard deviations of "
+      "the noise. Percentage: share of the residual that these means explain, less what noise "
+      "would. p: probability that pure noise would show at least the remaining dependence.",
       diagnosis.findings.empty() ? ""
                                  : " before (upper plot) and after correction (lower plot, on its "
                                    "own scale)");
-  if (signals.size() > kMaxSignals) {
-    group.caption += fmt::format(" {} signals with weaker dependence are not shown.",
-                                 signals.size() - kMaxSignals);
-  }
   return group;
 }
 
 PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
-  PanelGroup group;
+  PanelGroup group{{}, "", "", 6};
   std::map<int, std::vector<std::vector<double>>> by_joint;
   double highest_urad = 0, least = 1e300, most = 0;
   for (const SpectralLine& line : diagnosis.spectrum) {
@@ -167,29 +127,31 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
   const auto found = CyclesFound(diagnosis);
   for (auto& [joint, lines] : by_joint) {
     std::ranges::sort(lines);
-    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kFigureWidth, kSpectrumHeight),
+    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kSpectrumWidth, kSpectrumHeight),
                 ""};
     const bool logarithmic = least > 0 && most > kLogFrom * least;
     panel.script += fmt::format(
-        "set xlabel 'cycles per turn'\nset ylabel 'amplitude (µrad)'\n"
-        "set yrange [0:{:.6g}]\n{}",
-        std::max(1.1 * highest_urad, 1e-3), logarithmic ? "set logscale x\n" : "");
-    panel.script += fmt::format("set xrange [{:.6g}:{:.6g}]\n", logarithmic ? least : 0, most);
-    int label = 1;
+        "set yrange [0:{:.6g}]\nset ytics {:.6g}\n{}", std::max(1.1 * highest_urad, 1e-3),
+        plot::RoundDown(std::max(highest_urad / 2, 1e-4)), logarithmic ? "set logscale x\n" : "");
+    panel.script +=
+        fmt::format("set xrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n", logarithmic ? least : 0, most,
+                    logarithmic ? 10 : plot::RoundDown(most));
+    int arrow = 1;
     const auto [first, last] = found.equal_range(joint);
-    for (auto cycles = first; cycles != last; ++cycles, ++label) {
+    for (auto cycles = first; cycles != last; ++cycles, ++arrow) {
       panel.script += fmt::format(
           "set arrow {0} from {1:.6g}, graph 0 to {1:.6g}, graph 1 nohead dashtype 2 linecolor rgb "
-          "'{2}'\nset label {0} '{1:.4g}' at {1:.6g}, graph 0.95 offset 0.4,0 textcolor rgb "
           "'{2}'\n",
-          label, cycles->second, plot::kInk);
+          arrow, cycles->second, plot::kInk);
     }
     panel.script += plot::Data("lines", lines);
     panel.script += fmt::format("plot $lines using 1:2 with {} linecolor rgb '{}' linewidth 1.2\n",
                                 lines.size() <= kFewLines ? "impulses" : "lines", plot::kAccent);
     group.panels.push_back(panel);
   }
-  group.caption = "Amplitude of the periodic part of the remaining residual, for each joint.";
+  group.caption =
+      "Amplitude (µrad) of each joint's periodic part of the remaining residual against cycles per "
+      "turn.";
   if (!found.empty()) group.caption += " Dashed: cycles that the corrected model contains.";
   return group;
 }

@@ -7,6 +7,7 @@ namespace plumbline::measure {
 namespace {
 
 constexpr std::size_t kShortTable = 16;  // rows that are kept on one page
+constexpr std::size_t kShortPart = 8;    // the same for tables beside each other
 
 /// Length of the UTF-8 sequence at the start of the text; 0 if invalid.
 std::size_t SequenceLength(std::string_view text) {
@@ -160,10 +161,29 @@ std::vector<std::string> HtmlTable::AlignedColumn(std::size_t column) const {
 }
 
 std::string HtmlTable::Html() const {
+  return rows_.size() <= kShortTable
+             ? "<div class=\"table whole\">" + PartHtml(0, rows_.size()) + "</div>\n"
+             : "<div class=\"table\">" + PartHtml(0, rows_.size()) + "</div>\n";
+}
+
+std::string HtmlTable::HtmlAcross(std::size_t parts) const {
+  std::string html;
+  for (std::size_t r = 0; r < rows_.size();) {
+    const std::size_t rows = std::min(kShortPart, (rows_.size() - r + parts - 1) / parts);
+    html += "<div class=\"panels across" + std::to_string(parts) + "\">\n";
+    for (std::size_t part = 0; part < parts && r < rows_.size(); ++part, r += rows) {
+      html += "<div class=\"panel table\">" + PartHtml(r, std::min(rows_.size(), r + rows)) +
+              "</div>\n";
+    }
+    html += "</div>\n";
+  }
+  return html;
+}
+
+/// A table of the rows from `first` to before `end`.
+std::string HtmlTable::PartHtml(std::size_t first, std::size_t end) const {
   const auto style = [this](std::size_t k) { return IsText(k) ? "" : " class=\"number\""; };
-  std::string html =
-      rows_.size() <= kShortTable ? "<div class=\"table whole\">" : "<div class=\"table\">";
-  html += "<table>\n<thead><tr>";
+  std::string html = "<table>\n<thead><tr>";
   std::vector<std::vector<std::string>> columns;
   for (std::size_t k = 0; k < headers_.size(); ++k) {
     std::string header = headers_[k];
@@ -173,7 +193,7 @@ std::string HtmlTable::Html() const {
     columns.push_back(IsText(k) ? std::vector<std::string>() : AlignedColumn(k));
   }
   html += "</tr></thead>\n<tbody>\n";
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
+  for (std::size_t r = first; r < end; ++r) {
     const Row& row = rows_[r];
     html += row.strong ? "<tr class=\"strong\">" : "<tr>";
     if (row.note) {
@@ -185,7 +205,7 @@ std::string HtmlTable::Html() const {
               "</td>";
     html += "</tr>\n";
   }
-  return html + "</tbody></table></div>\n";
+  return html + "</tbody></table>";
 }
 
 }  // namespace plumbline::measure

@@ -30,6 +30,9 @@ class HtmlTable {
   void AddNote(const std::string& cell, const std::string& note);
   bool empty() const { return rows_.empty(); }
   std::string Html() const;
+  /// A long table with short rows in two or three parts beside each other, repeated down the page;
+  /// on a narrow page, all parts are below each other.
+  std::string HtmlAcross(std::size_t parts) const;
 
  private:
   struct Row {
@@ -37,6 +40,7 @@ class HtmlTable {
     bool strong, note;
   };
   bool IsText(std::size_t column) const;
+  std::string PartHtml(std::size_t first, std::size_t end) const;
   std::vector<std::string> AlignedColumn(std::size_t column) const;
 
   std::vector<std::string> headers_;

@@ -40,9 +40,13 @@ th:last-child, td:last-child { padding-right: 0; }
 td.number { white-space: nowrap; }
 .strong td { font-weight: 600; }
 figure { margin: 8px 0 20px; }
-.panels { display: grid; gap: 14px 24px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }
-.panels.small { grid-template-columns: repeat(auto-fit, minmax(min(100%, 290px), 1fr)); }
-.panel { break-inside: avoid; max-width: 500px; }
+.panel table { width: 100%; font-size: 0.8rem; }
+.panel th, .panel td { padding-right: 8px; }
+sup { line-height: 0; }
+.panels { display: grid; gap: 14px 24px; grid-template-columns: repeat(3, 1fr); }
+.panels.across2 { grid-template-columns: repeat(2, 1fr); }
+.panels.across6 { grid-template-columns: repeat(6, 1fr); gap: 14px 8px; }
+.panel { break-inside: avoid; min-width: 0; }
 .panel p { margin: 0; font-size: 0.875rem; font-weight: 600; overflow-wrap: anywhere; }
 .panel p.soft { font-size: 0.8125rem; font-weight: 400; }
 .panel svg { display: block; width: 100%; height: auto; }
@@ -93,6 +97,10 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid #dbe2e6;
 .certificate .digest { font: 0.625rem/1.4 "DejaVu Sans Mono", monospace; color: var(--soft);
   overflow-wrap: anywhere; margin: 4px 0 0; }
 h2.appendix { font-size: 1.3rem; border: 0; }
+@media (max-width: 800px) {
+  .panels, .panels.across2 { grid-template-columns: 1fr; }
+  .panels.across6 { grid-template-columns: repeat(2, 1fr); }
+}
 @media (max-width: 600px) {
   main { padding: 22px 16px 40px; }
   h1 { font-size: 1.3rem; }
@@ -111,9 +119,11 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   @page { size: A4; margin: 8mm 15mm 11mm;
     @bottom-right { content: counter(page) " / " counter(pages);
       font: 8pt "DejaVu Sans", sans-serif; color: #5c6b75; } }
-  body { font-size: 10pt; }
+  body { font-size: 8pt; line-height: 1.35; }
   main { max-width: none; padding: 0; }
-  h2 { margin-top: 22px; }
+  p, ul, figcaption { max-width: none; margin-bottom: 3pt; }
+  h2 { font-size: 11pt; margin: 7pt 0 3pt; padding-top: 3pt; }
+  figure { margin: 0 0 4pt; }
   .headline, .second, .legend i {
     -webkit-print-color-adjust: exact; print-color-adjust: exact; }
   .certificate { max-width: none; font-size: 9pt; break-after: page; }
@@ -135,46 +145,48 @@ h2.appendix { font-size: 1.3rem; border: 0; }
   .particulars th { padding-right: 4pt; }
   .approval .blank { height: 16pt; }
   h2.appendix { margin-top: 0; padding-top: 0; }
-  table { font-size: 8pt; }
-  th { font-size: 8pt; }
-  th, td { padding: 1.5pt 10pt 1.5pt 0; }
+  table { font-size: 7.5pt; line-height: 1.25; }
+  th { font-size: 7.5pt; }
+  th, td { padding: 0.7pt 8pt 0.7pt 0; }
+  .table { margin-bottom: 4pt; overflow: visible; }
+  .panel table, .panel th { font-size: 7pt; }
+  .panel th, .panel td { padding-right: 4pt; }
+  .parameters td + td { white-space: nowrap; }
   .certificate th, .certificate td { padding: 1pt 6pt 1pt 0; }
   .certificate .left .number { padding-right: 4pt; }
-  .table { overflow: visible; }
   .legend span, .legend i { display: inline-block; margin-right: 6mm; }
   .legend { display: block; }
   thead { display: table-header-group; }
   tr, .panel, .note, .legend, figcaption, .whole { break-inside: avoid; }
   .legend, figcaption, p.soft { break-before: avoid; }
+  h2 + p { break-after: avoid; }
   p { orphans: 3; widows: 3; }
   /* At least two rows on either side of a page break. */
   tbody tr:first-child { break-after: avoid; }
   tbody tr:last-child { break-before: avoid; }
-  figcaption, .legend, .soft { font-size: 8.5pt; }
-  .panels, .panels.small { display: block; orphans: 1; widows: 1; }
-  .panel { display: inline-block; vertical-align: top; width: 40%; margin: 0 6mm 4px 0; }
-  .panels.small .panel { width: 31%; margin-right: 1%; }
+  figcaption, .legend, .soft { font-size: 7.5pt; }
+  figcaption, .legend { margin-top: 2pt; }
+  .panels { display: block; font-size: 0; orphans: 1; widows: 1; }
+  .panel { display: inline-block; vertical-align: top; width: 32%; margin: 0 1.3% 3pt 0; }
+  .panels.across2 .panel { width: 48%; }
+  .panels.across6 .panel { width: 15.6%; margin-right: 1%; }
+  .panel p { font-size: 8pt; line-height: 1.2; }
+  .panel p.soft { font-size: 7pt; }
 }
 )css";
 
 /// All figures of the report.
 struct Pictures {
-  std::vector<PanelGroup> arrows;
-  PanelGroup signals, spectrum, poses;
-  std::vector<PanelGroup> rivals;
+  PanelGroup rivals, poses, arrows, signals, spectrum;
   CertificateFigure points, deciding;
   std::string fault;  ///< why there are no figures; empty: there are
 
   std::vector<Panel*> Panels() {
     std::vector<Panel*> panels;
-    const auto add = [&panels](PanelGroup& group) {
-      for (Panel& panel : group.panels) panels.push_back(&panel);
-    };
-    for (PanelGroup& group : arrows) add(group);
-    for (PanelGroup* group : {&signals, &spectrum, &poses}) add(*group);
-    for (PanelGroup& group : rivals) add(group);
-    for (CertificateFigure* figure : {&points, &deciding}) {
-      for (Panel& panel : figure->panels) panels.push_back(&panel);
+    for (std::vector<Panel>* group :
+         {&rivals.panels, &poses.panels, &arrows.panels, &signals.panels, &spectrum.panels,
+          &points.panels, &deciding.panels}) {
+      for (Panel& panel : *group) panels.push_back(&panel);
     }
     return panels;
   }
@@ -204,9 +216,7 @@ Pictures Draw(const Diagnosis& diagnosis, const model::CellModel& cell,
   pictures.signals = SignalFigures(diagnosis);
   pictures.spectrum = SpectrumFigures(diagnosis);
   pictures.poses = NextPoseFigures(diagnosis, cell);
-  for (const Rival& rival : diagnosis.rivals) {
-    pictures.rivals.push_back(RivalFigures(diagnosis, rival, cell));
-  }
+  pictures.rivals = RivalFigures(diagnosis, cell);
   std::string script;
   const std::vector<Panel*> panels = pictures.Panels();
   for (const Panel* panel : panels) script += panel->script;
@@ -229,23 +239,6 @@ std::string Chapter(const std::string& title, const std::string& content) {
   return content.empty() ? "" : "<section>\n<h2>" + title + "</h2>\n" + content + "</section>\n";
 }
 
-std::string ArrowsHtml(const Pictures& pictures) {
-  std::string html;
-  for (const PanelGroup& group : pictures.arrows) html += FigureHtml(group);
-  return html;
-}
-
-std::string RivalsHtml(const Diagnosis& diagnosis, const Pictures& pictures) {
-  std::string html;
-  for (std::size_t k = 0; k < diagnosis.rivals.size(); ++k) {
-    const Rival& rival = diagnosis.rivals[k];
-    html += "<div class=\"whole\">\n<h3>" + Escape(Capitalized(RivalName(rival))) +
-            " in place of " + Escape(ReplacedName(rival)) + "</h3>\n";
-    html += RivalText(rival) + FigureHtml(pictures.rivals[k]) + "</div>\n";
-  }
-  return html;
-}
-
 std::string Head(const model::CellModel& cell) {
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -262,31 +255,32 @@ std::string ReportHtml(const Diagnosis& diagnosis, const model::CellModel& cell,
   std::string html = Head(cell) + "<body>\n<main>\n";
   html += CertificatePage(
       {diagnosis, cell, source, achieved, pictures.points, pictures.deciding, pictures.fault});
-  html += "<h2 class=\"appendix\">Appendix</h2>\n" + Chapter("Verdict", VerdictBlock(diagnosis));
-  html += Chapter("Data", DataTable(diagnosis, cell, source));
-  html += Chapter("Signals not recorded", RemarksList(diagnosis.not_recorded, diagnosis));
+  html += "<h2 class=\"appendix\">Appendix</h2>\n";
+  html += Chapter("Reservations", ListHtml(Reservations(diagnosis)));
+  html += Chapter("Data", DataTable(diagnosis, source));
   html += Chapter("Residuals before and after correction", ErrorTable(diagnosis));
   html += Chapter("Effects found", EffectsBlock(diagnosis));
-  html += Chapter("Measurement uncertainty", BudgetTable(achieved, diagnosis));
-  html += Chapter("Error at each measured pose",
-                  PosesTable(achieved, source.certificate_details.tolerance_m));
-  const std::string detectable = Chapter("Detection limits", DetectableTable(diagnosis));
+  html += Chapter("Correlation of the parameters", CorrelationBlock(diagnosis));
+  const std::string considered =
+      Chapter("Effects considered, and detection limits", ConsideredTable(diagnosis));
   // If nothing was found, the detection limits are the result; otherwise they come with the
   // reasons.
   const bool nothing = diagnosis.verdict == Verdict::kNoEffect;
-  if (nothing) html += detectable;
-  html +=
-      Chapter("Alternative explanations that fit equally well", RivalsHtml(diagnosis, pictures));
+  if (nothing) html += considered;
+  html += Chapter("Alternative explanations that fit equally well",
+                  RivalsTable(diagnosis) + FigureHtml(pictures.rivals));
   html +=
       Chapter("What to measure next", NextPosesTable(diagnosis, cell) + FigureHtml(pictures.poses));
-  html += Chapter("Residuals in the cell", ArrowsHtml(pictures));
-  html += Chapter("Residuals against each signal", FigureHtml(pictures.signals));
+  html += Chapter("Measurement uncertainty", BudgetTable(achieved, diagnosis));
+  html += Chapter("Error at each measured pose",
+                  PosesTable(achieved, source.certificate_details.tolerance_m));
+  html += Chapter("Residuals in the cell", FigureHtml(pictures.arrows));
+  html += Chapter("Residuals against each signal",
+                  FigureHtml(pictures.signals) + SignalsTable(diagnosis));
   html += Chapter("Periodic joint errors", FigureHtml(pictures.spectrum));
-  html += Chapter("Effects considered", ConsideredTable(diagnosis));
-  if (!nothing) html += detectable;
-  html += Chapter("Correlation of the parameters", CorrelationBlock(diagnosis));
+  if (!nothing) html += considered;
   html += Chapter("Outliers", OutlierTable(diagnosis));
-  html += Chapter("Remarks", RemarksList(diagnosis.notes, diagnosis));
+  html += Chapter("Remarks", RemarksList(diagnosis));
   return html + "<footer>Created by Plumbline " + Escape(source.version) +
          ". Lengths in mm, angles in the units stated; W is the measurement frame.</footer>\n"
          "</main>\n</body>\n</html>\n";

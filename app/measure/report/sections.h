@@ -12,9 +12,6 @@ namespace plumbline::measure {
 /// Why a correction was withheld, an effect is in doubt, or a check failed.
 std::vector<std::string> Reservations(const Diagnosis& diagnosis);
 
-/// The verdict with all reservations.
-std::string VerdictBlock(const Diagnosis& diagnosis);
-
 /// Time of the measurement: that of the rows if its origin is known, otherwise as stated; empty if
 /// it is not.
 std::string MeasuredText(const Diagnosis& diagnosis, const CertificateDetails& details);
@@ -29,21 +26,23 @@ std::string EffectsBlock(const Diagnosis& diagnosis);
 /// RMS displacement of the tip by one value of an effect [mm]; empty for a shape.
 std::string OffsetAtTheTip(const Finding& finding, std::size_t value);
 
-/// The most strongly correlated pairs of parameters.
+/// The most strongly correlated pairs of parameters, or that there are none.
 std::string CorrelationBlock(const Diagnosis& diagnosis);
 
-/// Smallest detectable value of each effect.
-std::string DetectableTable(const Diagnosis& diagnosis);
-
-/// All candidate effects with the outcome for each, sorted by evidence.
+/// All candidate effects, sorted by evidence, each with its smallest detectable displacement; then
+/// those that were not considered, by reason.
 std::string ConsideredTable(const Diagnosis& diagnosis);
 
-std::string RivalText(const Rival& rival);
+/// Dependence of the residual on each signal.
+std::string SignalsTable(const Diagnosis& diagnosis);
+
+std::string RivalsTable(const Diagnosis& diagnosis);
 std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& cell);
-std::string RemarksList(std::vector<std::string> remarks, const Diagnosis& diagnosis);
+/// The notes, except for those that are among the reservations.
+std::string RemarksList(const Diagnosis& diagnosis);
 std::string OutlierTable(const Diagnosis& diagnosis);
-std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
-                      const ReportSource& source);
+/// What the certificate does not say about the rows and their noise.
+std::string DataTable(const Diagnosis& diagnosis, const ReportSource& source);
 
 /// A group of panels with titles, colour scale and caption.
 std::string FigureHtml(const PanelGroup& group);

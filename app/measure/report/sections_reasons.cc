@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <tuple>
 
 #include "app/base/text/text.h"
 #include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
+#include "app/measure/report/signal_bins.h"
 #include "app/measure/report/words.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
@@ -23,19 +26,21 @@ bool Offered(const CandidateOutcome& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
 }
 
-/// Empty if no explanation contains the effect and none was cut off.
+/// "selected", or the gap; empty if no explanation contains the effect and none was cut off.
 std::string GapText(const CandidateOutcome& one) {
+  if (one.taken) return "selected";
   const double gap = one.evidence_gap;
-  if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
+  if (!Offered(one) || (gap == 0 && one.parameters == 0)) return "";
   return (one.gap_is_lower_bound ? "&gt; " : "") +
          NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
 }
 
-/// Selected effects first, then by evidence; effects that were not candidates last.
+/// Selected effects first, then by evidence; those without a gap last.
 bool Before(const CandidateOutcome& a, const CandidateOutcome& b) {
-  if (a.taken != b.taken) return a.taken;
-  if (Offered(a) != Offered(b)) return Offered(a);
-  return a.evidence_gap > b.evidence_gap;
+  const auto rank = [](const CandidateOutcome& one) {
+    return std::tuple(!one.taken, GapText(one).empty(), one.evidence_gap);
+  };
+  return rank(a) < rank(b);
 }
 
 }  // namespace
@@ -44,28 +49,72 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
   if (diagnosis.considered.empty()) return "";
   std::vector<CandidateOutcome> all = diagnosis.considered;
   std::ranges::stable_sort(all, &Before);
-  HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
+  const auto& limits_m = diagnosis.minimum_detectable_m;
+  HtmlTable table({"Effect", "Alone", "Gap", "Detectable (mm)"}, {0});
+  std::map<std::string, std::string> left_out;  // effects by reason
   for (const CandidateOutcome& one : all) {
-    const bool offered = Offered(one);
-    table.AddRow({Escape(Capitalized(EffectName(one.id, one.scope))),
-                  offered ? fmt::format("{}", one.parameters) : "",
-                  offered ? Escape(PercentText(one.signal_share)) : "", GapText(one),
-                  Escape(InWords(one.reason, diagnosis))},
+    const std::string name = EffectName(one.id, one.taken ? one.scope : std::vector<std::string>());
+    const auto limit = limits_m.find(one.id);
+    if (!Offered(one) && limit == limits_m.end()) {
+      std::string& names = left_out[InWords(one.reason, diagnosis)];
+      names += (names.empty() ? "" : ", ") + name;
+      continue;
+    }
+    table.AddRow({Escape(Capitalized(name)), Escape(PercentText(one.signal_share)), GapText(one),
+                  limit == limits_m.end() ? "" : Escape(MillimetreText(limit->second))},
                  one.taken);
   }
-  return table.Html() +
-         "<p class=\"soft\">Explains alone: share of the residual, after alignment of the frames, "
-         "that this effect explains as the only one. Evidence gap: score of the best explanation "
-         "that contains the effect minus the best score overall; a gap of 16 (four standard "
-         "deviations) rules the effect out.</p>\n";
+  std::string not_considered;
+  for (const auto& [reason, names] : left_out)
+    not_considered += fmt::format("{}{} ({})", not_considered.empty() ? "" : "; ", names, reason);
+  return table.HtmlAcross(2) +
+         "<p class=\"soft\">Alone: share of the residual, after alignment of the frames, that this "
+         "effect explains as the only one. Gap: score of the best explanation that contains the "
+         "effect minus the best score overall; 16 (four standard deviations) rules the effect out, "
+         "and without a gap it explains nothing beyond the noise. Detectable: RMS of the effect's "
+         "displacement over these rows that would have been detected with a probability of 90 "
+         "%.</p>\n" +
+         (not_considered.empty()
+              ? ""
+              : "<p class=\"soft\">Not considered: " + Escape(not_considered) + ".</p>\n");
 }
 
-std::string RivalText(const Rival& rival) {
-  return fmt::format(
-      "<p>After refitting, {} reproduces {} of the displacement that {} causes at these "
-      "points; its score differs by {} from that of the selected explanation.</p>\n",
-      Escape(RivalName(rival)), Escape(PercentText(std::max(0.0, 1 - rival.signal_left))),
-      Escape(ReplacedName(rival)), NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
+std::string SignalsTable(const Diagnosis& diagnosis) {
+  if (diagnosis.signals.empty()) return "";
+  HtmlTable table({"Signal", "Axis", "Before", "After", "p"}, {0, 1});
+  for (const Dependence& on : DependencesOf(diagnosis)) {
+    table.AddRow(
+        {Escape(Capitalized(ColumnInWords(on.signal->name))), std::string(1, "xyz"[on.axis]),
+         Escape(PercentText(on.share_before)), Escape(PercentText(on.share_after)),
+         on.signal->p_value < 0.001 ? "&lt;0.001" : fmt::format("{:.2g}", on.signal->p_value)});
+  }
+  return table.HtmlAcross(2);
+}
+
+std::string RivalsTable(const Diagnosis& diagnosis) {
+  if (diagnosis.rivals.empty()) return "";
+  HtmlTable table({"Explanation", "In place of", "Reproduces", "Score difference",
+                   "Difference, RMS (mm)", "Largest (mm)"},
+                  {0, 1});
+  for (const Rival& rival : diagnosis.rivals) {
+    double square = 0, largest_m = 0;
+    for (const Vec3& shift_m : rival.shift_W) {
+      square += shift_m.squaredNorm() / static_cast<double>(rival.shift_W.size());
+      largest_m = std::max(largest_m, shift_m.norm());
+    }
+    const bool compared = !rival.shift_W.empty();
+    table.AddRow({Escape(Capitalized(RivalName(rival))), Escape(ReplacedName(rival)),
+                  Escape(PercentText(std::max(0.0, 1 - rival.signal_left))),
+                  NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)),
+                  compared ? Escape(MillimetreText(std::sqrt(square))) : "",
+                  compared ? Escape(MillimetreText(largest_m)) : ""});
+  }
+  return table.Html() +
+         fmt::format(
+             "<p class=\"soft\">Reproduces: share of the displacement at these points that "
+             "the explanation reproduces after refitting. Difference: between its "
+             "predictions and those of the selected one; the noise floor is {} mm.</p>\n",
+             Escape(MillimetreText(diagnosis.noise_floor_m)));
 }
 
 std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& cell) {
@@ -97,8 +146,16 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const model::CellModel& c
          "that pose.</p>\n";
 }
 
-std::string RemarksList(std::vector<std::string> remarks, const Diagnosis& diagnosis) {
-  for (std::string& remark : remarks) remark = InWords(remark, diagnosis);
+std::string RemarksList(const Diagnosis& diagnosis) {
+  const std::vector<std::string> reservations = Reservations(diagnosis);
+  std::vector<std::string> remarks;
+  for (const std::string& note : diagnosis.notes) {
+    const std::string remark = InWords(note, diagnosis);
+    if (std::ranges::none_of(reservations,
+                             [&](const std::string& line) { return line.ends_with(remark); })) {
+      remarks.push_back(remark);
+    }
+  }
   return ListHtml(remarks);
 }
 
@@ -122,7 +179,7 @@ std::string OutlierTable(const Diagnosis& diagnosis) {
   std::string html =
       "<p>Rows whose residual with the corrected model is far larger than the noise. They remain "
       "in the file and in this report but have little or no weight in the fit.</p>\n";
-  if (!table.empty()) html += table.Html();
+  if (!table.empty()) html += table.HtmlAcross(3);
   if (count > kMaxOutliers) {
     html += fmt::format("<p>and {} more.</p>\n", count - kMaxOutliers);
   }
@@ -146,13 +203,10 @@ std::string MeasuredText(const Diagnosis& diagnosis, const CertificateDetails& d
   return first.substr(0, 16) + " to " + (one_day ? last.substr(11) : last);
 }
 
-std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
-                      const ReportSource& source) {
+std::string DataTable(const Diagnosis& diagnosis, const ReportSource& source) {
   std::set<std::string> sessions;
   for (const RowTrace& row : diagnosis.rows) sessions.insert(row.session);
   HtmlTable table({"Item", "Value"}, {0, 1});
-  table.AddRow({"Cell", Escape(cell.robot.name) + " (" + Escape(source.cell_file) + ")"});
-  table.AddRow({"Measured data", Escape(source.data_file)});
   const bool all_count = static_cast<int>(diagnosis.rows.size()) == source.rows;
   table.AddRow(
       {"Rows", fmt::format("{}{}{}", diagnosis.rows.size(),
@@ -173,6 +227,11 @@ std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
   }
+  if (!diagnosis.not_recorded.empty()) {
+    table.AddRow(
+        {"Not recorded",
+         Escape(InWords(fmt::format("{}", fmt::join(diagnosis.not_recorded, "; ")), diagnosis))});
+  }
   const model::Domain& domain = diagnosis.domain;
   if (domain.residual_sigma_m) {
     std::string spread = MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
@@ -186,10 +245,6 @@ std::string DataTable(const Diagnosis& diagnosis, const model::CellModel& cell,
     }
     table.AddRow({"Expected residual of new points (standard deviation of one axis)", spread});
   }
-  const std::string measured = MeasuredText(diagnosis, source.certificate_details);
-  table.AddRow({"Measured", measured.empty() ? "not stated" : Escape(measured)});
-  table.AddRow({"Report written", Escape(UtcInWords(source.utc))});
-  table.AddRow({"Program", "Plumbline " + Escape(source.version)});
   return table.Html();
 }
 
@@ -198,18 +253,16 @@ std::string FigureHtml(const PanelGroup& group) {
   const bool drawn =
       std::ranges::any_of(group.panels, [](const Panel& panel) { return !panel.svg.empty(); });
   if (!drawn) return "";
-  const bool small = group.panels.size() > 4 || group.panels.size() == 3;
-  std::string html = "<figure>\n<div class=\"panels";
-  html += small ? " small\">\n" : "\">\n";
+  std::string html = fmt::format("<figure>\n<div class=\"panels across{}\">\n", group.across);
   for (const Panel& panel : group.panels) {
     html += "<div class=\"panel\"><p>" + Escape(panel.title) + "</p>\n" +
             (panel.note.empty() ? "" : "<p class=\"soft\">" + Escape(panel.note) + "</p>\n") +
             panel.svg + "</div>\n";
   }
   html += "</div>\n";
-  if (group.colour_to_mm > 0) {
-    html += "<div class=\"legend\"><span>0</span><i></i><span>" +
-            Escape(MillimetreText(1e-3 * group.colour_to_mm)) + " mm and more</span></div>\n";
+  if (!group.colour_end.empty()) {
+    html += "<div class=\"legend\"><span>0</span><i></i><span>" + Escape(group.colour_end) +
+            "</span></div>\n";
   }
   return html + "<figcaption>" + Escape(group.caption) + "</figcaption>\n</figure>\n";
 }

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <tuple>
 
-#include "app/measure/diagnosis/output/summary.h"
 #include "app/measure/diagnosis/result/diagnosis_text.h"
 #include "app/measure/report/html.h"
 #include "app/measure/report/sections.h"
@@ -14,7 +14,8 @@
 namespace plumbline::measure {
 namespace {
 
-constexpr std::size_t kMaxPairs = 10;
+constexpr std::size_t kMaxPairs = 5;
+constexpr double kNoteworthy = 0.5;  // weaker correlations are left out
 constexpr double kUnbounded = 1e100;
 constexpr double kStrong = 0.9;  // correlations above this are emphasised
 
@@ -62,7 +63,8 @@ std::string PlausibleText(const effects::ParameterSpec& spec, const model::Inter
   };
   if (spec.role == effects::ParameterRole::kWord) return "";
   if (std::abs(plausible.low) > kUnbounded || std::abs(plausible.high) > kUnbounded) return "";
-  return end(plausible.low) + " to " + end(plausible.high);
+  return plausible.low == -plausible.high ? "&plusmn;" + end(plausible.high)
+                                          : end(plausible.low) + " to " + end(plausible.high);
 }
 
 const effects::ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
@@ -89,10 +91,12 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
     const Eigen::MatrixXd& correlation) {
   std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> pairs;
   for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) pairs.emplace_back(-std::abs(correlation(i, j)), j, i);
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double strength = std::abs(correlation(i, j));
+      if (strength > kNoteworthy) pairs.emplace_back(-strength, j, i);
+    }
   }
   std::ranges::sort(pairs);
-  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
   return pairs;
 }
 
@@ -112,12 +116,6 @@ std::vector<std::string> Reservations(const Diagnosis& diagnosis) {
       add("Implausible: " + EffectName(finding) + ": " + finding.implausible);
   }
   return lines;
-}
-
-std::string VerdictBlock(const Diagnosis& diagnosis) {
-  std::string html =
-      "<p>" + Escape(InWords(Capitalized(Headline(diagnosis)), diagnosis)) + ".</p>\n";
-  return html + ListHtml(Reservations(diagnosis));
 }
 
 std::string ErrorTable(const Diagnosis& diagnosis) {
@@ -177,25 +175,24 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
                   {0, 1, 5});
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTraits& traits = finding.effect.term.effect->traits();
-    html += "<h3>" + Escape(Capitalized(EffectName(finding))) + "</h3>\n<p>";
-    html += Escape(Capitalized(std::string(traits.meaning))) + ". ";
+    html += "<p><strong>" + Escape(Capitalized(EffectName(finding))) + ".</strong> " +
+            Escape(Capitalized(std::string(traits.meaning))) + ". ";
     html +=
-        fmt::format("Without it, {} of the residual's sum of squares comes back ({}).</p>\n",
+        fmt::format("Without it, {} of the residual's sum of squares comes back ({}).",
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
     if (finding.tip_rms_m > 0) {
-      html += "<p>At the measured poses it displaces the tip by " +
-              Escape(MillimetreText(finding.tip_rms_m)) + " mm RMS.</p>\n";
+      html += " At the measured poses it displaces the tip by " +
+              Escape(MillimetreText(finding.tip_rms_m)) + " mm RMS.";
     }
     for (const EmpiricalCurve& curve : EmpiricalCurvesOf(finding.effect)) {
-      html += "<p>Over the measured range, it changes " + Escape(curve.meaning) + " by " +
-              Escape(curve.range + " " + curve.unit) + ".</p>\n";
+      html += " Over the measured range, it changes " + Escape(curve.meaning) + " by " +
+              Escape(curve.range + " " + curve.unit) + ".";
     }
     if (const std::string trend = LinearTrendText(finding.effect); !trend.empty())
-      html += "<p>" + Escape(InWords(Capitalized(trend), diagnosis)) + ".</p>\n";
-    html +=
-        "<p><em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
+      html += " " + Escape(InWords(Capitalized(trend), diagnosis)) + ".";
+    html += " <em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {
       html += "<p class=\"note\">Implausible for a healthy machine: " +
               Escape(InWords(finding.implausible, diagnosis)) + "</p>\n";
@@ -210,8 +207,8 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
       const ValueText shown = ShownValueOf(parameter);
       const auto [scale, unit] = ShownUnitOf(parameter);
       table.AddRow(
-          {Escape(Capitalized(EffectName(written.id))), Escape(ParameterInWords(parameter.name)),
-           OffsetAtTheTip(finding, k),
+          {k == 0 ? Escape(Capitalized(EffectName(written.id))) : "",
+           Escape(ParameterInWords(parameter.name)), OffsetAtTheTip(finding, k),
            parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
            NumberHtml(shown.sd), Escape(unit == "1" ? "" : unit),
            spec != nullptr
@@ -220,8 +217,9 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
                : ""});
     }
   }
-  return html + table.Html() +
-         "<p class=\"soft\">Offset at the tip: RMS over the measured poses, by this value alone. "
+  return html + "<div class=\"parameters\">" + table.Html() +
+         "</div><p class=\"soft\">Offset at the tip: RMS over the measured poses, by this value "
+         "alone. "
          "Values are added to, or multiply, the declared values of the cell. "
          "Standard uncertainty: k = 1, propagated from the fit. Plausible range: of a healthy "
          "machine.</p>\n";
@@ -234,29 +232,24 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
       static_cast<std::size_t>(correlation.rows()) != names.size()) {
     return "";
   }
+  const auto pairs = PairsOf(correlation);
+  if (pairs.empty()) {
+    return fmt::format("<p>No two parameters are correlated by more than {}.</p>\n", kNoteworthy);
+  }
   HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
-  for (const auto& [strength, i, j] : PairsOf(correlation)) {
+  for (const auto& [strength, i, j] : std::span(pairs).first(std::min(pairs.size(), kMaxPairs))) {
     table.AddRow(
         {Escape(names[i]), Escape(names[j]), NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
         -strength > kStrong);
   }
-  return "<p>The most strongly correlated pairs:</p>\n" + table.Html() +
-         "<p class=\"soft\">Near &plusmn;1, the data determine a combination of the two parameters "
-         "better than either of them.</p>\n";
-}
-
-std::string DetectableTable(const Diagnosis& diagnosis) {
-  if (diagnosis.minimum_detectable_m.empty()) return "";
-  std::vector<std::pair<double, std::string>> sizes;
-  for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
-  std::ranges::sort(sizes);
-  HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
-  for (const auto& [size_m, id] : sizes) {
-    table.AddRow({Escape(Capitalized(EffectName(id))), Escape(MillimetreText(size_m))});
-  }
   return table.Html() +
-         "<p class=\"soft\">RMS of the effect's displacement over these rows that would have been "
-         "detected with a probability of 90 %.</p>\n";
+         fmt::format(
+             "<p class=\"soft\">{} above {} in size. Near &plusmn;1, the data determine a "
+             "combination of the two parameters better than either of them.</p>\n",
+             pairs.size() > kMaxPairs
+                 ? fmt::format("The strongest of {} correlations", pairs.size())
+                 : std::string("Correlations"),
+             kNoteworthy);
 }
 
 }  // namespace plumbline::measure
