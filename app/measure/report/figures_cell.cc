@@ -129,9 +129,9 @@ std::string CellView::Begin(const Projection& projection) const {
   const double tic = plot::RoundDown(half_mm_ / 1.5);
   script += fmt::format("set xtics {:.6g}\nset ytics {:.6g}\n", 2 * tic, tic);
   script += fmt::format(
-      "set xlabel '{} (mm)' offset 0,0.7\nset ylabel '{} (mm)'\n"
+      "set xlabel '{} (mm)' offset 0,0.9\nset ylabel '{} (mm)'\n"
       "set lmargin at screen 0.2\nset rmargin at screen 0.97\n"
-      "set bmargin at screen 0.18\nset tmargin at screen 0.98\n",
+      "set bmargin at screen 0.22\nset tmargin at screen 0.98\n",
       plot::kAxisNames[projection.right], plot::kAxisNames[projection.up]);
   const double x = base_mm_[projection.right], y = base_mm_[projection.up];
   script += fmt::format(
