@@ -20,6 +20,7 @@
 #include "app/cli/output_file.h"
 #include "app/measure/imports/ask.h"
 #include "app/measure/imports/preview.h"
+#include "app/measure/imports/whole_turns.h"
 #include "app/measure/table/csv.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/geometry/units.h"
@@ -61,10 +62,10 @@ bool AreDegrees(const kinematics::Chain& chain,
 
 std::string Remedy(bool are_degrees, const std::string& angle_unit) {
   if (are_degrees) {
-    return fmt::format("all rows fit if the angles are in degrees: {}",
-                       angle_unit == "rad"
-                           ? "give --angle-unit deg"
-                           : "correct the unit of the angles in the file or mapping");
+    return angle_unit == "rad"
+               ? "all rows fit if the angles are in degrees: give --angle-unit deg"
+               : "all rows fit if the angles are divided by 57.2958: degrees were converted to "
+                 "degrees once more; correct the values, or their unit in the file or mapping";
   }
   return "check --angle-unit, the order of the joints and the limits of the cell; without --cell "
          "the limits are not checked";
@@ -316,6 +317,11 @@ int ImportFiles(const ImportCommandOptions& options) {
                                         [](const auto& row) { return row.HasJoints(); });
   if (joints_given) RejectRowsWithoutJoints(rows);
   if (!faults.HasFaults()) CheckRows(options, *file, rows, faults);
+  if (!options.cell.empty()) {
+    config::FaultList reported_below;
+    const auto cell = config::ReadCell(options.cell, reported_below);
+    if (cell) TakeOffWholeTurns(cell->robot, PlausibilityLimits{}.limit_margin_rad, rows);
+  }
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
   std::cerr << config::FaultsText(faults);
@@ -406,14 +412,18 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
   command->add_option("--permissible-error-um", options->permissible_error,
                       "Permissible error of the instrument, um + um/m, such as 15+6; added to "
                       "sigma_mm");
-  command->add_option("--cell", options->cell,
-                      "Cell whose joints and joint limits the result must fit");
+  command->add_option(
+      "--cell", options->cell,
+      "Cell whose joints and joint limits the result must fit; a joint counted from 0 "
+      "to 360 is brought within them");
   command->footer(
       "Separator, decimal sign, column names and units are found in the file; --preview shows "
       "them.\n"
       "A unit that the file does not state must be given. U(95) becomes sigma_mm (k = 2). Joints "
       "of\n"
-      "a second file are matched by a column with the number or name of the point, else by row.\n"
+      "a second file are matched by a column with the number or name of the point, else by time, "
+      "and\n"
+      "by row only where numbers and times do not contradict it.\n"
       "Lines without a usable measurement are named and keep only their joints.\n\n"
       "Examples:\n"
       "  plumbline import tracker.csv --joints joints.csv --angle-unit rad --preview\n"

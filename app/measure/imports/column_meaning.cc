@@ -93,6 +93,9 @@ constexpr std::array kKnownNames = {
     KnownName{"x ist", "x_mm"},
     KnownName{"y ist", "y_mm"},
     KnownName{"z ist", "z_mm"},
+    KnownName{"x1", "x_mm"},
+    KnownName{"y1", "y_mm"},
+    KnownName{"z1", "z_mm"},
     KnownName{"x t", "x_mm"},
     KnownName{"y t", "y_mm"},
     KnownName{"z t", "z_mm"},
@@ -135,6 +138,11 @@ constexpr std::array kKnownNames = {
     KnownName{"row", "number"},
     KnownName{"step order", "number"},
     KnownName{"point number", "number"},
+    KnownName{"point no", "number"},
+    KnownName{"punkt nr", "number"},
+    KnownName{"punktnummer", "number"},
+    KnownName{"messpunkt", "name"},
+    KnownName{"punkt", "name"},
     KnownName{"pose number", "number"},
     KnownName{"point", "name"},
     KnownName{"point name", "name"},
@@ -166,6 +174,16 @@ std::string Words(std::string_view text) {
   return words;
 }
 
+std::vector<std::string_view> Split(std::string_view words) {
+  std::vector<std::string_view> split;
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find(' '), words.size());
+    split.push_back(words.substr(0, end));
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  return split;
+}
+
 bool IsKnownUnit(std::string_view unit) {
   return std::ranges::any_of(kKnownUnits,
                              [&](const KnownUnit& known) { return known.name == unit; });
@@ -185,8 +203,8 @@ NameAndUnit Parted(std::string_view name) {
   return {Words(name), ""};
 }
 
-/// "joint 3", "j3", "a3", "axis 3", "q3", "theta 3", "achse 3": 3; nullopt for other names.
-std::optional<int> JointNumber(std::string_view words) {
+/// The number in "joint 3", "j3", "a3", "axis 3", "q3", "theta 3", "achse 3".
+std::optional<int> PlainJointNumber(std::string_view words) {
   for (const std::string_view prefix : {"joint", "axis", "achse", "theta", "j", "a", "q"}) {
     if (!words.starts_with(prefix)) continue;
     std::string_view digits = words.substr(prefix.size());
@@ -200,6 +218,38 @@ std::optional<int> JointNumber(std::string_view words) {
     return number;
   }
   return std::nullopt;
+}
+
+/// The number in names that programs and robot descriptions give to a joint reading, too: "actual q
+/// 0" (RTDE), "arm 3 joint", "panda joint3", "joint 3 position". nullopt where any word shows
+/// another quantity, or what was commanded.
+std::optional<int> JointNumber(std::string_view words) {
+  if (const auto number = PlainJointNumber(words)) return number;
+  for (const std::string_view of_reading : {"actual ", "measured ", "ist "}) {
+    if (words.starts_with(of_reading)) return PlainJointNumber(words.substr(of_reading.size()));
+  }
+  constexpr std::array<std::string_view, 4> kJoint = {"joint", "axis", "achse", "gelenk"};
+  constexpr std::array<std::string_view, 6> kReading = {"actual",   "measured", "ist",
+                                                        "position", "pos",      "angle"};
+  std::optional<int> number;
+  bool joint = false;
+  std::size_t others = 0;
+  for (const std::string_view word : Split(words)) {
+    const std::size_t letters = std::min(word.find_first_of("0123456789"), word.size());
+    const std::string_view name = word.substr(0, letters), digits = word.substr(letters);
+    const bool numbered = !digits.empty() && digits.size() <= 2 &&
+                          digits.find_first_not_of("0123456789") == std::string_view::npos;
+    const bool is_joint = std::ranges::find(kJoint, name) != kJoint.end();
+    joint |= is_joint;
+    if (numbered && (is_joint || name.empty())) {
+      if (number) return std::nullopt;
+      number = std::stoi(std::string(digits));
+    } else if (!is_joint && std::ranges::find(kReading, word) == kReading.end()) {
+      ++others;  // the name of an arm
+      if (!words.starts_with(word)) return std::nullopt;
+    }
+  }
+  return joint && others <= 1 ? number : std::nullopt;
 }
 
 /// True if the numbered columns are q0..q3 and nothing else: a quaternion.

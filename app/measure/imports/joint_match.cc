@@ -6,6 +6,7 @@
 #include <set>
 
 #include "app/measure/imports/import_table.h"
+#include "app/measure/imports/row_order.h"
 
 namespace plumbline::measure {
 namespace {
@@ -41,6 +42,29 @@ void CheckKeysUnique(const ImportedTable& joints, const char* column, const std:
                             "remove one of the lines, or map the column to \"ignore\"",
                             key.substr(0, 40), first->second)});
   }
+}
+
+/// A fault if most measured rows have a key that the joints lack: the files count differently, and
+/// the few keys in common then belong to different rows.
+void CheckKeysCommon(const ImportedTable& measured, const ImportedTable& joints, const char* column,
+                     const std::string& file, config::FaultList& faults) {
+  std::set<std::string> known;
+  for (const ImportedRow& posture : joints.rows) known.insert(Key(posture, column));
+  std::size_t common = 0, keyed = 0;
+  std::string missing;
+  for (const ImportedRow& row : measured.rows) {
+    const std::string key = Key(row, column);
+    if (key.empty()) continue;
+    ++keyed;
+    common += known.contains(key) ? 1 : 0;
+    if (missing.empty() && !known.contains(key)) missing = key;
+  }
+  if (2 * common >= keyed) return;
+  faults.Add({config::Fault::Severity::kFault, file, 0, column,
+              fmt::format("has only {} of the {} measured rows (not \"{}\"): both files number or "
+                          "name their rows, but not alike. Correct one of the columns, or map it "
+                          "to \"ignore\" if the rows of both files are in the same order",
+                          common, keyed, missing.substr(0, 40))});
 }
 
 /// Postures in the order of the joints' file, each followed by its further measurements.
@@ -108,6 +132,7 @@ bool IsJoint(const std::string& column) {
 
 ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
                          const std::string& joints_file, config::FaultList& faults) {
+  const ImportedTable joints_as_read = joints;
   AlignTimes(measured, joints, joints_file);
   ImportedTable matched = measured;
   const auto complete = [&] {
@@ -118,6 +143,7 @@ ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
   for (const char* column : {"number", "name"}) {
     if (!AnyHas(measured, column) || !AnyHas(joints, column)) continue;
     CheckKeysUnique(joints, column, joints_file, faults);
+    CheckKeysCommon(measured, joints, column, joints_file, faults);
     matched = MatchedByKey(measured, joints, column);
     return complete();
   }
@@ -135,8 +161,12 @@ ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
                             joints.rows.size(), measured.rows.size())});
     return matched;
   }
-  for (std::size_t i = 0; i < matched.rows.size(); ++i) AddJoints(joints.rows[i], matched.rows[i]);
-  matched.notes.emplace_back("joints matched by row");
+  const auto pairing = PairingOf(measured, joints_as_read, joints_file, faults);
+  if (!pairing) return matched;
+  for (std::size_t i = 0; i < matched.rows.size(); ++i) {
+    AddJoints(joints.rows[pairing->joints_row[i]], matched.rows[i]);
+  }
+  matched.notes.push_back("joints matched by " + pairing->evidence);
   return complete();
 }
 

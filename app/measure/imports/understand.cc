@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 
 #include "app/measure/imports/decimal_signs.h"
 #include "app/measure/imports/import_table.h"
@@ -103,6 +104,27 @@ bool CountsRows(const DelimitedText& layout) {
   return layout.records.size() > 1;
 }
 
+/// True if a column holds nothing but integers, and another one does not: it counts or names a
+/// state. A joint at rest is written with the decimals of its column.
+bool HoldsIntegers(const DelimitedText& layout, std::size_t column) {
+  bool decimals_elsewhere = false;
+  for (const Record& record : layout.records) {
+    for (std::size_t i = 0; i < record.fields.size(); ++i) {
+      const bool integer = record.fields[i].find_first_of(".,eE") == std::string::npos;
+      if (i == column && !integer) return false;
+      decimals_elsewhere |= !integer;
+    }
+  }
+  return decimals_elsewhere;
+}
+
+bool HasDifferentFields(const DelimitedText& layout, std::size_t column) {
+  std::set<std::string> fields;
+  return std::ranges::all_of(layout.records, [&](const Record& record) {
+    return column < record.fields.size() && fields.insert(record.fields[column]).second;
+  });
+}
+
 /// True if every field is as a Keyence LK-G sends it over RS-232: a sign and a number in mm, or a
 /// run of X or F without a value.
 bool IsKeyence(const DelimitedText& layout) {
@@ -113,6 +135,20 @@ bool IsKeyence(const DelimitedText& layout) {
     return field.find_first_of("+-") == 0 && NumberIn(field, layout.decimal).has_value();
   };
   return std::ranges::all_of(layout.records, matches);
+}
+
+/// Refuses a column without a name that would be taken for a joint and holds only integers.
+void RefuseCounts(const UnderstoodFile& file, config::FaultList& faults) {
+  for (std::size_t i = 0; i < file.meanings.size(); ++i) {
+    if (!file.meanings[i].target.starts_with("q") || !HoldsIntegers(file.layout, i)) continue;
+    const Record& first = file.layout.records.front();
+    faults.Add({config::Fault::Severity::kFault, file.file, first.line,
+                fmt::format("column {}", i + 1),
+                fmt::format("holds only integers ({}), the other columns do not: a number or state "
+                            "rather than a joint. Write a line of names (q1_deg, ..), or map each "
+                            "column by its number",
+                            i < first.fields.size() ? first.fields[i].substr(0, 40) : "")});
+  }
 }
 
 /// Meanings of columns without names, by their order.
@@ -130,9 +166,11 @@ void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& 
     }
   }
   if (role != FileRole::kJoints) return;
-  const std::size_t first = CountsRows(layout) ? 1 : 0;
+  const bool numbered =
+      CountsRows(layout) || (HoldsIntegers(layout, 0) && HasDifferentFields(layout, 0));
+  const std::size_t first = numbered ? 1 : 0;
   if (meanings.size() - first > static_cast<std::size_t>(model::kMaxJoints)) return;
-  if (first == 1) meanings[0] = {"number", "", "assumed: counts the rows"};
+  if (numbered) meanings[0] = {"number", "", "assumed: numbers the rows"};
   for (std::size_t i = first; i < meanings.size(); ++i) {
     meanings[i] = {fmt::format("q{}_deg", i - first + 1), "", "assumed: joints in order, no names"};
   }
@@ -219,6 +257,7 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
   std::vector<ColumnMeaning>& meanings = understood.meanings;
   if (understood.layout.header_line == 0 && mapping.columns.empty()) {
     NameInOrder(understood.layout, role, options.length_unit, meanings);
+    RefuseCounts(understood, faults);
   }
   config::FaultList of_values;
   CompleteUnits(options, understood, of_values);

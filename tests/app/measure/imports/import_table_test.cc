@@ -239,8 +239,8 @@ TEST_CASE("columns without names: three are a position, those of a file of joint
   options.angle_unit = "rad";
   const UnderstoodFile position = Understand("  0.5   0.25  -1\n  1.5   0.25  -1\n", "p",
                                              FileRole::kMeasured, {}, "", options, faults);
-  const UnderstoodFile joints =
-      Understand("1,-0.15,-0.2,1\n2,0.1,0.2,1\n", "j", FileRole::kJoints, {}, "", options, faults);
+  const UnderstoodFile joints = Understand("1,-0.15,-0.2,1.0\n2,0.1,0.2,1.0\n", "j",
+                                           FileRole::kJoints, {}, "", options, faults);
   const ImportedTable rows =
       WithJoints(RowsOf(position, options), RowsOf(joints, options), "j", faults);
   CHECK_FALSE(faults.HasFaults());

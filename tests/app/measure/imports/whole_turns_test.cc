@@ -1,0 +1,70 @@
+// Joints counted from 0 to 360 degrees against limits around zero.
+#include "app/measure/imports/whole_turns.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "firmware-like/geometry/units.h"
+
+namespace plumbline::whole_turns_test {
+namespace {
+
+model::Robot Limited(double low_deg, double high_deg) {
+  model::Robot robot;
+  model::Joint joint;
+  joint.min = kRadPerDeg * low_deg, joint.max = kRadPerDeg * high_deg;
+  robot.joints = {joint};
+  return robot;
+}
+
+measure::ImportedTable Table(const std::vector<double>& q_deg) {
+  measure::ImportedTable table;
+  for (const double q : q_deg) {
+    table.rows.push_back({static_cast<int>(table.rows.size()) + 2, {{"q1_deg", q}}, {}, {}});
+  }
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("values from 0 to 360 are brought within limits of one turn, and only those") {
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> within(-170, 170);
+  for (int k = 0; k < 200; ++k) {
+    std::vector<double> meant, counted;
+    for (int i = 0; i < 10; ++i) {
+      meant.push_back(within(random));
+      counted.push_back(meant.back() < 0 ? meant.back() + 360 : meant.back());
+    }
+    measure::ImportedTable table = Table(counted);
+    TakeOffWholeTurns(Limited(-180, 180), 0.02, table);
+    for (std::size_t i = 0; i < meant.size(); ++i) {
+      CHECK(std::abs(table.rows[i].numbers.at("q1_deg") - meant[i]) < 1e-9);
+    }
+    // An arm that may turn twice, or with a dead angle in which a value lies, is left alone.
+    for (const model::Robot& robot : {Limited(-360, 360), Limited(-90, 90)}) {
+      measure::ImportedTable other = Table(counted);
+      other.rows[0].numbers.at("q1_deg") = 120;
+      TakeOffWholeTurns(robot, 0.02, other);
+      if (robot.joints[0].max > 4) CHECK(other.notes.empty());
+      CHECK(other.rows[0].numbers.at("q1_deg") == 120);
+    }
+    // Degrees converted twice are not turns.
+    measure::ImportedTable twice = Table(counted);
+    for (auto& row : twice.rows) row.numbers.at("q1_deg") *= kDegPerRad;
+    TakeOffWholeTurns(Limited(-180, 180), 0.02, twice);
+    CHECK(twice.notes.empty());
+  }
+}
+
+TEST_CASE("what was taken off is said") {
+  measure::ImportedTable table = Table({10, 350, 200});
+  TakeOffWholeTurns(Limited(-180, 180), 0.02, table);
+  REQUIRE(table.notes.size() == 1);
+  CHECK(table.notes[0] ==
+        "q1_deg: the file counts from 0 to 360 degrees, the cell from -180 to 180: 360 taken off "
+        "in 2 of 3 rows, the first in line 3 (350 becomes -10)");
+}
+
+}  // namespace plumbline::whole_turns_test
