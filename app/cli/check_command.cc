@@ -204,9 +204,11 @@ std::string DomainText(const std::optional<model::Domain>& domain) {
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
   if (domain->declared_sigma_m) {
     return fmt::format(
-        "declared; points deviate by {:.3g} mm at the measured poses and by up to {:.3g} mm far "
-        "from them, where the correction fades (one sigma, one axis)",
-        *domain->residual_sigma_m / kMetrePerMm,
+        "declared; {:.0f} % of the correction is applied at the measured poses, where points "
+        "deviate "
+        "by {:.3g} mm, and less far from them, where they deviate by up to {:.3g} mm (one sigma, "
+        "one axis)",
+        100 * domain->applied_share, *domain->residual_sigma_m / kMetrePerMm,
         std::hypot(*domain->residual_sigma_m, *domain->declared_sigma_m) / kMetrePerMm);
   }
   return fmt::format(

@@ -46,6 +46,8 @@ bool ItemCovered(const model::CellModel& cell, int item) {
 ErrorGrowth::ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
                          const model::CellModel& cell)
     : q_(JointRanges(cell)), domain_(cell.domain), distance_(chain, tip_F, FittedPoses(cell)) {
+  for (int joint = 0; joint < chain.size(); ++joint)
+    turns_.push_back(domain_ && chain.type(joint) == model::JointType::kRevolute);
   for (int tool = 0; tool < cell.tools(); ++tool) tools_.push_back(cell.ToolAt(tool).number);
   if (!domain_) return;
   domain_->poses.clear();
@@ -98,7 +100,8 @@ void ErrorGrowth::VisitExits(const OperatingPoint& at, Visit visit_exit) const {
     visit_exit(DomainExit{input, index, *value, nearest, variance_m2}, untested);
   };
   for (std::size_t k = 0; k < q_.size(); ++k) {
-    const double q = at.q[static_cast<Eigen::Index>(k)], distance = q_[k].DistanceOf(q);
+    const double q = at.q[static_cast<Eigen::Index>(k)];
+    const double distance = kinematics::DistanceBeyond(q_[k], q, turns_[k]);
     if (distance == 0) continue;
     if (distance_.empty()) {
       visit(DomainExit{Input::kJoint, k, q, q_[k], {}});
@@ -151,7 +154,7 @@ bool ErrorGrowth::Describes(const OperatingPoint& at) const {
 }
 
 double ErrorGrowth::Kept(const Growth& growth) const {
-  if (!fades()) return 1;
+  if (!fades() || (growth.covered && growth.m2 == 0)) return 1;
   return growth.covered ? declared_m2_ / (declared_m2_ + growth.m2) : 0;
 }
 

@@ -49,12 +49,11 @@ struct DomainExit {
 ///   E^2 = g_q^2 max(0, d^2 - r^2) + g_b^2 sum_j (l_j b_j)^2 + sum_j g_j^2 h_j^2
 ///         + g_m^2 h_m^2 + g_T^2 h_T^2 + g_t^2 h_t^2
 /// per axis, with d the distance of the posture from the fitted ones (pose_distance.h), r their
-/// reach, b_j how far joint j is beyond its fitted range, l_j its lever over the longest
-/// (PoseDistance::lever), and h the distances of each joint's gravity torque,
-/// the payload, the temperature and the time from the nearest value that was measured [a quadratic
-/// variogram with the nearest neighbour as predictor; Cressie, Statistics for Spatial Data (1993),
-/// ch. 2.3]. The growths g belong to the fit (Domain). The variance of a new point is
-/// residual_sigma^2 + E^2.
+/// reach, b_j how far joint j is beyond its fitted range (DistanceBeyond), l_j its lever over the
+/// longest (PoseDistance::lever), and h the distances of each joint's gravity torque, the payload,
+/// the temperature and the time from the nearest value that was measured [a quadratic variogram
+/// with the nearest neighbour as predictor; Cressie, Statistics for Spatial Data (1993), ch. 2.3].
+/// The growths g belong to the fit (Domain). The variance of a new point is residual_sigma^2 + E^2.
 ///
 /// Fading. A correction with confirmed causes is applied everywhere: share 1. Otherwise let S^2 be
 /// the variance that the declared model leaves (Domain::declared_sigma). If the error e of the
@@ -74,7 +73,7 @@ class ErrorGrowth {
   /// @param cell   without a domain, the only inputs are the joints, within their limits
   ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F, const model::CellModel& cell);
 
-  bool fades() const { return declared_m2_ > 0; }
+  bool fades() const { return declared_m2_ > 0 || applied_share_ < 1; }
   /// Share of the correction that is applied.
   double Share(const OperatingPoint& at) const;
   /// Variance per axis added at a point, fading included [m^2].
@@ -104,10 +103,12 @@ class ErrorGrowth {
   bool Dominates(double gained_m2) const;
 
   std::vector<model::Interval> q_;  ///< of the fitted rows; without a domain, the limits
+  std::vector<bool>
+      turns_;  ///< joints of which a whole turn is the same posture; limits count turns
   std::optional<model::Domain> domain_;
   std::vector<std::optional<int>> tools_;  ///< number of each
   kinematics::PoseDistance distance_;
-  double declared_m2_ = 0;    ///< S^2; 0: the correction does not fade
+  double declared_m2_ = 0;    ///< S^2; 0 for a confirmed correction
   double applied_share_ = 1;  ///< at the measured poses
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace plumbline::kinematics {
 namespace {
@@ -24,6 +25,14 @@ model::JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
 }
 
 }  // namespace
+
+double DistanceBeyond(const model::Interval& range, double q, bool turns) {
+  double distance = range.DistanceOf(q);
+  for (const double turn : {-2 * std::numbers::pi, 2 * std::numbers::pi}) {
+    if (turns) distance = std::min(distance, range.DistanceOf(q + turn));
+  }
+  return distance;
+}
 
 PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
                            std::span<const model::JointVector> poses)

@@ -8,6 +8,9 @@
 
 namespace plumbline::kinematics {
 
+/// How far a joint is beyond a range [rad] or [m]; a whole turn is the same posture.
+double DistanceBeyond(const model::Interval& range, double q, bool turns);
+
 /// Root-mean-square joint difference, each joint weighted by how far it moves the tip:
 ///   d^2(q, p) = sum_j r_j^2 (2 sin((q_j - p_j) / 2))^2 / sum_j r_j^2
 /// with r_j the distance of the tip from axis j, RMS over the set [m]. An error that repeats once
@@ -27,7 +30,10 @@ class PoseDistance {
   double weight(int joint) const { return weights_[joint]; }
 
   /// The same over the largest of all joints, 0..1: how far the joint moves the tip.
-  double lever(int joint) const { return weights_[joint] / weights_.maxCoeff(); }
+  double lever(int joint) const {
+    const double largest = weights_.maxCoeff();
+    return largest > 0 ? weights_[joint] / largest : 0;
+  }
 
   /// Distance of q from the nearest posture of the set [rad]; 0 if the set is empty. Does not
   /// allocate; takes about a nanosecond per posture and joint.

@@ -207,7 +207,8 @@ struct Domain {
   /// covariance only; the sum overstates the uncertainty of effects that are nearly collinear.
   double covariance_share = 1;
   std::vector<JointVector> poses;  ///< representative subset of the measured poses [rad] or [m]
-  /// Growth along the joints beyond their ranges `q`, per radian; see deflection/error_growth.h.
+  /// Growth along the joints beyond their ranges `q`, per radian or metre and weighted by
+  /// their levers; see deflection/error_growth.h.
   std::optional<double> range_growth_m{};
   /// Distance from `poses` within which all measured poses lie; the error grows only beyond it.
   double reach_rad = 0;

@@ -62,6 +62,7 @@ void AddToTable(const Influence& influence, model::Robot& robot) {
 
 StaticGeometry StaticGeometryOf(const model::CellModel& cell) {
   StaticGeometry geometry{cell.robot, {}, {}};
+  const double applied_share = cell.domain ? cell.domain->applied_share : 1;
   std::vector<effects::Conditions> moments;
   statistics::RandomSequence random(1);
   for (int k = 0; k < kMoments; ++k) moments.push_back(RandomMoment(cell, random));
@@ -74,7 +75,9 @@ StaticGeometry StaticGeometryOf(const model::CellModel& cell) {
     bool constant = true;
     for (const Influence& other : at) constant = constant && SameTable(at.front(), other);
     (constant ? geometry.included : geometry.left_out).push_back(id);
-    if (constant) AddToTable(at.front(), geometry.robot);
+    if (!constant) continue;
+    at.front().Scale(applied_share);
+    AddToTable(at.front(), geometry.robot);
   }
   return geometry;
 }

@@ -443,7 +443,8 @@ std::optional<RejectedRegime> RegimeOfRejectedRows(const Identified& found) {
   RejectedRegime regime = RegimeSearch(found, rejected).Best();
   const Distinction distinction =
       DistinctionOf(data, GravityLoadsAt(data, *found.linear), rejected, events);
-  regime.driver = distinction.column;
+  const bool by_effect = regime.p_value <= kRegimeSignificance;
+  if (!by_effect || distinction.p_value <= kRegimeSignificance) regime.driver = distinction.column;
   const double product = regime.p_value * distinction.p_value;
   if (product * (1 - std::log(std::max(product, 1e-300))) > kRegimeSignificance)
     return std::nullopt;
@@ -454,17 +455,19 @@ Opinion OpinionOnRejectedRows(const Identified& found) {
   const auto regime = RegimeOfRejectedRows(found);
   if (!regime) return {};
   Opinion opinion;
-  const std::string explained =
-      regime->p_value <= kRegimeSignificance
-          ? fmt::format("{} in these rows only explains {} of their squares; ", regime->effect,
-                        PercentText(regime->share))
-          : std::string();
+  std::vector<std::string> signs;
+  if (regime->p_value <= kRegimeSignificance)
+    signs.push_back(fmt::format("{} in these rows only explains {} of their squares",
+                                regime->effect, PercentText(regime->share)));
+  if (!regime->driver.empty()) {
+    signs.push_back(
+        fmt::format("they differ from the others most in {}", DriverOf(regime->driver)));
+    opinion.drivers = {DriverOf(regime->driver)};
+  }
   opinion.notes.push_back(
-      fmt::format("the {} rejected rows are hardly gross errors: {}they differ from the others "
-                  "most in {}. What "
-                  "acts there is not corrected: measure more such poses",
-                  regime->rows, explained, regime->driver));
-  opinion.drivers = {DriverOf(regime->driver)};
+      fmt::format("the {} rejected rows are hardly gross errors: {}. What acts there is not "
+                  "corrected: measure more such poses",
+                  regime->rows, fmt::join(signs, "; ")));
   opinion.permits = Verdict::kUnknown;
   return opinion;
 }

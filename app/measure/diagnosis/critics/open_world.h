@@ -27,8 +27,8 @@ struct RejectedRegime {
   int rows = 0;
   double share = 0;    ///< of their squares that the effect explains
   std::string effect;  ///< the one that explains most; its name
-  double p_value = 1;  ///< of that by chance
-  std::string driver;  ///< the column in which they differ most from the other rows
+  double p_value = 1;  ///< of that share by chance, over all effects
+  std::string driver;  ///< the column in which they differ most from the others; may be empty
 };
 
 /// Tests whether rejected rows are gross errors, which have independent directions and are in any

@@ -122,6 +122,7 @@ PerRow<RowResidual> ResidualsOf(const Linearisation& linear);
 PerRow<Vec3> ErrorsOf(const Linearisation& linear);
 
 /// Displacement of a row's prediction by effects, to first order [m].
+/// @param linear  with gradients
 RowResidual DisplacementBy(const std::vector<effects::ActiveEffect>& effects, const Dataset& data,
                            const Linearisation& linear, RowIndex row);
 

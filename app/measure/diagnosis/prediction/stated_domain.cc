@@ -139,7 +139,7 @@ bool InTime(std::string_view column) {
 }
 
 /// RMS displacement by the findings that follow time, among which an event counts unless it is
-/// confirmed: what has happened stays. 0 if only a rival or a driver follows time, nullopt if
+/// confirmed, since its step then remains. 0 if only a rival or a driver follows time, nullopt if
 /// nothing does.
 std::optional<double> DriftOf(const Diagnosis& diagnosis) {
   const bool confirmed = CausesConfirmed(diagnosis);
@@ -184,17 +184,17 @@ void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& di
 void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitRows& accepted, const InputRanges& ranges, const CorrectedModel& corrected,
                Diagnosis& diagnosis) {
+  if (!RadiusCanBeStated(task, corrected.validation, diagnosis)) {
+    if (!task.data.instrument_used())
+      diagnosis.notes.emplace_back(
+          "the radius of new points is not validated by these rows: all are on artefacts, which "
+          "cannot show every error of the tip (not_observable). Measure some positions with an "
+          "instrument");
+    return;
+  }
   const std::optional<double> drift_m = DriftOf(diagnosis);
   auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis), drift_m);
   if (!spread) return;
-  if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
-    // Held-out rows on artefacts cannot show errors in directions that no row observes.
-    diagnosis.notes.emplace_back(
-        "the radius of new points is not validated by these rows: all are on artefacts, which "
-        "cannot "
-        "show every error of the tip (not_observable). Measure some positions with an instrument");
-    return;
-  }
   if (task.data.ranges()) {
     spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
   }

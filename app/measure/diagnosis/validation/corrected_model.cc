@@ -138,18 +138,6 @@ bool CausesConfirmed(const Diagnosis& diagnosis) {
 
 namespace {
 
-/// The share of a correction that predicts held-out rows best, 0..1; 1 if it moves none.
-double BestShare(const HeldOut& scheme, const PerRow<double>& weights) {
-  double along = 0, square = 0;
-  for (const RowIndex row : scheme.predicted.indices()) {
-    if (!scheme.predicted[row] || weights[row] < kOutlierWeight) continue;
-    const Vec3 moved = scheme.before[row] - scheme.after[row];
-    along += scheme.before[row].dot(moved);
-    square += moved.squaredNorm();
-  }
-  return square > 0 ? std::clamp(along / square, 0.0, 1.0) : 1;
-}
-
 void Shrink(double share, const PerRow<Vec3>& before, PerRow<Vec3>& after) {
   for (const RowIndex row : after.indices())
     after[row] = before[row] + share * (after[row] - before[row]);
@@ -174,6 +162,13 @@ void ShrinkUnconfirmed(const Task& task, const Identified& found, const FitOfAll
     return scheme.by == validation.errors.front().by;
   });
   const double share = BestShare(*decisive, searched.weights);
+  if (share <= 0) {
+    diagnosis.withheld =
+        "no share of the correction predicts held-out rows better than the declared model: no "
+        "correction is written; find the cause first";
+    Withhold(declared, corrected, diagnosis);
+    return;
+  }
   for (HeldOut& scheme : validation.schemes) Shrink(share, scheme.before, scheme.after);
   if (validation.halves) Shrink(share, validation.halves->before, validation.halves->after);
   Shrink(share, declared.errors, corrected.errors);
@@ -186,6 +181,12 @@ void ShrinkUnconfirmed(const Task& task, const Identified& found, const FitOfAll
   AddHeldOutErrors(validation, diagnosis);
   diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   diagnosis.domain.applied_share = share;
+  constexpr double kNotable = 0.95;
+  if (share >= kNotable) return;
+  diagnosis.notes.push_back(
+      fmt::format("{} of the correction is applied at the measured poses: its causes are not "
+                  "confirmed, and this share predicts held-out rows best",
+                  PercentText(share)));
 }
 
 }  // namespace plumbline::measure

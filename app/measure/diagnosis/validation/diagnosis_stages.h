@@ -74,12 +74,10 @@ void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis&
 /// model.
 bool CausesConfirmed(const Diagnosis& diagnosis);
 
-/// Reduces an unconfirmed correction y -> s y to the share that predicts the rows held out by
-/// blocks of time best: with their errors b before and a after it,
-///   s = sum b . (b - a) / sum |b - a|^2,   0..1
-/// [least squares; the shrinkage of Copas, J. R. Stat. Soc. B 45 (1983) 311]. All errors become
-/// those of this share, which is the domain's applied_share. Nothing is done if the model will
-/// state no radius.
+/// Reduces an unconfirmed correction to the share that predicts the rows held out by blocks of time
+/// best (BestShare), or those of the first scheme that predicts any. All errors become those of
+/// this share, which is the domain's applied_share; a share of 0 is withheld. Nothing is done if
+/// the model will state no radius.
 void ShrinkUnconfirmed(const Task& task, const Identified& found, const FitOfAllRows& fit,
                        const FittedModel& declared, CorrectedModel& corrected,
                        Diagnosis& diagnosis);

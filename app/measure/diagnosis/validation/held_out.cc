@@ -67,6 +67,17 @@ Validation Validate(const HeldOutInput& input, bool with_halves) {
   return validation;
 }
 
+double BestShare(const HeldOut& scheme, const PerRow<double>& weights) {
+  double along = 0, square = 0;
+  for (const RowIndex row : scheme.predicted.indices()) {
+    if (!scheme.predicted[row] || weights[row] < kOutlierWeight) continue;
+    const Vec3 moved = scheme.before[row] - scheme.after[row];
+    along += scheme.before[row].dot(moved);
+    square += moved.squaredNorm();
+  }
+  return square > 0 ? std::clamp(along / square, 0.0, 1.0) : 1;
+}
+
 void AddError(double added_error_m, Validation& validation) {
   validation.added_error_m = std::hypot(validation.added_error_m, added_error_m);
   for (HeldOutError& error : validation.errors) {

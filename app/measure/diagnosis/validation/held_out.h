@@ -66,6 +66,13 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan);
 std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& held_out,
                                     int resamples);
 
+/// The share of a correction y -> s y that predicts the held-out rows of a scheme best, with their
+/// errors b before and a after it:
+///   s = sum b . (b - a) / sum |b - a|^2,   0..1; 1 if it moves none
+/// [least squares; the shrinkage of Copas, J. R. Stat. Soc. B 45 (1983) 311]. Outliers do not
+/// count.
+double BestShare(const HeldOut& scheme, const PerRow<double>& weights);
+
 // Validation of a model by held-out rows: its errors, and which of its parts are accepted.
 
 /// Held-out predictions for every fold plan that the rows permit.

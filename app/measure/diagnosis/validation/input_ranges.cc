@@ -173,15 +173,17 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
   }
   const deflection::LoadedArm& arm = arms.front();
   const kinematics::PoseDistance distance = DistanceFrom(data.cell, poses);
-  constexpr double kLeastLever_m = 1e-6;  // with less, the joint moves no tip
+  constexpr double kLeastWeight = 1e-6;  // with less, the joint does not move the tip
   std::vector<double> levers;
   for (int joint = 0; joint < arm.size(); ++joint) {
     const double lever = arm.loads().known(joint) ? distance.weight(joint) : 0;
-    levers.push_back(lever >= kLeastLever_m ? lever : 0);
+    levers.push_back(lever >= kLeastWeight ? lever : 0);
   }
   inputs.units = UnitsOf(inputs.rows, accepted, levers);
-  for (int joint = 0; joint < arm.size(); ++joint)
+  for (int joint = 0; joint < arm.size(); ++joint) {
     inputs.units.per_rad.push_back(distance.lever(joint));
+    inputs.units.turns.push_back(arm.chain().type(joint) == model::JointType::kRevolute);
+  }
   return inputs;
 }
 
@@ -205,7 +207,8 @@ BeyondRanges InputRanges::Beyond(const RowInputs& row) const {
   double range = 0, torque = 0;
   for (std::size_t joint = 0; joint < joints_.size(); ++joint) {
     const double q = row.q[static_cast<Eigen::Index>(joint)];
-    range += std::pow(units_.per_rad[joint] * joints_[joint].DistanceOf(q), 2);
+    const double beyond = kinematics::DistanceBeyond(joints_[joint], q, units_.turns[joint]);
+    range += std::pow(units_.per_rad[joint] * beyond, 2);
   }
   for (std::size_t joint = 0; joint < torques_.size(); ++joint) {
     const double tau = row.tau[static_cast<Eigen::Index>(joint)];

@@ -16,7 +16,7 @@ namespace plumbline::measure {
 enum class ModelInput { kRange, kTorque, kPayload, kTemperature, kTime };
 inline constexpr int kInputs = 5;
 
-/// Squared distances beyond what was measured, in units of the measured ranges; see InputRanges.
+/// Squared distances beyond what was measured, in the units of InputUnits.
 using BeyondRanges = Eigen::Array<double, kInputs, 1>;
 
 /// Values of the inputs at one row. What is absent was not recorded.
@@ -38,6 +38,7 @@ struct InputUnits {
   double per_kg = 0;             ///< 0: all loads are 0 kg, and show nothing of others
   double per_K = 1, per_s = 1;
   std::vector<double> per_rad{};  ///< of each joint; per metre of a prismatic one
+  std::vector<bool> turns{};      ///< of each joint: not prismatic
 };
 
 /// Inputs of every row, under the loads and frames of a model.

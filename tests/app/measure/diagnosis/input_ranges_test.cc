@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 namespace plumbline::input_ranges_test {
 
@@ -72,11 +73,15 @@ TEST_CASE("a joint is beyond its range by its lever") {
   InputsOfRows inputs = rows.inputs;
   inputs.units = UnitsOf(inputs.rows, all, {});
   inputs.units.per_rad = {0.5, 1};
+  inputs.units.turns = {true, false};
   RowInputs at;
   at.q.resize(2);
   at.q << 5, -0.2;
   CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
         Approx(Squared(0.5 * 2) + Squared(0.1)));
+  at.q[0] = -1.5 + 2 * std::numbers::pi;  // 1.78 rad beyond, but half a radian within a whole turn
+  CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
+        Approx(Squared(0.5 * 0.5) + Squared(0.1)));
 }
 
 TEST_CASE("loads that are far apart are single values, with gaps between them") {

@@ -87,7 +87,7 @@ TEST_CASE("the growth along an input that no fold tests is the prior's") {
     declared_m2 += before.squaredNorm() / (3 * kRows);
   const ResidualSpread fading = Spread(validation, Correction::kFading);
   for (const ModelInput input :
-       {ModelInput::kTorque, ModelInput::kPayload, ModelInput::kTemperature}) {
+       {ModelInput::kRange, ModelInput::kTorque, ModelInput::kPayload, ModelInput::kTemperature}) {
     CHECK(Growth(confirmed, input) >= kSigma_m);  // a confirmed law extrapolates within the noise
     CHECK(Growth(confirmed, input) < 1.2 * kSigma_m);
     CHECK(Growth(fading, input) / fading.declared_m.value() ==

@@ -59,6 +59,19 @@ const ExplanationCheck& CheckNamed(const Diagnosis& diagnosis, const std::string
 
 }  // namespace
 
+TEST_CASE("of a correction, the share is applied that predicts held-out rows best") {
+  const Dataset data = DatasetOf("--family none --robot ur10 --rows 40 --seed 3");
+  const PerRow<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  CHECK(BestShare(HeldOutOf(data, 0), weights) == Approx(1));        // removes all of the error
+  CHECK(BestShare(HeldOutOf(data, -1e-3), weights) == Approx(0.5));  // overshoots by as much again
+  CHECK(BestShare(HeldOutOf(data, 5e-4), weights) == 1);             // twice as much would be best
+  CHECK(BestShare(HeldOutOf(data, 2e-3), weights) == 0);             // the wrong way
+  CHECK(BestShare(HeldOutOf(data, 1e-3), weights) == 1);             // moves nothing
+  HeldOut across = HeldOutOf(data, 0);
+  for (Vec3& after : across.after) after = Vec3(0, 2e-3, 0);
+  CHECK(BestShare(across, weights) == Approx(1.0 / 5));  // b = (1, 0), b - a = (1, -2)
+}
+
 TEST_CASE("replicates share a region, and sessions are held out one by one") {
   const Dataset data = DatasetOf("--family none --seed 3 --unaligned --sessions 2");
   const FoldPlan regions = RegionsOfJointSpace(data);
