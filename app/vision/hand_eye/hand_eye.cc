@@ -31,6 +31,31 @@ Vec3 CentreOf(const HandEyeView& view) {
   return sum / static_cast<double>(std::max<std::size_t>(1, view.points_K.size()));
 }
 
+/// What a size ratio says that only a wrong unit explains, or empty. A target is not measured
+/// wrongly by half; lengths in another unit are wrong by a known factor.
+std::string WrongUnit(double ratio, double ratio_sd) {
+  constexpr double kLargest = 1.5;
+  constexpr std::array<std::pair<double, const char*>, 3> kUnits = {
+      {{10, "centimetres"}, {25.4, "inches"}, {1000, "metres"}}};
+  const double off = std::abs(std::log(ratio));
+  const double tolerance = std::max(0.1, kSizeContradiction_sd * ratio_sd / ratio);
+  if (!(off > std::log(kLargest)) || tolerance > std::log(2.0)) return "";
+  const char* const larger = ratio > 1 ? "larger" : "smaller";
+  const double times = std::exp(off);
+  for (const auto& [factor, unit] : kUnits) {
+    if (std::abs(off - std::log(factor)) > tolerance) continue;
+    return fmt::format(
+        "by the robot's motion the target is {:.4g} times {} than declared: {} probably in {}, not "
+        "in millimetres (ratio {:g})",
+        times, larger, ratio > 1 ? "the size of the target is" : "the positions of the poses are",
+        unit, factor);
+  }
+  return fmt::format(
+      "by the robot's motion the target is {:.4g} times {} than declared: no target is measured "
+      "that wrongly. Check the units of its size and of the poses, and that it is the declared one",
+      times, larger);
+}
+
 /// State of one calibration run.
 class Calibration {
  public:
@@ -309,7 +334,9 @@ void Calibration::Judge() {
                     1e3 * result_.point_sd_m, 1e3 * options_.acceptable_m));
   }
   const double off = std::abs(result_.size_ratio - 1);
-  if (!options_.free_size && off > kMinSizeDifference &&
+  const std::string unit = WrongUnit(result_.size_ratio, result_.size_ratio_sd);
+  if (!unit.empty()) refuse(unit);
+  if (unit.empty() && !options_.free_size && off > kMinSizeDifference &&
       off > kSizeContradiction_sd * result_.size_ratio_sd) {
     refuse(
         fmt::format("by the robot's motion the target is {:.2f} % {} than declared: measure its "

@@ -135,6 +135,29 @@ TEST_CASE("a target of the wrong size is detected through the robot's motion") {
   CHECK(result.size_ratio_sd < 0.004);
 }
 
+TEST_CASE("positions or a size in another unit are named, also with a free size") {
+  for (const auto& [factor, unit] :
+       {std::pair{25.4, "inches"}, {10.0, "centimetres"}, {1000.0, "metres"}}) {
+    for (const bool of_poses : {true, false}) {
+      for (const std::uint64_t seed : {11, 12, 13}) {
+        CAPTURE(factor, of_poses, seed);
+        Making how;
+        Made made = Make(how, seed);
+        for (auto& view : made.views) {
+          if (of_poses) view.X_BF.p /= factor;
+          for (Vec3& p : view.points_K) p /= of_poses ? 1 : factor;
+        }
+        HandEyeOptions options = OptionsFor(how);
+        options.free_size = true;
+        const HandEye result = CalibrateHandEye(made.views, LensTold(made.camera), options);
+        CAPTURE(result.size_ratio, result.reasons);
+        CHECK_FALSE(result.accepted);
+        CHECK((HasReason(result, unit) || HasReason(result, "no pose of the camera fits")));
+      }
+    }
+  }
+}
+
 TEST_CASE("a board with half-turn symmetry may be numbered either way") {
   Making how;
   Made made = Make(how, 10);
