@@ -89,10 +89,12 @@ void WarnAboutLengths(const std::vector<TomlTable>& joints, const model::Robot& 
   for (const SuspectLength& suspect : suspects) {
     suspect.table->AddWarning(
         suspect.key,
-        fmt::format("is less than {:g} mm on an arm whose longest length is {:.0f} mm; it "
-                    "looks like metres: write {:.6g}",
-                    kMetresWritten_m / kMetrePerMm, longest_m / kMetrePerMm,
-                    suspect.length_m / kMetrePerMm * 1e3));
+        fmt::format(
+            "is less than {:g} mm on an arm whose longest length is {:.0f} mm; it "
+            "looks like metres: if so, write {:.6g}; an imported or calibrated arm may have "
+            "such a length",
+            kMetresWritten_m / kMetrePerMm, longest_m / kMetrePerMm,
+            suspect.length_m / kMetrePerMm * 1e3));
   }
 }
 

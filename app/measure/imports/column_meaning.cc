@@ -7,6 +7,7 @@
 #include <cctype>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "firmware-like/model/joint_columns.h"
 
@@ -156,6 +157,7 @@ constexpr std::array kKnownNames = {
 /// parentheses.
 struct NameAndUnit {
   std::string words, unit;
+  std::optional<int> number{};  ///< of a joint, or of a part of a quaternion
 };
 
 std::string Words(std::string_view text) {
@@ -220,20 +222,47 @@ std::optional<int> PlainJointNumber(std::string_view words) {
   return std::nullopt;
 }
 
-/// The number in names that programs and robot descriptions give to a joint reading, too: "actual q
-/// 0" (RTDE), "arm 3 joint", "panda joint3", "joint 3 position". nullopt where any word shows
-/// another quantity, or what was commanded.
-std::optional<int> JointNumber(std::string_view words) {
-  if (const auto number = PlainJointNumber(words)) return number;
+/// A column that is named like a joint reading.
+struct JointName {
+  int number = 0;
+  std::string_view arm{};  ///< first word of the name, if it may be that of an arm
+};
+
+/// True if a word says that a column is not a reading of a position: what was commanded, or another
+/// quantity. Such a word is never the name of an arm.
+bool NamesOther(std::string_view word) {
+  constexpr auto kOther = std::to_array<std::string_view>(
+      {"target",     "soll",     "set",     "setpoint",     "command",        "commanded",
+       "cmd",        "nominal",  "desired", "goal",         "planned",        "reference",
+       "ref",        "sim",      "torque",  "moment",       "drehmoment",     "velocity",
+       "vel",        "speed",    "qd",      "acceleration", "geschwindigkeit", "current",
+       "strom",      "voltage",  "power",   "effort",       "force",          "friction",
+       "error",      "err",      "fehler",  "deviation",    "delta",          "diff",
+       "difference", "residual", "offset",  "min",          "max",            "limit",
+       "status",     "state",    "mode",    "brake",        "stiffness",      "motor"});
+  const auto known = [word](const KnownName& name) { return name.words == word; };
+  return std::ranges::find(kOther, word) != kOther.end() ||
+         std::ranges::any_of(kKnownNames, known);
+}
+
+/// Names that programs and robot descriptions give to a joint reading, too: "actual q 0" (RTDE),
+/// "arm 3 joint", "panda joint3", "joint 3 position". nullopt where any word shows another
+/// quantity, or what was commanded.
+std::optional<JointName> JointNameOf(std::string_view words) {
+  const auto plain = [](std::string_view name) {
+    const auto number = PlainJointNumber(name);
+    return number ? std::optional(JointName{*number}) : std::nullopt;
+  };
+  if (const auto name = plain(words)) return name;
   for (const std::string_view of_reading : {"actual ", "measured ", "ist "}) {
-    if (words.starts_with(of_reading)) return PlainJointNumber(words.substr(of_reading.size()));
+    if (words.starts_with(of_reading)) return plain(words.substr(of_reading.size()));
   }
   constexpr std::array<std::string_view, 4> kJoint = {"joint", "axis", "achse", "gelenk"};
   constexpr std::array<std::string_view, 6> kReading = {"actual",   "measured", "ist",
                                                         "position", "pos",      "angle"};
   std::optional<int> number;
+  std::string_view arm;
   bool joint = false;
-  std::size_t others = 0;
   for (const std::string_view word : Split(words)) {
     const std::size_t letters = std::min(word.find_first_of("0123456789"), word.size());
     const std::string_view name = word.substr(0, letters), digits = word.substr(letters);
@@ -245,11 +274,11 @@ std::optional<int> JointNumber(std::string_view words) {
       if (number) return std::nullopt;
       number = std::stoi(std::string(digits));
     } else if (!is_joint && std::ranges::find(kReading, word) == kReading.end()) {
-      ++others;  // the name of an arm
-      if (!words.starts_with(word)) return std::nullopt;
+      if (word.data() != words.data() || NamesOther(word)) return std::nullopt;
+      arm = word;
     }
   }
-  return joint && others <= 1 ? number : std::nullopt;
+  return joint && number ? std::optional(JointName{*number, arm}) : std::nullopt;
 }
 
 /// True if the numbered columns are q0..q3 and nothing else: a quaternion.
@@ -257,29 +286,44 @@ bool HasQuaternion(const std::vector<NameAndUnit>& parts) {
   bool zero = false, three = false, more = false;
   for (const NameAndUnit& part : parts) {
     if (!part.words.starts_with("q")) continue;
-    const auto number = JointNumber(part.words);
-    zero |= number == 0, three |= number == 3, more |= number > 3;
+    const auto name = JointNameOf(part.words);
+    if (!name) continue;
+    zero |= name->number == 0, three |= name->number == 3, more |= name->number > 3;
   }
   return zero && three && !more;
 }
 
-/// True if there are joints 0 and 1, and no column is a quaternion's.
+/// Numbers the columns of joints and quaternions. A first word is the name of an arm only if all
+/// joints have it: beside joints without it, or with another one, it distinguishes readings.
+void NumberColumns(bool quaternion, std::vector<NameAndUnit>& parts) {
+  std::set<std::string_view> arms;
+  for (const NameAndUnit& part : parts) {
+    const auto name = JointNameOf(part.words);
+    if (name && !(quaternion && part.words.starts_with("q"))) arms.insert(name->arm);
+  }
+  for (NameAndUnit& part : parts) {
+    const auto name = JointNameOf(part.words);
+    if (name && (name->arm.empty() || arms.size() == 1)) part.number = name->number;
+  }
+}
+
+/// True if there are joints 0 and 1.
 bool NumberedFromZero(const std::vector<NameAndUnit>& parts) {
   const auto has = [&parts](int number) {
     return std::ranges::any_of(
-        parts, [number](const NameAndUnit& part) { return JointNumber(part.words) == number; });
+        parts, [number](const NameAndUnit& part) { return part.number == number; });
   };
-  return has(0) && has(1) && !HasQuaternion(parts);
+  return has(0) && has(1);
 }
 
 /// @param first  number of the first joint in the file
 std::string TargetOf(const NameAndUnit& part, bool quaternion, int first) {
-  if (const auto number = JointNumber(part.words)) {
+  if (part.number) {
     static constexpr std::array kParts = {"qw", "qx", "qy", "qz"};
-    if (quaternion && part.words.starts_with("q") && *number <= 3) {
-      return kParts[*number];
+    if (quaternion && part.words.starts_with("q") && *part.number <= 3) {
+      return kParts[*part.number];
     }
-    const int joint = *number + 1 - first;
+    const int joint = *part.number + 1 - first;
     if (joint < 1 || joint > model::kMaxJoints) return "";
     const auto scale = ScaleOf(ValueKind::kLength, part.unit);
     return fmt::format("q{}_{}", joint, scale ? "mm" : "deg");
@@ -343,7 +387,9 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
   std::vector<NameAndUnit> parts;
   parts.reserve(names.size());
   for (const std::string& name : names) parts.push_back(Parted(name));
-  const bool quaternion = HasQuaternion(parts), from_zero = NumberedFromZero(parts);
+  const bool quaternion = HasQuaternion(parts);
+  NumberColumns(quaternion, parts);
+  const bool from_zero = !quaternion && NumberedFromZero(parts);
   std::vector<ColumnMeaning> meanings;
   for (std::size_t i = 0; i < names.size(); ++i) {
     ColumnMeaning& meaning = meanings.emplace_back();
@@ -351,12 +397,12 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
     if (meaning.unit.empty() && i < units.size()) meaning.unit = Parted(" " + units[i]).unit;
     if (meaning.unit.empty() && i < units.size()) meaning.unit = units[i];
     if (names[i].empty()) continue;
-    meaning.target = TargetOf({parts[i].words, meaning.unit}, quaternion, from_zero ? 0 : 1);
+    meaning.target = TargetOf({parts[i].words, meaning.unit, parts[i].number}, quaternion, from_zero ? 0 : 1);
     // Exports use such words for other things, too: only the names of measured.csv itself count.
     if (names[i] == "camera" || names[i] == "tool" || names[i] == "payload_item")
       meaning.target = names[i];
     meaning.because =
-        from_zero && JointNumber(parts[i].words) ? "name; the joints are numbered from 0" : "name";
+        from_zero && parts[i].number ? "name; the joints are numbered from 0" : "name";
     if (quaternion && meaning.target.starts_with("q") && meaning.target.size() == 2) {
       meaning.because = "name; scalar first, as Leica writes it";
     }

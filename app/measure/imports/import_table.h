@@ -121,9 +121,9 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files
 /// have that column (several measured rows may share one posture), else by the evidence of
-/// PairingOf(), for which both files must have equally many rows. The result has the rejected lines of both files.
-/// If both have t_s, it counts from the earlier of their first time stamps; without stamps in both,
-/// t_s of the joints is left out.
+/// PairingOf(), for which both files must have equally many rows. The result has the rejected lines
+/// of both files. If both have t_s, it counts from the earlier of their first time stamps; without
+/// stamps in both, t_s of the joints is left out.
 /// @param faults  receives the fault if the rows cannot be matched, and one for each number or name
 ///                that two lines of the joints have
 ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,

@@ -1,16 +1,19 @@
 #include "app/measure/diagnosis/hypotheses/mistakes.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "app/measure/diagnosis/hypotheses/unit_segment.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::measure {
 namespace {
@@ -147,6 +150,55 @@ constexpr MeasuredLength kMeasuredLengths[] = {
      [](const MeasuredRow& row) { return row.gauge_m.has_value(); }},
 };
 
+/// A wrong unit or conversion of the joints of one type; multiplying by `factor` corrects it.
+struct JointUnit {
+  model::JointType type;
+  double factor;
+  bool holds;  ///< the columns hold `mistake`; else they are it
+  const char* mistake;
+  const char* remedy;
+};
+
+constexpr JointUnit kJointUnits[] = {
+    {model::JointType::kRevolute, kDegPerRad, true, "radians", "write degrees (times 57.2958)"},
+    {model::JointType::kRevolute, kRadPerDeg, false,
+     "multiplied by 57.2958: degrees converted to degrees once more", "divide by 57.2958"},
+    {model::JointType::kRevolute, 1e-3 * kDegPerRad, true, "milliradians",
+     "write degrees (times 0.0572958)"},
+    {model::JointType::kRevolute, 360, true, "turns", "write degrees (times 360)"},
+    {model::JointType::kPrismatic, 1000, true, "metres", "write millimetres (times 1000)"},
+    {model::JointType::kPrismatic, 10, true, "centimetres", "write millimetres (times 10)"},
+    {model::JointType::kPrismatic, 25.4, true, "inches", "write millimetres (times 25.4)"},
+    {model::JointType::kPrismatic, 1e-3, true, "micrometres", "write millimetres (times 0.001)"},
+    {model::JointType::kPrismatic, 1000 * kRadPerDeg, false,
+     "17.4533 times too small: metres, taken for radians and multiplied by 180/pi",
+     "write millimetres (times 17.4533)"},
+    {model::JointType::kPrismatic, kRadPerDeg, false,
+     "multiplied by 57.2958: taken for radians and converted to degrees", "divide by 57.2958"},
+    {model::JointType::kPrismatic, kDegPerRad, false,
+     "divided by 57.2958: taken for degrees and converted to radians", "multiply by 57.2958"},
+};
+
+void AddJointUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
+  for (const JointUnit& unit : kJointUnits) {
+    std::vector<std::string> columns;
+    std::vector<int> joints;
+    for (int i = 0; i < data.cell.robot.size(); ++i) {
+      if (data.cell.robot.joints[i].type != unit.type) continue;
+      columns.push_back(model::JointColumnName(model::JointQuantity::kPosition, unit.type, i));
+      joints.push_back(i);
+    }
+    if (joints.empty()) continue;
+    const Undo undo = OnJoints([joints, factor = unit.factor](model::JointVector& q) {
+      for (const int i : joints) q[i] *= factor;
+    });
+    const bool one = columns.size() == 1;
+    const char* const verb = unit.holds ? (one ? "holds" : "hold") : (one ? "is" : "are");
+    mistakes.push_back(
+        {fmt::format("{} {} {}", fmt::join(columns, ", "), verb, unit.mistake), unit.remedy, undo});
+  }
+}
+
 void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
   const std::pair<double, const char*> units[] = {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
@@ -162,13 +214,7 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
                           fmt::format("write millimetres (times {:g})", factor), undo});
     }
   }
-  const auto radians = [cell = data.cell](model::JointVector& q) {
-    for (int i = 0; i < cell.robot.size(); ++i) {
-      const bool slides = cell.robot.joints[i].type == model::JointType::kPrismatic;
-      if (!slides) q[i] /= kRadPerDeg;
-    }
-  };
-  mistakes.push_back({"the q columns hold radians", "write degrees", OnJoints(radians)});
+  AddJointUnits(data, mistakes);
 }
 
 /// Source and sign of each measured axis.

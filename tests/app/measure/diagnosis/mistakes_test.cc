@@ -90,7 +90,9 @@ TEST_CASE("other units are named") {
   EverySeed(OnRows([](measure::MeasuredRow& row) { *row.measured_W /= 25.4; }), "hold inches",
             "--unaligned");
   EverySeed(OnRows([](measure::MeasuredRow& row) { row.q *= kRadPerDeg; }),
-            "the q columns hold radians");
+            "q1_deg, q2_deg, q3_deg, q4_deg, q5_deg, q6_deg hold radians");
+  EverySeed(OnRows([](measure::MeasuredRow& row) { row.q *= kDegPerRad; }),
+            "are multiplied by 57.2958: degrees converted to degrees once more");
   EverySeed(OnRows([](measure::MeasuredRow& row) { *row.temp_C += 273.15; }), "Subtract 273.15");
   EverySeed(OnRows([](measure::MeasuredRow& row) { *row.payload_kg /= 0.45359237; }),
             "payload_kg holds pounds", "--sigma-mm 0.01");

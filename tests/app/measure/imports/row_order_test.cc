@@ -168,12 +168,30 @@ TEST_CASE("columns of joints are known by the names that programs give them") {
                                      {"target_q_1", ""},
                                      {"actual_qd_1", ""},
                                      {"joint_3_effort", ""},
+                                     {"target_joint_1", ""},
+                                     {"commanded axis 2", ""},
+                                     {"Soll Achse 1", ""},
+                                     {"torque joint 3", ""},
+                                     {"temperature_joint_1", ""},
+                                     {"joint_1_setpoint", ""},
+                                     {"Error joint 2", ""},
+                                     {"current_joint_2", ""},
                                      {"actual_TCP_pose_1", ""},
                                      {"Punkt-Nr.", "number"},
                                      {"x1", "x_mm"}}) {
     CAPTURE(name);
     CHECK(MeaningsOf({name}, {}).front().target == target);
   }
+  const auto targets = [](const std::vector<std::string>& names) {
+    std::string text;
+    for (const ColumnMeaning& meaning : MeaningsOf(names, {})) text += meaning.target + ' ';
+    return text;
+  };
+  // What distinguishes readings of the same joints is not the name of an arm.
+  CHECK(targets({"wish_joint_1", "wish_joint_2", "joint_1", "joint_2"}) == "  q1_deg q2_deg ");
+  CHECK(targets({"left_joint_1", "right_joint_1"}) == "  ");
+  CHECK(targets({"target_joint_1", "panda_joint1"}) == " q1_deg ");
+  CHECK(targets({"q0", "q1", "q2", "q3", "panda_joint1"}) == "qw qx qy qz q1_deg ");
   const auto from_zero = MeaningsOf({"actual_q_0", "actual_q_1"}, {});
   CHECK(from_zero[0].target == "q1_deg");
   CHECK(from_zero[1].target == "q2_deg");
