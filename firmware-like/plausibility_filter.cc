@@ -112,6 +112,7 @@ InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
     fault_ = InputFault::kStale;
     good_in_a_row_ = 0;
     have_last_ = false;
+    seen_off_zero_ = false;  // the controller may have restarted
   }
   return fault_;
 }

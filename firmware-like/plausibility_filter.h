@@ -21,7 +21,7 @@ enum class InputFault : std::uint8_t {
   kJointCount,   ///< the number of joints differs from the cell's
   kTcpMismatch,  ///< the reported tool pose contradicts the joints: wrong decoding
   kTooSmall,     ///< a joint that is not zero, but smaller than any number a controller computes
-  kAllZero,      ///< all joints have been zero since start-up, and no tool pose confirms it
+  kAllZero,      ///< all joints zero in each reading since the last gap, and no tool pose
 };
 inline constexpr InputFault kLastInputFault = InputFault::kAllZero;
 
@@ -94,7 +94,7 @@ class PlausibilityFilter {
   model::JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;
-  bool seen_off_zero_ = false;  ///< a joint has not been zero in one of the readings
+  bool seen_off_zero_ = false;  ///< a joint was not zero in a reading since the last gap
   std::optional<int> tip_of_other_tool_;
   int good_in_a_row_ = 0;
   int contradictions_in_a_row_ = 0;

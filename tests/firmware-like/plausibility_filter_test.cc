@@ -94,6 +94,12 @@ TEST_CASE("subnormal values are no reading, and neither is all zero without a po
   REQUIRE(stream.Trusted() == InputFault::kOk);
   stream.state.q[4] = 0;
   CHECK(stream.Trusted() == InputFault::kOk);
+  // Registers of a controller that has restarted are zero until the robot is referenced.
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 30) == InputFault::kStale);
+  stream.now_s += 30;
+  CHECK(stream.Trusted() == InputFault::kAllZero);
+  stream.state.q[4] = 0.02;
+  CHECK(stream.Trusted() == InputFault::kOk);
   CHECK(std::string(RemedyOf(InputFault::kAllZero)).find("move a joint") == 0);
 }
 
