@@ -104,18 +104,27 @@ bool CountsRows(const DelimitedText& layout) {
   return layout.records.size() > 1;
 }
 
-/// True if a column holds nothing but integers, and another one does not: it counts or names a
-/// state. A joint at rest is written with the decimals of its column.
+/// True if a column holds nothing but numbers without a decimal sign.
 bool HoldsIntegers(const DelimitedText& layout, std::size_t column) {
-  bool decimals_elsewhere = false;
+  return std::ranges::all_of(layout.records, [&](const Record& record) {
+    return column < record.fields.size() &&
+           record.fields[column].find_first_of(".,eE") == std::string::npos &&
+           NumberIn(record.fields[column], layout.decimal).has_value();
+  });
+}
+
+/// How many decimals the fields with a decimal sign have. One count only: the writer keeps trailing
+/// zeros, so that a joint at rest has decimals, too. Several: it drops them, and writes 90
+/// for 90.0.
+std::set<std::size_t> DecimalCounts(const DelimitedText& layout) {
+  std::set<std::size_t> counts;
   for (const Record& record : layout.records) {
-    for (std::size_t i = 0; i < record.fields.size(); ++i) {
-      const bool integer = record.fields[i].find_first_of(".,eE") == std::string::npos;
-      if (i == column && !integer) return false;
-      decimals_elsewhere |= !integer;
+    for (const std::string& field : record.fields) {
+      const std::size_t sign = field.find(layout.decimal);
+      if (sign != std::string::npos) counts.insert(field.size() - sign);
     }
   }
-  return decimals_elsewhere;
+  return counts;
 }
 
 bool HasDifferentFields(const DelimitedText& layout, std::size_t column) {
@@ -123,6 +132,24 @@ bool HasDifferentFields(const DelimitedText& layout, std::size_t column) {
   return std::ranges::all_of(layout.records, [&](const Record& record) {
     return column < record.fields.size() && fields.insert(record.fields[column]).second;
   });
+}
+
+/// True if the first column may number the rows: different integers from 0 on.
+bool MayNumberRows(const DelimitedText& layout) {
+  const auto negative = [&](const Record& record) {
+    return NumberIn(record.fields[0], layout.decimal).value_or(0) < 0;
+  };
+  return layout.records.size() > 1 && HoldsIntegers(layout, 0) && HasDifferentFields(layout, 0) &&
+         std::ranges::none_of(layout.records, negative);
+}
+
+/// True if no field of the first column is a number, and all differ.
+bool NamesRows(const DelimitedText& layout) {
+  const auto number = [&](const Record& record) {
+    return record.fields[0].empty() || NumberIn(record.fields[0], layout.decimal).has_value();
+  };
+  return !layout.records.empty() && HasDifferentFields(layout, 0) &&
+         std::ranges::none_of(layout.records, number);
 }
 
 /// True if every field is as a Keyence LK-G sends it over RS-232: a sign and a number in mm, or a
@@ -137,17 +164,22 @@ bool IsKeyence(const DelimitedText& layout) {
   return std::ranges::all_of(layout.records, matches);
 }
 
-/// Refuses a column without a name that would be taken for a joint and holds only integers.
+/// Refuses columns without a name that would be taken for joints, but may be numbers or states.
 void RefuseCounts(const UnderstoodFile& file, config::FaultList& faults) {
+  const DelimitedText& layout = file.layout;
+  const std::size_t kinds = DecimalCounts(layout).size();
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
-    if (!file.meanings[i].target.starts_with("q") || !HoldsIntegers(file.layout, i)) continue;
-    const Record& first = file.layout.records.front();
+    if (!file.meanings[i].target.starts_with("q") || !HoldsIntegers(layout, i)) continue;
+    const bool number = i == 0 && kinds > 1 && MayNumberRows(layout);
+    if (kinds != 1 && !number) continue;
+    const Record& first = layout.records.front();
     faults.Add({config::Fault::Severity::kFault, file.file, first.line,
                 fmt::format("column {}", i + 1),
-                fmt::format("holds only integers ({}), the other columns do not: a number or state "
-                            "rather than a joint. Write a line of names (q1_deg, ..), or map each "
-                            "column by its number",
-                            i < first.fields.size() ? first.fields[i].substr(0, 40) : "")});
+                fmt::format("holds only integers ({}), the other columns do not: {}. Write a line "
+                            "of names (q1_deg, ..), or map each column by its number",
+                            first.fields[i].substr(0, 40),
+                            number ? "it may number the rows, or be a joint in whole degrees"
+                                   : "a number or state rather than a joint")});
   }
 }
 
@@ -167,10 +199,12 @@ void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& 
   }
   if (role != FileRole::kJoints) return;
   const bool numbered =
-      CountsRows(layout) || (HoldsIntegers(layout, 0) && HasDifferentFields(layout, 0));
-  const std::size_t first = numbered ? 1 : 0;
+      CountsRows(layout) || (MayNumberRows(layout) && DecimalCounts(layout).size() == 1);
+  const bool named = meanings.size() > 1 && NamesRows(layout);
+  const std::size_t first = numbered || named ? 1 : 0;
   if (meanings.size() - first > static_cast<std::size_t>(model::kMaxJoints)) return;
   if (numbered) meanings[0] = {"number", "", "assumed: numbers the rows"};
+  if (named) meanings[0] = {"name", "", "assumed: names the rows"};
   for (std::size_t i = first; i < meanings.size(); ++i) {
     meanings[i] = {fmt::format("q{}_deg", i - first + 1), "", "assumed: joints in order, no names"};
   }

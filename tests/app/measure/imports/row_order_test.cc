@@ -212,6 +212,18 @@ TEST_CASE("a column of integers without a name is a number or a fault, not a joi
   CHECK_THAT(understand("0.1,0.2,2\n0.2,0.3,2\n").second,
              Catch::Contains("j.csv:1 column 3: holds only integers (2)"));
   CHECK_THAT(understand("2,0.2,0.1\n2,0.3,0.2\n").second, Catch::Contains("column 1: holds only"));
+  CHECK_THAT(understand("-7,0.1,0.2\n3,0.2,0.3\n").second, Catch::Contains("rather than a joint"));
+  // A writer that drops trailing zeros writes a parked axis as 90, and one in whole degrees as 7.
+  for (const char* parked : {"0.5,90,0.25\n0.75,90,0.125\n", "90,0.5,0.25\n90,0.75,0.125\n",
+                             "0.5,0.25,0\n0.75,1.5,0\n", "-7,0.5,0.25\n3,0.75,0.125\n"}) {
+    CAPTURE(parked);
+    CHECK(understand(parked) == std::pair(std::string("q1_deg"), std::string()));
+  }
+  CHECK_THAT(understand("7,0.5,0.25\n3,0.75,0.125\n").second,
+             Catch::Contains("it may number the rows, or be a joint in whole degrees"));
+  CHECK(understand("1,0.5,0.25\n2,0.75,0.125\n").first == "number");
+  CHECK(understand("P7,0.5,0.2\nP3,0.7,0.1\n").first == "name");
+  CHECK(understand(",0.5,0.2\n3,0.7,0.1\n").first == "q1_deg");  // a reading is lacking
 }
 
 }  // namespace plumbline::row_order_test
