@@ -231,18 +231,56 @@ struct JointName {
 /// True if a word says that a column is not a reading of a position: what was commanded, or another
 /// quantity. Such a word is never the name of an arm.
 bool NamesOther(std::string_view word) {
-  constexpr auto kOther = std::to_array<std::string_view>(
-      {"target",     "soll",     "set",     "setpoint",     "command",        "commanded",
-       "cmd",        "nominal",  "desired", "goal",         "planned",        "reference",
-       "ref",        "sim",      "torque",  "moment",       "drehmoment",     "velocity",
-       "vel",        "speed",    "qd",      "acceleration", "geschwindigkeit", "current",
-       "strom",      "voltage",  "power",   "effort",       "force",          "friction",
-       "error",      "err",      "fehler",  "deviation",    "delta",          "diff",
-       "difference", "residual", "offset",  "min",          "max",            "limit",
-       "status",     "state",    "mode",    "brake",        "stiffness",      "motor"});
+  constexpr auto kOther = std::to_array<std::string_view>({"target",
+                                                           "soll",
+                                                           "set",
+                                                           "setpoint",
+                                                           "command",
+                                                           "commanded",
+                                                           "cmd",
+                                                           "nominal",
+                                                           "desired",
+                                                           "goal",
+                                                           "planned",
+                                                           "reference",
+                                                           "ref",
+                                                           "sim",
+                                                           "torque",
+                                                           "moment",
+                                                           "drehmoment",
+                                                           "velocity",
+                                                           "vel",
+                                                           "speed",
+                                                           "qd",
+                                                           "acceleration",
+                                                           "geschwindigkeit",
+                                                           "current",
+                                                           "strom",
+                                                           "voltage",
+                                                           "power",
+                                                           "effort",
+                                                           "force",
+                                                           "friction",
+                                                           "error",
+                                                           "err",
+                                                           "fehler",
+                                                           "deviation",
+                                                           "delta",
+                                                           "diff",
+                                                           "difference",
+                                                           "residual",
+                                                           "offset",
+                                                           "min",
+                                                           "max",
+                                                           "limit",
+                                                           "status",
+                                                           "state",
+                                                           "mode",
+                                                           "brake",
+                                                           "stiffness",
+                                                           "motor"});
   const auto known = [word](const KnownName& name) { return name.words == word; };
-  return std::ranges::find(kOther, word) != kOther.end() ||
-         std::ranges::any_of(kKnownNames, known);
+  return std::ranges::find(kOther, word) != kOther.end() || std::ranges::any_of(kKnownNames, known);
 }
 
 /// Names that programs and robot descriptions give to a joint reading, too: "actual q 0" (RTDE),
@@ -310,8 +348,8 @@ void NumberColumns(bool quaternion, std::vector<NameAndUnit>& parts) {
 /// True if there are joints 0 and 1.
 bool NumberedFromZero(const std::vector<NameAndUnit>& parts) {
   const auto has = [&parts](int number) {
-    return std::ranges::any_of(
-        parts, [number](const NameAndUnit& part) { return part.number == number; });
+    return std::ranges::any_of(parts,
+                               [number](const NameAndUnit& part) { return part.number == number; });
   };
   return has(0) && has(1);
 }
@@ -397,7 +435,8 @@ std::vector<ColumnMeaning> MeaningsOf(const std::vector<std::string>& names,
     if (meaning.unit.empty() && i < units.size()) meaning.unit = Parted(" " + units[i]).unit;
     if (meaning.unit.empty() && i < units.size()) meaning.unit = units[i];
     if (names[i].empty()) continue;
-    meaning.target = TargetOf({parts[i].words, meaning.unit, parts[i].number}, quaternion, from_zero ? 0 : 1);
+    meaning.target =
+        TargetOf({parts[i].words, meaning.unit, parts[i].number}, quaternion, from_zero ? 0 : 1);
     // Exports use such words for other things, too: only the names of measured.csv itself count.
     if (names[i] == "camera" || names[i] == "tool" || names[i] == "payload_item")
       meaning.target = names[i];
