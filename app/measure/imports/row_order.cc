@@ -62,18 +62,24 @@ Ranks InOrder(std::size_t rows) {
   return ranks;
 }
 
-/// The pairs in which both rows have the same rank; nullopt if no file has any.
-std::optional<Ranks> Paired(const std::optional<Ranks>& measured,
-                            const std::optional<Ranks>& joints) {
-  if (!measured && !joints) return std::nullopt;
-  const std::size_t rows = (measured ? *measured : *joints).size();
-  const Ranks of_joints = joints.value_or(InOrder(rows)), of_rows = measured.value_or(of_joints);
-  if (!measured) return Paired(InOrder(rows), joints);
-  Ranks row_of_rank(rows), pairs;
-  for (std::size_t j = 0; j < rows; ++j) row_of_rank[of_joints[j]] = j;
-  for (const std::size_t rank : of_rows) pairs.push_back(row_of_rank[rank]);
-  return pairs;
-}
+/// An order of the rows that a kind of column shows, in one file or in both.
+struct Evidence {
+  std::string name;  ///< "numbers", "times"
+  std::optional<Ranks> measured, joints;
+
+  /// The pairs in which both rows have the same rank; nullopt if no file has any.
+  std::optional<Ranks> Pairs() const {
+    if (!measured && !joints) return std::nullopt;
+    const std::size_t rows = (measured ? *measured : *joints).size();
+    const Ranks of_joints = joints.value_or(InOrder(rows));
+    Ranks row_of_rank(rows), pairs;
+    for (std::size_t j = 0; j < rows; ++j) row_of_rank[of_joints[j]] = j;
+    for (const std::size_t rank : measured.value_or(InOrder(rows))) {
+      pairs.push_back(row_of_rank[rank]);
+    }
+    return pairs;
+  }
+};
 
 /// True if the times of each pair differ by the same amount.
 bool ClocksConfirm(const ImportedTable& measured, const ImportedTable& joints, const Ranks& pairs) {
@@ -93,14 +99,29 @@ bool ClocksConfirm(const ImportedTable& measured, const ImportedTable& joints, c
   return most - least < shortest / 2;
 }
 
-/// The first row that another order puts elsewhere: "row 1 (line 3) would belong to line 11".
-std::string ExampleOf(const Ranks& pairs, const ImportedTable& measured,
-                      const ImportedTable& joints, const std::string& joints_file) {
+/// "by the numbers of a.csv, which b.csv lacks, line 3 of a.csv belongs to line 5 of b.csv, not to
+/// line 3": the first row that the evidence puts elsewhere.
+std::string ObjectionText(const Evidence& evidence, const Ranks& pairs,
+                          const ImportedTable& measured, const ImportedTable& joints,
+                          const std::string& joints_file) {
   std::size_t i = 0;
   while (pairs[i] == i) ++i;
-  return fmt::format("line {} of {} would belong to line {} of {}, not to line {}",
-                     measured.rows[i].line, measured.rows[i].file, joints.rows[pairs[i]].line,
+  const ImportedRow& row = measured.rows[i];
+  const std::string whose = evidence.measured && evidence.joints ? "both files"
+                            : evidence.measured
+                                ? fmt::format("{}, which {} lacks", row.file, joints_file)
+                                : fmt::format("{}, which {} lacks", joints_file, row.file);
+  return fmt::format("by the {} of {}, line {} of {} belongs to line {} of {}, not to line {}",
+                     evidence.name, whose, row.line, row.file, joints.rows[pairs[i]].line,
                      joints_file, joints.rows[i].line);
+}
+
+/// What the other kind of evidence says about an objection to the order of the rows.
+std::string OtherText(const Evidence& other, const std::optional<Ranks>& pairs,
+                      const Ranks& by_row) {
+  if (!pairs) return "nothing confirms that";
+  if (*pairs == by_row) return fmt::format("the {} agree with the order of the lines", other.name);
+  return fmt::format("the {} show a third order", other.name);
 }
 
 }  // namespace
@@ -108,29 +129,26 @@ std::string ExampleOf(const Ranks& pairs, const ImportedTable& measured,
 std::optional<RowPairing> PairingOf(const ImportedTable& measured, const ImportedTable& joints,
                                     const std::string& joints_file, config::FaultList& faults) {
   const Ranks by_row = InOrder(measured.rows.size());
-  const auto by_number = Paired(RanksByNumber(measured), RanksByNumber(joints));
-  const auto measured_times = RanksBy(measured, TimeOf), joint_times = RanksBy(joints, TimeOf);
-  const auto by_time = Paired(measured_times, joint_times);
-  if (measured_times && joint_times && ClocksConfirm(measured, joints, *by_time)) {
+  const Evidence numbers{"numbers", RanksByNumber(measured), RanksByNumber(joints)};
+  const Evidence times{"times", RanksBy(measured, TimeOf), RanksBy(joints, TimeOf)};
+  const auto by_number = numbers.Pairs(), by_time = times.Pairs();
+  if (times.measured && times.joints && ClocksConfirm(measured, joints, *by_time)) {
     return RowPairing{*by_time, "time"};
   }
   const bool numbers_object = by_number && *by_number != by_row;
   const bool times_object = by_time && *by_time != by_row;
   if (!numbers_object && !times_object) return RowPairing{by_row, "row"};
   if (by_number == by_time) return RowPairing{*by_number, "number and time"};
-  const auto& object = numbers_object ? *by_number : *by_time;
-  faults.Add(
-      {config::Fault::Severity::kFault, joints_file, 0, "",
-       fmt::format("the rows of both files cannot be matched: by its {} {}; {}. Number the rows of "
-                   "both files alike. If the rows are in the same order all the same, map the "
-                   "column to \"ignore\" with --mapping",
-                   numbers_object ? "numbers, which only one of the files has," : "times",
-                   ExampleOf(object, measured, joints, joints_file),
-                   numbers_object && by_time ? (times_object ? "the times say something else again"
-                                                             : "the times agree "
-                                                               "with the order of "
-                                                               "the rows")
-                                             : "nothing else in the files decides")});
+  const std::string objection =
+      numbers_object ? ObjectionText(numbers, *by_number, measured, joints, joints_file)
+                     : ObjectionText(times, *by_time, measured, joints, joints_file);
+  faults.Add({config::Fault::Severity::kFault, joints_file, 0, "",
+              fmt::format("the rows of the two files cannot be matched: {}, but {}. Number the "
+                          "rows of both files alike. If the rows are in the same order all the "
+                          "same, map the column to \"ignore\" with --mapping",
+                          objection,
+                          numbers_object ? OtherText(times, by_time, by_row)
+                                         : OtherText(numbers, by_number, by_row))});
   return std::nullopt;
 }
 

@@ -149,12 +149,29 @@ TEST_CASE("a contradiction names the lines and the ways out") {
   const Outcome numbers = Match(session, {"number", false}, {"", false});
   CHECK(numbers.refused);
   CHECK_THAT(numbers.text,
-             Catch::Contains("joints.csv: the rows of both files cannot be matched: by its "
-                             "numbers, which only one of the files has, line 3 of points.csv "
-                             "would belong to line 5 of joints.csv, not to line 3") &&
+             Catch::Contains("joints.csv: the rows of the two files cannot be matched: by the "
+                             "numbers of points.csv, which joints.csv lacks, line 3 of points.csv "
+                             "belongs to line 5 of joints.csv, not to line 3, but nothing "
+                             "confirms that. ") &&
                  Catch::Contains("Number the rows of both files alike") &&
                  Catch::Contains("map the column to \"ignore\""));
-  CHECK_THAT(Match(session, {"", true}, {"", false}).text, Catch::Contains("by its times line 3"));
+  const auto text = [&session](const Columns& of_measured, const Columns& of_joints) {
+    return Match(session, of_measured, of_joints).text;
+  };
+  CHECK_THAT(text({"", true}, {"", false}),
+             Catch::Contains("by the times of points.csv, which joints.csv lacks, line 3 of "
+                             "points.csv belongs to line 5 of joints.csv, not to line 3, but "
+                             "nothing confirms that. "));
+  CHECK_THAT(text({"name", false}, {"number", false}),
+             Catch::Contains("by the numbers of both files, line 3 of points.csv"));
+  CHECK_THAT(text({"number", false}, {"", true}),
+             Catch::Contains("but the times agree with the order of the lines. "));
+  CHECK_THAT(text({"", true}, {"number", false}),
+             Catch::Contains("but the numbers agree with the order of the lines. "));
+  std::swap(session.joints[0], session.joints[2]);
+  CHECK_THAT(text({"number", false}, {"", true}),
+             Catch::Contains("by the numbers of points.csv, which joints.csv lacks, line 3") &&
+                 Catch::Contains("but the times show a third order. "));
 }
 
 TEST_CASE("columns of joints are known by the names that programs give them") {
