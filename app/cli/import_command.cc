@@ -320,7 +320,7 @@ int ImportFiles(const ImportCommandOptions& options) {
   if (!options.cell.empty()) {
     config::FaultList reported_below;
     const auto cell = config::ReadCell(options.cell, reported_below);
-    if (cell) TakeOffWholeTurns(cell->robot, PlausibilityLimits{}.limit_margin_rad, rows);
+    if (cell) SubtractWholeTurns(cell->robot, PlausibilityLimits{}.limit_margin_rad, rows);
   }
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);

@@ -97,12 +97,12 @@ struct ImportedTable {
 /// Decodes a file and finds its layout and the meaning of its columns. Pure.
 /// Without column names, one column holds readings of a gauge; they are in mm if each has a sign or
 /// is a run of X or F, the layout of a Keyence LK-G, unless the options state a unit. Three are x,
-/// y, z, and those of a file of joints are the joints in order, after the number of the row if the
-/// first column counts 1, 2, 3 ..
+/// y, z, and those of a file of joints are the joints in order, after the number or name of the row
+/// if the first column counts 1, 2, 3 .., or has different names, or different integers from 0 on
+/// beside columns that all have the same number of decimals.
 /// @param faults  receives faults of the mapping, one for the columns of each kind whose unit
-/// neither
-///                the file nor the options nor the mapping state, one for each column that has the
-///                meaning of an earlier one and other values, and those of decimal_signs.h
+///                neither the file nor the options nor the mapping state, one for each column that
+///                has the meaning of an earlier one and other values, and those of decimal_signs.h
 UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
                           const Mapping& mapping, const std::string& mapping_file,
                           const ImportOptions& options, config::FaultList& faults);
@@ -121,9 +121,10 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files
 /// have that column (several measured rows may share one posture), else by the evidence of
-/// PairingOf(), for which both files must have equally many rows. The result has the rejected lines
-/// of both files. If both have t_s, it counts from the earlier of their first time stamps; without
-/// stamps in both, t_s of the joints is left out.
+/// PairingOf(); the files must then have the same number of rows. The result has the rejected lines
+/// of both files.
+/// If both have t_s, it counts from the earlier of their first time stamps; without stamps in both,
+/// t_s of the joints is left out.
 /// @param faults  receives the fault if the rows cannot be matched, and one for each number or name
 ///                that two lines of the joints have
 ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,

@@ -14,7 +14,7 @@ constexpr double kTurn_deg = 360;
 
 }  // namespace
 
-void TakeOffWholeTurns(const model::Robot& robot, double margin_rad, ImportedTable& table) {
+void SubtractWholeTurns(const model::Robot& robot, double margin_rad, ImportedTable& table) {
   const double margin_deg = kDegPerRad * margin_rad;
   for (int j = 0; j < robot.size(); ++j) {
     const model::Joint& joint = robot.joints[j];
@@ -37,7 +37,7 @@ void TakeOffWholeTurns(const model::Robot& robot, double margin_rad, ImportedTab
     if (!fits || above.empty()) continue;
     const double first_deg = above.front()->numbers.at(column);
     table.notes.push_back(fmt::format(
-        "{}: the file counts from 0 to 360 degrees, the cell from {:.6g} to {:.6g}: 360 taken off "
+        "{}: the file counts from 0 to 360 degrees, the cell from {:.6g} to {:.6g}: 360 subtracted "
         "in {} of {} rows, the first in line {} ({:.6g} becomes {:.6g})",
         column, low_deg, high_deg, above.size(), table.rows.size(), above.front()->line, first_deg,
         first_deg - kTurn_deg));

@@ -6,10 +6,10 @@
 
 namespace plumbline::measure {
 
-/// Takes 360 degrees off the values of a joint that lie above the limits of the cell, if the file
-/// counts that joint from 0 to 360 (all of its values lie there), its range is one turn at most,
-/// and all its values are then within the limits by `margin_rad`. Other values stay as they are,
-/// for the check of the limits. Adds a note for each joint that is changed.
-void TakeOffWholeTurns(const model::Robot& robot, double margin_rad, ImportedTable& table);
+/// Subtracts 360 degrees from the values of a joint that lie above the limits of the cell, if the
+/// file counts that joint from 0 to 360 (all of its values lie there), its range is one turn at
+/// most, and all its values are then within the limits by `margin_rad`. Other values stay as they
+/// are, for the check of the limits. Adds a note for each joint that is changed.
+void SubtractWholeTurns(const model::Robot& robot, double margin_rad, ImportedTable& table);
 
 }  // namespace plumbline::measure

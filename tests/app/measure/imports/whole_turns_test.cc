@@ -38,7 +38,7 @@ TEST_CASE("values from 0 to 360 are brought within limits of one turn, and only 
       counted.push_back(meant.back() < 0 ? meant.back() + 360 : meant.back());
     }
     measure::ImportedTable table = Table(counted);
-    TakeOffWholeTurns(Limited(-180, 180), 0.02, table);
+    SubtractWholeTurns(Limited(-180, 180), 0.02, table);
     for (std::size_t i = 0; i < meant.size(); ++i) {
       CHECK(std::abs(table.rows[i].numbers.at("q1_deg") - meant[i]) < 1e-9);
     }
@@ -46,24 +46,27 @@ TEST_CASE("values from 0 to 360 are brought within limits of one turn, and only 
     for (const model::Robot& robot : {Limited(-360, 360), Limited(-90, 90)}) {
       measure::ImportedTable other = Table(counted);
       other.rows[0].numbers.at("q1_deg") = 120;
-      TakeOffWholeTurns(robot, 0.02, other);
-      if (robot.joints[0].max > 4) CHECK(other.notes.empty());
+      SubtractWholeTurns(robot, 0.02, other);
+      CHECK(other.notes.empty());
       CHECK(other.rows[0].numbers.at("q1_deg") == 120);
+      for (std::size_t i = 1; i < counted.size(); ++i) {
+        CHECK(other.rows[i].numbers.at("q1_deg") == counted[i]);
+      }
     }
     // Degrees converted twice are not turns.
     measure::ImportedTable twice = Table(counted);
     for (auto& row : twice.rows) row.numbers.at("q1_deg") *= kDegPerRad;
-    TakeOffWholeTurns(Limited(-180, 180), 0.02, twice);
+    SubtractWholeTurns(Limited(-180, 180), 0.02, twice);
     CHECK(twice.notes.empty());
   }
 }
 
-TEST_CASE("what was taken off is said") {
+TEST_CASE("what was subtracted is said") {
   measure::ImportedTable table = Table({10, 350, 200});
-  TakeOffWholeTurns(Limited(-180, 180), 0.02, table);
+  SubtractWholeTurns(Limited(-180, 180), 0.02, table);
   REQUIRE(table.notes.size() == 1);
   CHECK(table.notes[0] ==
-        "q1_deg: the file counts from 0 to 360 degrees, the cell from -180 to 180: 360 taken off "
+        "q1_deg: the file counts from 0 to 360 degrees, the cell from -180 to 180: 360 subtracted "
         "in 2 of 3 rows, the first in line 3 (350 becomes -10)");
 }
 
