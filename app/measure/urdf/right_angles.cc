@@ -26,8 +26,9 @@ std::optional<double> RoundedRightAngle(double angle) {
   if (exact == 0 || exact == angle || point == std::string::npos) return std::nullopt;
   const auto decimals = static_cast<int>(text.size() - point) - 1;
   if (decimals < kFewestDecimals || text.find('e') != std::string::npos) return std::nullopt;
-  if (std::abs(angle - exact) >= std::pow(10.0, -decimals)) return std::nullopt;
-  return exact;
+  // Rounded, it is at most half a unit of the last decimal away; cut off, less than one unit short.
+  const double short_by = (std::abs(exact) - std::abs(angle)) * std::pow(10.0, decimals);
+  return short_by >= -0.5 && short_by < 1 ? std::optional(exact) : std::nullopt;
 }
 
 std::optional<config::Fault> RoundedAnglesNote(const UrdfFile& urdf, const std::string& file,
@@ -60,12 +61,12 @@ std::optional<config::Fault> RoundedAnglesNote(const UrdfFile& urdf, const std::
   if (moved.distance_m < kLeastMove_m) return std::nullopt;
   return config::Fault{
       config::Fault::Severity::kWarning, file, worst->line, "joint " + worst->name + ".origin.rpy",
-      fmt::format("{} is a right angle rounded{}. Converted as written; if exact right angles are "
-                  "meant, the flange is up to {:.2g} mm and {:.2g} deg away: write {:.17g}",
-                  written,
-                  count == 1 ? "" : fmt::format(", one of {} on the way to {}", count, chain.tip),
-                  kMmPerMetre * moved.distance_m, kDegPerRad * moved.angle_rad,
-                  *RoundedRightAngle(written))};
+      fmt::format(
+          "{} looks like a rounded right angle{}. Converted as written; if exact right angles are "
+          "meant, the flange is up to {:.2g} mm and {:.2g} deg away: write {:.17g}",
+          written, count == 1 ? "" : fmt::format(", one of {} on the way to {}", count, chain.tip),
+          kMmPerMetre * moved.distance_m, kDegPerRad * moved.angle_rad,
+          *RoundedRightAngle(written))};
 }
 
 }  // namespace plumbline::measure

@@ -35,8 +35,9 @@ TEST_CASE("a right angle with two to many decimals is recognised, rounded or cut
     CAPTURE(angle);
     CHECK(measure::RoundedRightAngle(angle));
   }
-  for (const double angle : {0.0, 1e-5, 1.6, 3.1, 1.5, 0.7854, 1.5718, 1.5698, 1.5707963267948966,
-                             3.141592653589793, 3.1428, 1.5708021}) {
+  for (const double angle :
+       {0.0, 1e-5, 1.6, 3.1, 1.5, 0.7854, 1.5718, 1.5698, 1.5707963267948966, 3.141592653589793,
+        3.1428, 1.5708021, 1.58, -1.58, 3.15, 4.72, 3.1417}) {
     CAPTURE(angle);
     CHECK_FALSE(measure::RoundedRightAngle(angle));
   }
@@ -45,12 +46,12 @@ TEST_CASE("a right angle with two to many decimals is recognised, rounded or cut
 TEST_CASE("how far the flange is from that of exact right angles is said") {
   // 3.1416 - pi = 7.3464e-6 rad at a lever of 1 m.
   CHECK_THAT(NoteOf(Arm("3.1416 0 0", "0 0 0")),
-             Catch::Contains("r.urdf:4 joint j1.origin.rpy: warning: 3.1416 is a right angle "
-                             "rounded. Converted as written") &&
+             Catch::Contains("r.urdf:4 joint j1.origin.rpy: warning: 3.1416 looks like a rounded "
+                             "right angle. Converted as written") &&
                  Catch::Contains("up to 0.0073 mm and 0.00042 deg away: write 3.1415926535897931"));
   CHECK_THAT(NoteOf(Arm("3.1416 0 -1.5708", "0 1.57 0")),
-             Catch::Contains("r.urdf:5 joint f.origin.rpy: warning: 1.57 is a right angle rounded, "
-                             "one of 3 on the way to tip"));
+             Catch::Contains("r.urdf:5 joint f.origin.rpy: warning: 1.57 looks like a rounded "
+                             "right angle, one of 3 on the way to tip"));
   CHECK(NoteOf(Arm("1.57079632679 0 0", "0 0 0")).empty());  // 5e-9 mm
   CHECK(NoteOf(Arm("1.4321 0 0", "0.7854 0 0")).empty());
 }
