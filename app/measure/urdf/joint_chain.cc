@@ -54,8 +54,8 @@ class ChainBuilder {
                         urdf_.links.size(), kMaxLinks));
       return std::nullopt;
     }
-    const bool known = base.empty() || Known("--base", base);
-    const auto tip_name = !known ? std::nullopt : tip.empty() ? End(base) : Known("--tip", tip);
+    if (!Known("--base", base) || !Known("--tip", tip)) return std::nullopt;
+    const auto tip_name = tip.empty() ? End(base) : std::optional(tip);
     const auto base_name = !tip_name || !base.empty() ? std::optional(base) : RootAbove(*tip_name);
     if (!tip_name || !base_name) {
       for (const UrdfJoint& joint : urdf_.joints) Use(joint);  // one of them may be the reason
@@ -76,8 +76,9 @@ class ChainBuilder {
     faults_.Add({config::Fault::Severity::kWarning, file_, line, key, what});
   }
 
-  std::optional<std::string> Known(const char* option, const std::string& name) {
-    if (tree_.links.contains(name)) return name;
+  /// True if an option names a link of the file, or nothing.
+  bool Known(const char* option, const std::string& name) {
+    if (name.empty() || tree_.links.contains(name)) return true;
     std::vector<std::string> names;
     for (const auto& [link, ignored] : tree_.links) names.push_back(link);
     Fault(0, option,
@@ -85,7 +86,7 @@ class ChainBuilder {
               "\"{}\" is not a link of this file; it has {}", name,
               fmt::join(names.begin(),
                         names.begin() + std::min<std::ptrdiff_t>(30, std::ssize(names)), ", ")));
-    return std::nullopt;
+    return false;
   }
 
   std::optional<std::string> RootAbove(std::string link) {
@@ -110,10 +111,14 @@ class ChainBuilder {
       if (*moving >= most) ends.push_back(link.name), most = *moving;
     }
     if (ends.size() == 1) return ends.front();
-    if (ends.empty() && !RootAbove(urdf_.links.front().name)) return std::nullopt;
+    for (const UrdfLink& link : urdf_.links) {
+      if (ends.empty() && !RootAbove(link.name)) return std::nullopt;
+    }
     Fault(0, "--tip",
-          fmt::format("is needed: the chain may end in {}; choose the flange",
-                      fmt::join(ends, ", ")));
+          ends.empty()
+              ? "is needed: no chain has an end, each link carries a joint; name the flange"
+              : fmt::format("is needed: the chain may end in {}; choose the flange",
+                            fmt::join(ends, ", ")));
     return std::nullopt;
   }
 
@@ -122,6 +127,7 @@ class ChainBuilder {
   template <typename Element>
   void Use(const Element& element, const std::string& fixed_to = "") {
     for (config::Fault fault : element.faults) {
+      if (!taken_.insert(config::FaultText(fault)).second) continue;
       if (!fixed_to.empty()) fault.what += "; it moves with the arm, fixed to link " + fixed_to;
       faults_.Add(std::move(fault));
     }
@@ -134,7 +140,9 @@ class ChainBuilder {
     const auto collect = [&](const auto& elements) {
       for (const auto& element : elements) {
         if (element.faults.empty() || used_.contains(&element)) continue;
-        unused.insert(unused.end(), element.faults.begin(), element.faults.end());
+        for (const config::Fault& fault : element.faults) {
+          if (taken_.insert(config::FaultText(fault)).second) unused.push_back(fault);
+        }
       }
     };
     collect(urdf_.links);
@@ -156,7 +164,8 @@ class ChainBuilder {
   std::string file_;
   Rising rising_;
   config::FaultList& faults_;
-  std::set<const void*> used_;  ///< links and joints of the arm, and everything fixed to it
+  std::set<const void*> used_;   ///< links and joints of the arm, and everything fixed to it
+  std::set<std::string> taken_;  ///< faults that are reported; two elements may share one
 };
 
 void ChainBuilder::CheckJoint(const UrdfJoint& joint) {

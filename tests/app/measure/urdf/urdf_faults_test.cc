@@ -74,6 +74,25 @@ TEST_CASE("a faulty URDF is refused with line, value and remedy") {
   CHECK_THAT(FaultsOf(WithJoint(kLimit), "b", "a"), Contains("the tip does not hang on the base"));
 }
 
+TEST_CASE("each fault is named once, and only those that may be the reason") {
+  using Catch::Contains;
+  const std::string faulty = WithJoint(kLimit + "<axis xyz=\"0 0 2\"/>");
+  CHECK_THAT(FaultsOf(faulty, "", "b"), Contains("has the length 2"));
+  CHECK_THAT(FaultsOf(faulty, "", "c"), Contains("\"c\" is not a link") && !Contains("length"));
+  CHECK_THAT(FaultsOf(faulty, "c", ""), Contains("\"c\" is not a link") && !Contains("length"));
+  const std::string endless =
+      FaultsOf("<robot>" + Link("a") + Joint("j", "fixed", "a", "c", "") + "</robot>");
+  CHECK_THAT(endless, Contains("no chain has an end") && !Contains("end in ;"));
+  const std::string same = FaultsOf("<robot>" + Link("a") + Link("a") + Link("b") +
+                                    Joint("j", "revolute", "a", "b", kLimit) +
+                                    Joint("j", "revolute", "b", "a", kLimit) + "</robot>");
+  INFO(same);
+  for (const char* name : {"link a: has the same name", "joint j: has the same name"}) {
+    CHECK(same.find(name) != std::string::npos);
+    CHECK(same.find(name) == same.rfind(name));
+  }
+}
+
 TEST_CASE("a chain of too many joints, and two ends of equal rank") {
   std::string text = "<robot>" + Link("l0");
   for (int i = 1; i <= 13; ++i) {
