@@ -75,6 +75,10 @@ const char* Describe(InputFault fault) {
 
 const char* RemedyOf(InputFault fault) {
   switch (fault) {
+    case InputFault::kMissing:
+    case InputFault::kStale:
+      return "check the link, that the controller refreshes its registers, and the profile's "
+             "[sequence]; a slow link or controller needs a larger robot.stale_after_ms";
     case InputFault::kNotFinite:
     case InputFault::kTooSmall:
       return "check addresses, type and word order of the profile's joints";
@@ -88,9 +92,11 @@ const char* RemedyOf(InputFault fault) {
     case InputFault::kAllZero:
       return "move a joint; if they stay zero, check the addresses of the profile's joints, and "
              "that the robot is switched on and referenced";
-    default:
+    case InputFault::kJump:
+    case InputFault::kOk:
       return "";
   }
+  return "";
 }
 
 InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,

@@ -13,7 +13,7 @@
 namespace plumbline::cli {
 namespace {
 
-constexpr double kRobotWait_s = 3, kPause_s = 0.02;
+constexpr double kRobotWait_s = 3;
 
 std::string PlaceOf(const config::RobotLinkConfig& link) {
   return link.transport == "rtu"
@@ -37,7 +37,7 @@ std::string JointsText(const kinematics::Chain& chain, const model::JointVector&
   return text;
 }
 
-/// The newest reading, whether it is trusted, and why the link failed if it did.
+/// The newest reading, whether it is trusted, and why the link failed if it did last.
 struct Reading {
   model::RobotState state;
   InputFault fault = InputFault::kMissing;
@@ -45,24 +45,40 @@ struct Reading {
   std::string problem;
 };
 
-Reading ReadUntilTrusted(robot::RobotDevice& robot, const MachineConfig& machine,
+/// Reads as often as the daemon, and judges as it does: while a reading is on its way, the one
+/// before it ages.
+Reading ReadUntilTrusted(robot::RobotDevice& robot, const config::DaemonConfig& config,
                          const deflection::LoadedArm& arm) {
   Reading reading;
-  PlausibilityFilter filter(machine.plausibility);
-  const double until_s = MonotonicSeconds() + kRobotWait_s;
-  while (reading.fault != InputFault::kOk && MonotonicSeconds() < until_s) {
-    const robot::LinkResult result = robot.Read(reading.state);
+  PlausibilityFilter filter(config.machine.plausibility);
+  const auto judge = [&](double now_s) {
+    const std::optional<int> mounted =
+        arm.tools() == 1 ? 0 : loads::ToolIndexOf(config.machine.cell, reading.state.tool_number);
+    reading.fault = filter.Check(arm, reading.state, now_s, mounted);
+  };
+  double now_s = MonotonicSeconds();
+  const double until_s = now_s + kRobotWait_s;
+  while (reading.fault != InputFault::kOk && now_s < until_s) {
+    SleepSeconds(now_s + config.cycle_period_s - MonotonicSeconds());
+    now_s = MonotonicSeconds();
+    model::RobotState newest = reading.state;
+    const robot::LinkResult result = robot.Read(newest);
+    judge(MonotonicSeconds());
     if (result == robot::LinkResult::kOk) {
-      const std::optional<int> mounted =
-          arm.tools() == 1 ? 0 : loads::ToolIndexOf(machine.cell, reading.state.tool_number);
-      reading.fault = filter.Check(arm, reading.state, reading.state.timestamp_s, mounted);
+      reading.state = newest;
+      reading.problem.clear();
+      judge(MonotonicSeconds());
     } else if (result != robot::LinkResult::kWaiting) {
       reading.problem = robot.problem();
       reading.failed = result;
     }
-    if (reading.fault != InputFault::kOk) SleepSeconds(kPause_s);
   }
   return reading;
+}
+
+/// What is wrong with a reading of a robot that answers.
+std::string_view WhyUntrusted(InputFault fault) {
+  return fault == InputFault::kMissing ? "it was not refreshed" : Describe(fault);
 }
 
 }  // namespace
@@ -75,9 +91,9 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   auto robot = robot::MakeRobot(link.transport, link.connection);
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   const deflection::LoadedArm arm(config.machine.cell);
-  const Reading reading = ReadUntilTrusted(*robot.value(), config.machine, arm);
+  const Reading reading = ReadUntilTrusted(*robot.value(), config, arm);
   const std::string place = PlaceOf(link);
-  if (reading.state.sequence == 0) {
+  if (reading.state.sequence == 0 || !reading.problem.empty()) {
     const std::string_view remedy = robot::LinkRemedy(reading.failed);
     return {Health::kFault, "robot",
             reading.problem.empty() ? place + " does not answer" : reading.problem,
@@ -89,7 +105,7 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   }
   return {Health::kFault, "robot",
           fmt::format("{} answers, but its reading is not trusted: {}. {}", place,
-                      Describe(reading.fault), joints),
+                      WhyUntrusted(reading.fault), joints),
           RemedyOf(reading.fault)};
 }
 

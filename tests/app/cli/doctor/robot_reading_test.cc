@@ -8,16 +8,15 @@
 #include <limits>
 
 #include "app/base/config/daemon_config_reader.h"
+#include "drivers/clock.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/drivers/robot/fake_controller.h"
 
 namespace plumbline::robot_reading_test {
 namespace {
 
-/// A controller with six float32 joints in degrees from register `first` on, read from 0 on.
-cli::CheckResult Checked(const std::array<float, 6>& joints_deg, int first = 0,
-                         bool low_word_first = false) {
-  robot::FakeController controller;
+void SetJoints(robot::FakeController& controller, const std::array<float, 6>& joints_deg,
+               int first = 0, bool low_word_first = false) {
   for (int j = 0; j < 6; ++j) {
     const auto bits = std::bit_cast<std::uint32_t>(joints_deg[static_cast<std::size_t>(j)]);
     const auto high = static_cast<std::uint16_t>(bits >> 16),
@@ -25,22 +24,35 @@ cli::CheckResult Checked(const std::array<float, 6>& joints_deg, int first = 0,
     controller.Set(first + 2 * j, low_word_first ? low : high);
     controller.Set(first + 2 * j + 1, low_word_first ? high : low);
   }
+}
+
+/// What the doctor finds of a controller with joints from register 0 on.
+/// @param profile  further lines
+cli::CheckResult Found(const robot::FakeController& controller, const std::string& profile = "") {
   const test::TemporaryFolder folder;
   std::filesystem::copy("config/cells", folder.path() + "/cells");
   std::ofstream(folder.path() + "/p.toml")
       << "schema = 1\nname = \"p\"\nsource = \"test\"\nport = 502\nunit_id = 1\n"
-         "[[read]]\ntable = \"holding\"\nfirst = 0\ncount = 12\n"
+         "[[read]]\ntable = \"holding\"\nfirst = 0\ncount = 14\n"
          "[[joints]]\ntable = \"holding\"\naddress = [0, 2, 4, 6, 8, 10]\ntype = \"float32\"\n"
-         "unit = \"deg\"\n";
+         "unit = \"deg\"\n"
+      << profile;
   const std::string file = folder.path() + "/plumbline.toml";
   std::ofstream(file) << "cell = \"cells/ur10.toml\"\nstate_directory = \"state\"\n[robot]\n"
                       << "profile = \"p.toml\"\nhost = \"127.0.0.1\"\nport = " << controller.port()
-                      << "\n[payload]\nsource = \"fixed\"\nmass_kg = 1.0\n";
+                      << "\ntimeout_ms = 1000\n[payload]\nsource = \"fixed\"\nmass_kg = 1.0\n";
   config::FaultList faults;
   const auto config = config::ReadDaemonConfig(file, faults);
   INFO(config::FaultsText(faults));
   REQUIRE(config);
   return cli::CheckRobot(*config);
+}
+
+cli::CheckResult Checked(const std::array<float, 6>& joints_deg, int first = 0,
+                         bool low_word_first = false) {
+  robot::FakeController controller;
+  SetJoints(controller, joints_deg, first, low_word_first);
+  return Found(controller);
 }
 
 constexpr std::array kJoints{12.5F, -95.25F, 88.0F, -61.75F, -90.5F, 170.125F};
@@ -58,7 +70,7 @@ TEST_CASE("a robot that answers is good only if the daemon would trust it") {
   outside[1] = 3000;
   for (const auto& [found, why] :
        {std::pair{Checked(kJoints, 0, true), "too small to be readings"},
-        {Checked(kJoints, 1), "not trusted"},
+        {Checked(kJoints, 1), "too small to be readings"},
         {Checked(nan),
          "not a number. q1 12.5 deg (-360 to 360), q2 -95.25 deg (-360 to 360), q3 "
          "nan deg"},
@@ -70,6 +82,60 @@ TEST_CASE("a robot that answers is good only if the daemon would trust it") {
                                   Catch::Contains(why));
     CHECK_FALSE(found.remedy.empty());
   }
+}
+
+TEST_CASE("readings that the daemon would call stale are not good") {
+  using Exchange = robot::FakeController::Exchange;
+  robot::FakeController controller;
+  SetJoints(controller, kJoints);
+  const std::string sequence =
+      "[sequence]\ntable = \"holding\"\naddress = [12]\ntype = \"uint16\"\n";
+  cli::CheckResult found;
+  std::string why = "answers, but its reading is not trusted: stale. q1 12.5 deg";
+  std::string remedy = "controller refreshes its registers";
+  SECTION("the refresh counter stands still") {
+    found = Found(controller, sequence);
+  }
+  SECTION("the link is slower than stale_after_ms") {
+    controller.Behave([](Exchange&) {
+      SleepSeconds(0.15);
+      return robot::FakeController::Then::kAnswer;
+    });
+    found = Found(controller);
+    remedy = "robot.stale_after_ms";
+  }
+  SECTION("each reading is in time, but the next one comes too late") {
+    controller.Behave([](Exchange&) {
+      SleepSeconds(0.07);
+      return robot::FakeController::Then::kAnswer;
+    });
+    found = Found(controller);
+  }
+  SECTION("the link is lost after a good reading") {
+    controller.Behave([](const Exchange& exchange) {
+      return exchange.number == 1 ? robot::FakeController::Then::kAnswer
+                                  : robot::FakeController::Then::kClose;
+    });
+    found = Found(controller);
+    why = "FC03, 14 from 0: ", remedy = "check the cable";
+  }
+  INFO(found.finding << '\n' << found.remedy);
+  CHECK(found.health == cli::Health::kFault);
+  CHECK_THAT(found.finding, Catch::Contains(why));
+  CHECK_THAT(found.remedy, Catch::Contains(remedy));
+}
+
+TEST_CASE("a counter that advances makes a reading good") {
+  robot::FakeController controller;
+  SetJoints(controller, kJoints);
+  controller.Behave([&](const robot::FakeController::Exchange& exchange) {
+    controller.Set(12, static_cast<std::uint16_t>(exchange.number));
+    return robot::FakeController::Then::kAnswer;
+  });
+  const cli::CheckResult found =
+      Found(controller, "[sequence]\ntable = \"holding\"\naddress = [12]\ntype = \"uint16\"\n");
+  INFO(found.finding);
+  CHECK(found.health == cli::Health::kGood);
 }
 
 }  // namespace plumbline::robot_reading_test
