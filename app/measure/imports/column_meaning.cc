@@ -231,56 +231,15 @@ struct JointName {
 /// True if a word says that a column is not a reading of a position: what was commanded, or another
 /// quantity. Such a word is never the name of an arm.
 bool NamesOther(std::string_view word) {
-  constexpr auto kOther = std::to_array<std::string_view>({"target",
-                                                           "soll",
-                                                           "set",
-                                                           "setpoint",
-                                                           "command",
-                                                           "commanded",
-                                                           "cmd",
-                                                           "nominal",
-                                                           "desired",
-                                                           "goal",
-                                                           "planned",
-                                                           "reference",
-                                                           "ref",
-                                                           "sim",
-                                                           "torque",
-                                                           "moment",
-                                                           "drehmoment",
-                                                           "velocity",
-                                                           "vel",
-                                                           "speed",
-                                                           "qd",
-                                                           "acceleration",
-                                                           "geschwindigkeit",
-                                                           "current",
-                                                           "strom",
-                                                           "voltage",
-                                                           "power",
-                                                           "effort",
-                                                           "force",
-                                                           "friction",
-                                                           "error",
-                                                           "err",
-                                                           "fehler",
-                                                           "deviation",
-                                                           "delta",
-                                                           "diff",
-                                                           "difference",
-                                                           "residual",
-                                                           "offset",
-                                                           "min",
-                                                           "max",
-                                                           "limit",
-                                                           "status",
-                                                           "state",
-                                                           "mode",
-                                                           "brake",
-                                                           "stiffness",
-                                                           "motor"});
+  constexpr std::string_view kOther =
+      " target soll set setpoint command commanded cmd nominal desired goal planned "
+      "reference ref sim torque moment drehmoment velocity vel speed qd acceleration "
+      "geschwindigkeit current strom voltage power effort force friction error err "
+      "fehler deviation delta diff difference residual offset min max limit status "
+      "state mode brake stiffness motor ";
   const auto known = [word](const KnownName& name) { return name.words == word; };
-  return std::ranges::find(kOther, word) != kOther.end() || std::ranges::any_of(kKnownNames, known);
+  return kOther.find(" " + std::string(word) + " ") != std::string_view::npos ||
+         std::ranges::any_of(kKnownNames, known);
 }
 
 /// Names that programs and robot descriptions give to a joint reading, too: "actual q 0" (RTDE),

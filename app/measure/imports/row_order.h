@@ -24,7 +24,8 @@ struct RowPairing {
 ///   - times of both files, put in order, differ by the same amount in each pair, to less than half
 ///     of the shortest interval: by time, whatever else the files say
 ///   - numbers and times agree on another order: by them
-///   - anything else: a fault. One column alone, in one file only, is not enough: the numbers may be
+///   - anything else: a fault. One column alone, in one file only, is not enough: the numbers may
+///   be
 ///     places in the other file, or names that were given in another order.
 /// @param faults  receives the fault, if the result is nullopt
 std::optional<RowPairing> PairingOf(const ImportedTable& measured, const ImportedTable& joints,
