@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iostream>
 #include <numbers>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -175,15 +176,11 @@ class MappedFile {
 };
 
 /// Reads the written text as the diagnosis will, with the joints of the cell.
-void CheckAgainstCell(const ImportCommandOptions& options, const std::string& csv,
-                      config::FaultList& faults) {
-  if (options.cell.empty()) return;
-  config::FaultList of_cell;
-  const auto cell = config::ReadCell(options.cell, of_cell);
-  if (!cell) return faults.Append(of_cell);
+void CheckAgainstCell(const ImportCommandOptions& options, const model::CellModel& cell,
+                      const std::string& csv, config::FaultList& faults) {
   const auto table = measure::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
-                                           cell->robot.joints, faults);
-  if (table) CheckImportedJoints(*cell, *table, options.units.angle_unit, faults);
+                                           cell.robot.joints, faults);
+  if (table) CheckImportedJoints(cell, *table, options.units.angle_unit, faults);
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.
@@ -310,20 +307,22 @@ int ImportFiles(const ImportCommandOptions& options) {
     if (options.preview) PrintPreviews(options, *file, joints);
     return kExitFault;
   }
-  measure::ImportedTable rows = RowsOf(*file, options.units);
+  measure::ImportedTable rows = RowsOf(*file, options.units), of_joints;
   if (options.preview) PrintPreviews(options, *file, joints);
-  if (joints) rows = WithJoints(rows, RowsOf(*joints, options.units), options.joints, faults);
+  if (joints) of_joints = RowsOf(*joints, options.units);
+  std::set<std::string> previewed(rows.notes.begin(), rows.notes.end());
+  previewed.insert(of_joints.notes.begin(), of_joints.notes.end());
+  if (joints) rows = WithJoints(rows, of_joints, options.joints, faults);
   const bool joints_given = std::any_of(rows.rows.begin(), rows.rows.end(),
                                         [](const auto& row) { return row.HasJoints(); });
   if (joints_given) RejectRowsWithoutJoints(rows);
   if (!faults.HasFaults()) CheckRows(options, *file, rows, faults);
-  if (!options.cell.empty()) {
-    config::FaultList reported_below;
-    const auto cell = config::ReadCell(options.cell, reported_below);
-    if (cell) SubtractWholeTurns(cell->robot, PlausibilityLimits{}.limit_margin_rad, rows);
-  }
+  config::FaultList of_cell;
+  const auto cell = options.cell.empty() ? std::nullopt : config::ReadCell(options.cell, of_cell);
+  if (cell) SubtractWholeTurns(cell->robot, PlausibilityLimits{}.limit_margin_rad, rows);
   const std::string csv = MeasuredCsv(rows);
-  if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
+  if (cell && !faults.HasFaults()) CheckAgainstCell(options, *cell, csv, faults);
+  if (!cell) faults.Append(of_cell);
   std::cerr << config::FaultsText(faults);
   if (faults.HasFaults() || options.preview) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
@@ -333,6 +332,9 @@ int ImportFiles(const ImportCommandOptions& options) {
     return WriteImport(options, rows, csv);
   }
   std::cout << "measured.csv: " << CountsText(rows) << '\n';
+  for (const std::string& note : rows.notes) {
+    if (!previewed.contains(note)) std::cout << "  " << note << '\n';
+  }
   return kExitOk;
 }
 

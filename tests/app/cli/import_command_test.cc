@@ -93,6 +93,15 @@ TEST_CASE("import checks the joint limits of --cell and suggests the unit") {
   CHECK_FALSE(files::ReadTextFile(folder.At("m.csv")));
   CHECK(ImportFolder::Import(table + rest + " --angle-unit deg").exit_code == 0);
 
+  // What is changed or matched is shown before anything is written, too.
+  const std::string turned = folder.Write("p.csv", "range_mm\n1\n2\n");
+  const std::string joints = folder.Write("j.csv", "q1_deg,q2_deg\n350,5\n10,6\n");
+  const Answer preview =
+      ImportFolder::Import(turned + " --joints " + joints + " --cell " + cell + " --preview");
+  INFO(preview.out << preview.err);
+  CHECK(preview.exit_code == 0);
+  CHECK_THAT(preview.out, Contains("joints matched by row") && Contains("360 subtracted in 1 of"));
+
   const std::string beyond = folder.Write("b.csv", "q1_deg,q2_deg,range_mm\n171,5,1\n1,62,2\n");
   const Answer one = ImportFolder::Import(beyond + rest);
   CHECK(one.exit_code == 1);
