@@ -164,6 +164,7 @@ TEST_CASE("an unconfirmed correction fades by the share S^2 / (S^2 + E^2) along 
   CHECK(GrowthOf(cell).Share(Measured()) == 0.6);
   CHECK(GrowthOf(cell).Share(beyond) == Approx(0.6 * share));
   CHECK(GrowthOf(cell).Variance(beyond) == Approx(share * gained_m2));
+  cell.domain->applied_share = 1;
   // Far away, nothing is applied: no worse than without a correction.
   CHECK(growth.Variance(With([](OperatingPoint& at) { at.t_s = 1e12; })) ==
         Approx(Squared(kDeclared_m)));
