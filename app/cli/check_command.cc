@@ -199,23 +199,21 @@ std::string CogText(const model::CellModel& cell) {
                             : "centre of gravity unknown: payload masses cannot be used";
 }
 
-std::string DomainText(const std::optional<model::Domain>& domain) {
+std::string DomainText(const model::CellModel& cell) {
+  const std::optional<model::Domain>& domain = cell.domain;
   if (!domain) return "none: the model is used within the joint limits";
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
-  if (domain->declared_sigma_m) {
-    return fmt::format(
-        "declared; {:.0f} % of the correction is applied at the measured poses, where points "
-        "deviate "
-        "by {:.3g} mm, and less far from them, where they deviate by up to {:.3g} mm (one sigma, "
-        "one axis)",
-        100 * domain->applied_share, *domain->residual_sigma_m / kMetrePerMm,
-        std::hypot(*domain->residual_sigma_m, *domain->declared_sigma_m) / kMetrePerMm);
-  }
-  return fmt::format(
-      "declared; standard deviation per axis {:.3g} mm at the measured poses and {:.3g} mm at a "
-      "distance of one radian from them",
-      *domain->residual_sigma_m / kMetrePerMm,
-      std::hypot(*domain->residual_sigma_m, *domain->distant_sigma_m) / kMetrePerMm);
+  const double near_mm = *domain->residual_sigma_m / kMetrePerMm;
+  const double growth_m = domain->declared_sigma_m.value_or(*domain->distant_sigma_m);
+  const std::string text = fmt::format(
+      "declared; standard deviation per axis {:.3g} mm at the measured poses and {:.3g} mm {}",
+      near_mm, std::hypot(*domain->residual_sigma_m, growth_m) / kMetrePerMm,
+      domain->declared_sigma_m ? "far from them" : "at a distance of one radian from them");
+  if (!domain->declared_sigma_m || cell.effects.empty()) return text;
+  return text + fmt::format(
+                    "; the causes of the correction are not confirmed: {:.0f} % of it is applied "
+                    "at the measured poses, and less far from them",
+                    100 * domain->applied_share);
 }
 
 /// The payload mass, which only the configuration contains, and its centre of gravity.
@@ -270,7 +268,7 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
     effects += (effects.empty() ? "" : ", ") + effect.id;
   }
   lines.push_back({"effects", effects.empty() ? "none added" : effects});
-  lines.push_back({"domain", DomainText(cell.domain)});
+  lines.push_back({"domain", DomainText(cell)});
   const auto unmeasured = [&](const std::string& text) {
     if (!text.empty()) lines.push_back({"domain", text + ": its points are extrapolated"});
   };

@@ -53,6 +53,13 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
     }
     names.push_back(std::move(name));
   }
+  for (std::size_t k = 0; k < names.size(); ++k) {  // such as drifts with two time constants
+    const auto count = std::ranges::count(names, names[k]);
+    if (count < 2) continue;
+    const std::string name = names[k];
+    names[k] += count == 2 ? " (twice)" : fmt::format(" ({} times)", count);
+    std::erase(names, name);
+  }
   return names;
 }
 
@@ -148,6 +155,20 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   return text;
 }
 
+/// The drivers; those that may take the place of others apart.
+std::string DriversText(const Diagnosis& diagnosis) {
+  std::vector<std::string> own, alternatives;
+  for (const std::string& driver : diagnosis.drivers) {
+    const bool alternative =
+        std::ranges::any_of(diagnosis.rival_drivers, [&](const std::vector<std::string>& columns) {
+          return std::ranges::find(columns, driver) != columns.end();
+        });
+    (alternative ? alternatives : own).push_back(driver);
+  }
+  if (own.empty() || alternatives.empty()) return Listed(diagnosis.drivers);
+  return Listed(own) + ", or else " + Listed(alternatives, "or");
+}
+
 /// What the named effects leave.
 std::string UnknownPart(const Diagnosis& diagnosis) {
   const bool certain = diagnosis.misfit && diagnosis.misfit->certain;
@@ -162,13 +183,13 @@ std::string UnknownPart(const Diagnosis& diagnosis) {
            TextOf(diagnosis.misfit->condition);
   }
   if (!diagnosis.drivers.empty()) {
-    return "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
+    return "an effect outside the catalogue that follows " + DriversText(diagnosis);
   }
   if (diagnosis.declared_noise_too_small) {
-    return "an effect outside the catalogue that follows no recorded signal, or noise" +
+    return "an effect outside the catalogue that follows no single recorded signal, or noise" +
            NoiseClause(diagnosis);
   }
-  return "an effect outside the catalogue that follows no recorded signal";
+  return "an effect outside the catalogue that follows no single recorded signal";
 }
 
 std::string UnknownHeadline(const Diagnosis& diagnosis) {

@@ -91,7 +91,7 @@ TEST_CASE("the headline of an unknown cause names its signal and whether it is c
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnknown;
   CHECK(Headline(diagnosis) ==
-        "an effect outside the catalogue that follows no recorded signal; the unknown part is "
+        "an effect outside the catalogue that follows no single recorded signal; the unknown part is "
         "not corrected");
   diagnosis.drivers = {"air_pressure_bar"};
   Finding finding;

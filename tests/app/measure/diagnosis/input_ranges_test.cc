@@ -76,9 +76,9 @@ TEST_CASE("a joint is beyond its range by its lever") {
   inputs.units.turns = {true, false};
   RowInputs at;
   at.q.resize(2);
-  at.q << 5, -0.2;
+  at.q << 4, -0.2;
   CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
-        Approx(Squared(0.5 * 2) + Squared(0.1)));
+        Approx(Squared(0.5 * 1) + Squared(0.1)));
   at.q[0] = -1.5 + 2 * std::numbers::pi;  // 1.78 rad beyond, but half a radian within a whole turn
   CHECK(Beyond(InputRanges(inputs, all), ModelInput::kRange, at) ==
         Approx(Squared(0.5 * 0.5) + Squared(0.1)));
@@ -195,7 +195,7 @@ TEST_CASE("the stated growths are those per range, in the unit of each input") {
   }
   const InputRanges ranges = rows.Ranges();
   BeyondRanges growth_m;
-  growth_m << 1e-4, 2e-4, 3e-4, 4e-4;
+  growth_m << 5e-4, 1e-4, 2e-4, 3e-4, 4e-4;
   const model::Domain domain = Stated(ranges, InputRanges::Growth{growth_m, 0, true});
   RowInputs beyond = Rows().Add(-30, 10);
   beyond.payload_kg = 8;
