@@ -291,13 +291,12 @@ TEST_CASE("declared noise that the rows contradict is reported as too small") {
   CHECK(right->verdict == Verdict::kNoEffect);
   CHECK_FALSE(right->declared_noise_too_small);
   CHECK(Headline(*right).find("noise of 0.087 mm") != std::string::npos);
-  for (const auto& [sigma_m, text, verdict] :
-       {std::tuple{3e-5, "0.052", Verdict::kNoEffect}, {1.5e-5, "0.026", Verdict::kUnknown}}) {
+  for (const auto& [sigma_m, text] : {std::pair{3e-5, "0.052"}, {1.5e-5, "0.026"}}) {
     CAPTURE(sigma_m);
     data.cell.measurement.sigma_m = sigma_m;
     const auto contradicted = Answer(data);
     REQUIRE(contradicted);
-    CHECK(contradicted->verdict == verdict);
+    CHECK(contradicted->verdict == Verdict::kUnknown);
     const std::string headline = Headline(*contradicted);
     CHECK_FALSE(Contains(headline, "noise of " + std::string(text) + " mm;"));
     CHECK(Contains(headline, "the declared noise of " + std::string(text) + " mm is too small"));
