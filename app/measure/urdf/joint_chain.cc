@@ -57,12 +57,9 @@ class ChainBuilder {
     if (!Known("--base", base) || !Known("--tip", tip)) return std::nullopt;
     const auto tip_name = tip.empty() ? End(base) : std::optional(tip);
     const auto base_name = !tip_name || !base.empty() ? std::optional(base) : RootAbove(*tip_name);
-    if (!tip_name || !base_name) {
-      for (const UrdfJoint& joint : urdf_.joints) Use(joint);  // one of them may be the reason
-      for (const UrdfLink& link : urdf_.links) Use(link);
-      return std::nullopt;
-    }
+    if (!tip_name || !base_name) return UseAll();
     JointChain chain = ChainOf(*base_name, *tip_name);
+    if (chain.joints.empty() && base.empty() && tip.empty()) return UseAll();
     if (faults_.HasFaults()) return std::nullopt;
     WarnOfUnused();
     return chain;
@@ -132,6 +129,13 @@ class ChainBuilder {
       faults_.Add(std::move(fault));
     }
     used_.insert(&element);
+  }
+
+  /// Without an arm, any element may be the reason.
+  std::nullopt_t UseAll() {
+    for (const UrdfJoint& joint : urdf_.joints) Use(joint);
+    for (const UrdfLink& link : urdf_.links) Use(link);
+    return std::nullopt;
   }
 
   /// One warning for the faults of everything that the arm does not need.

@@ -90,9 +90,10 @@ TEST_CASE("lists and names") {
 TEST_CASE("the headline of an unknown cause names its signal and whether it is corrected") {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnknown;
-  CHECK(Headline(diagnosis) ==
-        "an effect outside the catalogue that follows no single recorded signal; the unknown part is "
-        "not corrected");
+  CHECK(
+      Headline(diagnosis) ==
+      "an effect outside the catalogue that follows no single recorded signal; the unknown part is "
+      "not corrected");
   diagnosis.drivers = {"air_pressure_bar"};
   Finding finding;
   finding.effect.term.effect = effects::FindEffect("empirical");
