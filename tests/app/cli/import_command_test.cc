@@ -195,19 +195,24 @@ TEST_CASE("a damaged line does not switch the matching of joints from names to r
   }
 }
 
-TEST_CASE("joints with names are matched by a first column of text, never by row") {
+TEST_CASE("joints with names are matched by a column of text, wherever it is") {
   const ImportFolder folder;
   const std::string joints = folder.Write("j.csv", "Name,q1_deg\nB,2\nA,1\n");
-  const auto imported = [&](const std::string& table) {
-    return ImportFolder::Import(folder.Write("t.csv", table) + " --joints " + joints +
-                                " --output " + folder.At("m.csv"));
-  };
-  const Answer by_first = imported("Punkt,x_mm,y_mm,z_mm\nA,100,0,0\nB,200,0,0\n");
-  CHECK(by_first.exit_code == 0);
-  CHECK_THAT(by_first.err, Contains("joints matched by name"));
-  const Answer unknown = imported("x_mm,y_mm,z_mm,Punkt\n100,0,0,A\n200,0,0,B\n");
-  CHECK(unknown.exit_code == 1);
-  CHECK_THAT(unknown.err, Contains("no column of the measurements is known to hold these names"));
+  for (const char* table : {"Punkt,x_mm,y_mm,z_mm\nA,100,0,0\nB,200,0,0\n",
+                            "x_mm,y_mm,z_mm,Punkt\n100,0,0,A\n200,0,0,B\n"}) {
+    CAPTURE(table);
+    const Answer answer = ImportFolder::Import(folder.Write("t.csv", table) + " --joints " +
+                                               joints + " --output " + folder.At("m.csv"));
+    CHECK(answer.exit_code == 0);
+    CHECK_THAT(answer.err, Contains("joints matched by name"));
+    config::FaultList faults;
+    const auto rows = measure::TableFromCsv(folder.TextOf("m.csv"), "m.csv",
+                                            std::vector<model::Joint>(1), faults);
+    REQUIRE(rows);
+    REQUIRE(rows->rows.size() == 2);
+    for (const measure::MeasuredRow& row : rows->rows)
+      CHECK(row.measured_W.value().x() == Approx(0.1 * row.q[0] / kRadPerDeg));
+  }
 }
 
 TEST_CASE("import overwrites none of its inputs") {

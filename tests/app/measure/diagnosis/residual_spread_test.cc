@@ -86,8 +86,11 @@ TEST_CASE("the growth along an input that no fold tests is the prior's") {
   for (const Vec3& before : validation.schemes[1].before)
     declared_m2 += before.squaredNorm() / (3 * kRows);
   const ResidualSpread fading = Spread(validation, Correction::kFading);
+  CHECK(Growth(confirmed, ModelInput::kRange) >= kSigma_m);
+  // With the caution of the regions, as the posture.
+  CHECK(Growth(fading, ModelInput::kRange) >= Growth(fading, ModelInput::kTorque));
   for (const ModelInput input :
-       {ModelInput::kRange, ModelInput::kTorque, ModelInput::kPayload, ModelInput::kTemperature}) {
+       {ModelInput::kTorque, ModelInput::kPayload, ModelInput::kTemperature}) {
     CHECK(Growth(confirmed, input) >= kSigma_m);  // a confirmed law extrapolates within the noise
     CHECK(Growth(confirmed, input) < 1.2 * kSigma_m);
     CHECK(Growth(fading, input) / fading.declared_m.value() ==
