@@ -104,7 +104,7 @@ TEST_CASE("lines in any order are matched by what both files show, or refused") 
         const bool shows = k % 2 == 0 ? !of_measured.number.empty() || of_measured.time
                                       : !of_joints.number.empty() || of_joints.time;
         if (k % 3 == 0) std::ranges::shuffle(moved, random);
-        if (k % 3 == 1) std::ranges::rotate(moved, moved.begin() + 1);
+        if (k % 3 == 1) std::rotate(moved.begin(), moved.begin() + 1, moved.end());
         if (k % 3 == 2) std::swap(moved[0], moved[2]);
         if (!shows) continue;  // nothing in the files could reveal it
         const Outcome outcome = Match(session, of_measured, of_joints);
