@@ -33,11 +33,10 @@ struct RejectedRegime {
 
 /// Tests whether rejected rows are gross errors, which have independent directions and are in any
 /// rows. A run of rejected rows, or all visits of a pose, may be one event.
-///  - Each effect of the catalogue without a searched shape, and the effects of the answer, are
-///  tried
-///    in the rejected rows only and at full weight: k columns explain a share of the squares that
-///    F_{k, n - k} bounds; n is the lengths of the independent events, reduced to (sum s)^2 / sum
-///    s^2 events for squares s.
+///  - Each effect of the catalogue without a searched shape, and the answer's own effects, are
+///    tried in the rejected rows only and at full weight: k columns explain a share of the squares
+///    that F_{k, n - k} bounds; n is the lengths of the independent events, reduced to
+///    (sum s)^2 / sum s^2 events for squares s.
 ///  - The events are compared with the other rows in every column.
 /// Both p-values, each over all that was tried, are independent for gross errors and are combined
 /// [R. A. Fisher, Statistical Methods for Research Workers (1932), sec. 21.1]:
