@@ -33,8 +33,9 @@ std::optional<int> MovingAbove(const Tree& tree, const std::string& base, std::s
   int moving = 0;
   for (std::size_t steps = 0; steps <= tree.above.size(); ++steps) {
     const auto joint = tree.above.find(link);
-    if (link == base || joint == tree.above.end()) {
-      return base.empty() || link == base ? std::optional(moving) : std::nullopt;
+    const bool at_base = !base.empty() && link == base;
+    if (at_base || joint == tree.above.end()) {
+      return base.empty() || at_base ? std::optional(moving) : std::nullopt;
     }
     moving += joint->second->Moves() ? 1 : 0;
     link = joint->second->parent;
