@@ -215,6 +215,16 @@ TEST_CASE("joints with names are matched by a column of text, wherever it is") {
   }
 }
 
+TEST_CASE("joints with names are not matched by row with measurements whose names are unknown") {
+  const ImportFolder folder;
+  const std::string joints = folder.Write("j.csv", "Name,q1_deg\nB,2\nA,1\n");
+  const std::string table = folder.Write("t.csv", "x_mm,y_mm,z_mm\n100,0,0\n200,0,0\n");
+  const Answer answer =
+      ImportFolder::Import(table + " --joints " + joints + " --output " + folder.At("m.csv"));
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err, Contains("no column of the measurements is known to hold these names"));
+}
+
 TEST_CASE("import overwrites none of its inputs") {
   const ImportFolder folder;
   const std::string table = folder.Write("t.csv", "q1_deg,x_mm,y_mm,z_mm\n1,1,2,3\n");

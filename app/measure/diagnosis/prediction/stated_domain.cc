@@ -185,7 +185,7 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitRows& accepted, const InputRanges& ranges, const CorrectedModel& corrected,
                Diagnosis& diagnosis) {
   if (!RadiusCanBeStated(task, corrected.validation, diagnosis)) {
-    if (!task.data.instrument_used())
+    if (!task.data.instrument_used() && !diagnosis.not_observable.empty())
       diagnosis.notes.emplace_back(
           "the radius of new points is not validated by these rows: all are on artefacts, which "
           "cannot show every error of the tip (not_observable). Measure some positions with an "

@@ -93,7 +93,7 @@ TEST_CASE("readings that the daemon would call stale are not good") {
   cli::CheckResult found;
   std::string why = "answers, but its reading is not trusted: stale. q1 12.5 deg";
   std::string remedy = "controller refreshes its registers";
-  SECTION("the refresh counter stands still") {
+  SECTION("the refresh counter does not change") {
     found = Found(controller, sequence);
   }
   SECTION("the link is slower than stale_after_ms") {
