@@ -6,11 +6,11 @@
                                                        with kinematics in NumPy, it reaches as far as its
                                                        maker says, and config/README.md has its row
     supplied_cells.py --urdf FOLDER                    the flange over random postures against the file that
-                                                       the cell names, FOLDER/OWNER/REPOSITORY/NAME.urdf
+                                                       the cell names: NAME.urdf, or NAME.py with a table of
+                                                       robotkinematicscatalogue, below FOLDER/OWNER/REPOSITORY
     supplied_cells.py --table                          the rows for config/README.md
 
-The files are public but not ours to distribute: expand the xacro of the named repository; a table of
-robotkinematicscatalogue has to be written as a URDF first.
+The files are public but not ours to distribute: clone the repositories, and expand xacro files to NAME.urdf.
 """
 
 import argparse
@@ -125,6 +125,26 @@ class Urdf:
         return np.linalg.inv(self.pose(base, q_deg)) @ self.pose(tip, q_deg)
 
 
+class Table(Cell):
+    """A table of robotkinematicscatalogue: alpha, a, d and theta of each joint, and its sign."""
+
+    def __init__(self, path):
+        def numbers(pattern):
+            found = re.search(pattern, text, re.S)[1].replace("np.pi", "180.0")
+            assert re.fullmatch(r"[\d.\s+*/()\[\],-]*", found), found
+            return eval(found)
+
+        with open(path) as file:
+            text = re.sub("#.*", "", file.read())
+        rows, signs = numbers(r"DHM = np\.array\((\[\[.*?\]\])\)"), numbers(r"inv_joint = ([^\n]*)")
+        self.proximal = True
+        self.joints = [dict(alpha_deg=alpha, a_mm=a, d_mm=d, theta_offset_deg=theta, sign=sign)
+                       for (alpha, a, d, theta), sign in zip(rows, signs)]
+
+    def flange(self, _base, _tip, q_deg):
+        return self.frames(q_deg)[-1]
+
+
 def difference(first, second):
     """Largest difference of two arrays of poses: mm, degrees."""
     turned = np.linalg.norm(first[:, :3, :3] - second[:, :3, :3], axis=(1, 2)) / np.sqrt(8)
@@ -196,12 +216,14 @@ def compare(cells, folder, count):
             print("%-24s no second source" % cell.file)
             continue
         repository, name, base, tip = cell.checked.group(1, 2, 3, 4)
-        path = os.path.join(folder, repository, name + ".urdf")
-        if not os.path.exists(path):
+        paths = [path for ending in (".urdf", ".py") for path in sorted(
+            glob.glob(os.path.join(folder, repository, "**", name + ending), recursive=True))]
+        if not paths:
             print("%-24s %-40s not in the folder" % (cell.file, name))
             continue
         q = postures(cell, count)
-        apart = difference(cell.frames(q)[-1], Urdf(path).flange(base, tip, q))
+        other = (Table if paths[0].endswith(".py") else Urdf)(paths[0])
+        apart = difference(cell.frames(q)[-1], other.flange(base, tip, q))
         stated = tuple(float(v) for v in cell.checked.group(5, 6))
         good = all(a < s + 0.0015 for a, s in zip(apart, stated))
         wrong += not good
