@@ -19,6 +19,8 @@
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/output_file.h"
+#include "app/measure/diagnosis/hypotheses/gross_errors.h"
+#include "app/measure/diagnosis/preparation/dataset_preparation.h"
 #include "app/measure/imports/ask.h"
 #include "app/measure/imports/preview.h"
 #include "app/measure/imports/whole_turns.h"
@@ -175,12 +177,27 @@ class MappedFile {
   std::string path_, mapping_path_;
 };
 
-/// Reads the written text as the diagnosis will, with the joints of the cell.
+/// Reads the written text as the diagnosis will, with the joints of the cell, and looks for the
+/// same mistakes: rows that belong together may have been read from two files in different orders.
 void CheckAgainstCell(const ImportCommandOptions& options, const model::CellModel& cell,
                       const std::string& csv, config::FaultList& faults) {
   const auto table = measure::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out,
                                            cell.robot.joints, faults);
-  if (table) CheckImportedJoints(cell, *table, options.units.angle_unit, faults);
+  if (!table) return;
+  CheckImportedJoints(cell, *table, options.units.angle_unit, faults);
+  if (faults.HasFaults() || !table->recorded.position) return;
+  const Result<measure::Dataset> data = measure::DatasetFrom(cell, *table);
+  if (!data) return;  // not yet what a diagnosis needs
+  constexpr int kThreads = 2;
+  const Result<measure::DeclaredFit> fit = measure::FitDeclared(*data, kThreads);
+  if (fit) return;
+  // Rows of two files may have been put together in a wrong order; a single file is what it is.
+  const bool two_files = !options.joints.empty();
+  faults.Add(
+      {two_files ? config::Fault::Severity::kFault : config::Fault::Severity::kWarning,
+       options.file, 0, "",
+       fmt::format("does not fit {}: {}{}", options.cell, fit.error(),
+                   two_files ? "; no file is written (without --cell it is, as read)" : "")});
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.

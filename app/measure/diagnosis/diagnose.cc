@@ -133,21 +133,11 @@ MeasuredTable WithCellTime(const model::CellModel& cell, MeasuredTable table,
 
 /// Fits the free frames of the declared cell. If rows and cell differ by more than any effect, the
 /// error names the mistake.
-Result<FittedModel> FitDeclared(const Task& task) {
+Result<FittedModel> FittedDeclared(const Task& task) {
   task.Report(0.02, "aligning frames");
-  const int threads = task.options.threads;
-  // With values in a wrong unit, the deflection of the arm may not converge.
-  const auto failed = [&](const std::string& error) {
-    return Error{ChangedUnit(task.data, threads).value_or(error)};
-  };
-  const Result<Model> aligned = Align(task.data, Model::Declared(task.data), threads);
-  if (!aligned) return failed(aligned.error());
-  const Result<Linearisation> linear = Linearise(task.data, *aligned, false, threads);
-  if (!linear) return failed(linear.error());
-  if (const auto gross = GrossError(task.data, *linear, threads)) {
-    return Error{*gross};
-  }
-  return FittedModel{*aligned, ErrorsOf(*linear)};
+  const Result<DeclaredFit> fit = FitDeclared(task.data, task.options.threads);
+  if (!fit) return fit.failure();
+  return FittedModel{fit->model, ErrorsOf(fit->linear)};
 }
 
 /// Fits the identified model to all rows with new weights, if the search used a subset.
@@ -309,7 +299,7 @@ class StartedDiagnosis final : public Attempt {
 };
 
 Result<void> StartedDiagnosis::Identify() {
-  Result<FittedModel> declared = FitDeclared(task());
+  Result<FittedModel> declared = FittedDeclared(task());
   if (!declared) return declared.failure();
   declared_ = std::move(declared).value();
   CopyBasePosesToRows(declared_->model, data_);

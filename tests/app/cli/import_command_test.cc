@@ -1,5 +1,12 @@
 // plumbline import, export-urdf and plan: what is written, and what is refused.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
 
 #include "app/cli/commands.h"
 #include "app/measure/table/csv.h"
@@ -107,6 +114,46 @@ TEST_CASE("import checks the joint limits of --cell and suggests the unit") {
   CHECK(one.exit_code == 1);
   CHECK_THAT(one.err, Contains("m.csv:3 q2_deg: 62 is outside the joint limits -60 to 60") &&
                           Contains("1 of 2 rows") && Contains("the order of the joints"));
+}
+
+TEST_CASE("import with --cell finds measurements in another order than the joints") {
+  const ImportFolder folder;
+  // Two joints in a plane and a lift, with the tip at (x, y, z) by their closed form.
+  const std::string cell =
+      folder.Write("cell.toml",
+                   "schema = 1\n[robot]\nname = \"scara\"\nconvention = \"dh\"\n"
+                   "[[robot.joint]]\na_mm = 500\nalpha_deg = 0\nd_mm = 0\n"
+                   "[[robot.joint]]\na_mm = 400\nalpha_deg = 0\nd_mm = 0\n"
+                   "[[robot.joint]]\ntype = \"prismatic\"\na_mm = 0\nalpha_deg = "
+                   "0\ntheta_offset_deg = 0\nd_mm = 0\n"
+                   "[tool]\nmodel = \"rigid\"\ntcp_mm = [0, 0, 100]\n"
+                   "[measurement]\nkind = \"position\"\nframe = \"unaligned\"\nsigma_mm = 0.05\n");
+  std::vector<std::string> points;
+  std::string joints = "q1_deg,q2_deg,q3_mm\n";
+  for (int k = 0; k < 24; ++k) {
+    const double q1_deg = (37 * k) % 140 - 70, q2_deg = (53 * k) % 110 + 10, lift = (29 * k) % 180;
+    joints += fmt::format("{},{},{}\n", q1_deg, q2_deg, lift);
+    const double q1 = q1_deg * kRadPerDeg, q12 = (q1_deg + q2_deg) * kRadPerDeg;
+    // The instrument stands elsewhere, turned by 90 degrees.
+    points.push_back(fmt::format("{:.4f},{:.4f},{:.4f}\n",
+                                 1000 - 500 * std::sin(q1) - 400 * std::sin(q12),
+                                 500 * std::cos(q1) + 400 * std::cos(q12), lift + 100));
+  }
+  const auto import = [&](const std::string& name) {
+    std::string text = "x_mm,y_mm,z_mm\n";
+    for (const std::string& point : points) text += point;
+    return ImportFolder::Import(folder.Write(name, text) + " --joints " +
+                                folder.Write("j.csv", joints) + " --cell " + cell + " --output " +
+                                folder.At("m.csv"));
+  };
+  const Answer in_order = import("in_order.csv");
+  INFO(in_order.err);
+  CHECK(in_order.exit_code == 0);
+  std::mt19937_64 generator(5);
+  std::shuffle(points.begin(), points.end(), generator);
+  const Answer shuffled = import("shuffled.csv");
+  CHECK(shuffled.exit_code == 1);
+  CHECK_THAT(shuffled.err, Contains("in different orders") && Contains("no file is written"));
 }
 
 TEST_CASE("import says which columns it ignores and refuses two of one meaning") {

@@ -87,7 +87,7 @@ std::string SentenceOf(const EditTrial& trial) {
   const Model::Frames& found = trial.model.frames.front();
   if (trial.mistake->fits_tip) {
     return fmt::format("the TCP is {} from the declared one, in the flange frame",
-                       MillimetresText(found.tip_F - trial.declared.tip_F));
+                       MillimetresText(found.X_FT.front().p - trial.declared.X_FT.front().p));
   }
   const Mat3 R = found.X_WB.R * trial.declared.X_WB.R.transpose();
   const double angle_deg = VectorFromRotation(R).norm() / kRadPerDeg;
@@ -100,33 +100,84 @@ double ScoreOf(const EditTrial& trial) {
   return trial.residual_m * (trial.mistake->fits() ? kFreeParameterRatio : 1.0);
 }
 
-/// Median distance of each measured point from the nearest tip predicted for any row; nullopt
-/// unless it is so small (a fifth of the distance between the points) that measurements and joint
-/// readings must be in different orders.
-std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& aligned,
-                                      double before_m) {
-  constexpr int kMaxPairedRows = 1000;
-  if (data.ranges() || data.frames_free() || data.tip_free() || data.rows() > kMaxPairedRows) {
-    return std::nullopt;
+/// Distances of a point from all others, ascending: the same in every frame and order of the rows.
+using DistanceProfile = Eigen::VectorXd;
+
+std::vector<DistanceProfile> ProfilesOf(const std::vector<Vec3>& points) {
+  std::vector<DistanceProfile> profiles;
+  for (const Vec3& p : points) {
+    DistanceProfile& own =
+        profiles.emplace_back(DistanceProfile(static_cast<Eigen::Index>(points.size())));
+    for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = (p - points[k]).norm();
+    std::sort(own.begin(), own.end());
   }
-  std::vector<double> nearest_m, apart_m;
-  for (const RowIndex row : data.row_indices()) {
-    const std::optional<Vec3>& p = data.measured(row).measured_W;
-    if (!p) continue;
-    double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
-    for (const RowIndex other : data.row_indices()) {
-      to_tip_m = std::min(to_tip_m, (*p - aligned.rows[other].p_W).norm());
-      const std::optional<Vec3>& of_other = data.measured(other).measured_W;
-      if (other != row && of_other) to_point_m = std::min(to_point_m, (*p - *of_other).norm());
+  return profiles;
+}
+
+/// The one-to-one assignment by ascending difference of the profiles: for each tip its point.
+std::vector<int> AssignedPoints(const std::vector<Vec3>& points, const std::vector<Vec3>& tips) {
+  struct Pair {
+    double difference;
+    int tip, point;
+  };
+  const auto of_points = ProfilesOf(points), of_tips = ProfilesOf(tips);
+  const auto count = static_cast<int>(points.size());
+  std::vector<Pair> pairs;
+  for (int tip = 0; tip < count; ++tip) {
+    for (int point = 0; point < count; ++point) {
+      pairs.push_back({(of_tips[tip] - of_points[point]).lpNorm<1>(), tip, point});
     }
-    nearest_m.push_back(to_tip_m);
-    apart_m.push_back(to_point_m);
   }
-  if (nearest_m.empty()) return std::nullopt;
-  const double middle_m = statistics::MedianOf(nearest_m);
-  const bool in_other_order =
-      middle_m < kExplainedRatio * std::min(before_m, statistics::MedianOf(apart_m));
-  return in_other_order ? std::optional(middle_m) : std::nullopt;
+  std::ranges::sort(pairs, {}, &Pair::difference);
+  std::vector<int> assigned(points.size(), -1);
+  std::vector<bool> taken(points.size(), false);
+  for (const Pair& pair : pairs) {
+    if (assigned[pair.tip] >= 0 || taken[pair.point]) continue;
+    assigned[pair.tip] = pair.point;
+    taken[pair.point] = true;
+  }
+  return assigned;
+}
+
+/// The measured points assigned anew to the postures, by their distances from each other; nullopt
+/// if the rows are too many or not all positions.
+std::optional<Dataset> Reordered(const Dataset& data, const Linearisation& aligned) {
+  constexpr int kMinRows = 8, kMaxRows = 400;
+  if (data.rows() < kMinRows || data.rows() > kMaxRows) return std::nullopt;
+  std::vector<Vec3> points, tips;
+  for (const RowIndex row : data.row_indices()) {
+    const std::optional<Vec3>& measured_W = data.measured(row).measured_W;
+    if (!measured_W) return std::nullopt;
+    points.push_back(*measured_W);
+    tips.push_back(aligned.rows[row].p_W);
+  }
+  const std::vector<int> assigned = AssignedPoints(points, tips);
+  Dataset changed = data;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const MeasuredRow& source = data.table.rows[static_cast<std::size_t>(assigned[k])];
+    changed.table.rows[k].measured_W = source.measured_W;
+    changed.table.rows[k].orientation_W = source.orientation_W;
+  }
+  return changed;
+}
+
+/// A sentence if the measured points explain the joint readings in another order; nullopt
+/// otherwise.
+std::optional<std::string> OtherOrder(const Dataset& data, const Linearisation& aligned,
+                                      double before_m, int threads) {
+  const std::optional<Dataset> reordered = Reordered(data, aligned);
+  if (!reordered) return std::nullopt;
+  const EditTrial trial = RunTrial(*reordered, threads);
+  if (!(trial.residual_m < kExplainedRatio * before_m)) return std::nullopt;
+  int moved = 0;
+  for (const RowIndex row : data.row_indices()) {
+    moved += data.measured(row).measured_W != reordered->measured(row).measured_W ? 1 : 0;
+  }
+  return fmt::format(
+      "it falls to {:.2g} mm if {} of the {} points belong to the joint readings of other rows: "
+      "measurements and joint readings are in different orders; put those of the same moment into "
+      "one row",
+      1e3 * trial.residual_m, moved, data.rows());
 }
 
 /// The subset with a mistake undone, before thinning where the mistake moves values between rows.
@@ -149,11 +200,8 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
   std::ranges::stable_sort(
       all, [](const EditTrial& a, const EditTrial& b) { return ScoreOf(a) < ScoreOf(b); });
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
-    if (const auto nearest_m = NearestOfAnyRow(data, aligned, before_m)) {
-      return fmt::format(
-          "{}, but only {:.2g} mm from the tip predicted for some other row: measurements and "
-          "joint readings are in different orders; put those of the same moment into one row",
-          found, 1e3 * *nearest_m);
+    if (const auto order = OtherOrder(data, aligned, before_m, threads)) {
+      return found + "; " + *order;
     }
     return found +
            ": no effect is that large, but an error of a frame may be; check the DH table, the "
@@ -228,6 +276,19 @@ std::optional<std::string> GrossError(const Dataset& data, const Linearisation& 
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return GrossErrorText(data, aligned, mistakes, before_m, threads);
   return SubtleErrorText(data, mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
+}
+
+Result<DeclaredFit> FitDeclared(const Dataset& data, int threads) {
+  // With values in a wrong unit, the deflection of the arm may not converge.
+  const auto failed = [&](const std::string& error) {
+    return Error{ChangedUnit(data, threads).value_or(error)};
+  };
+  Result<Model> aligned = Align(data, Model::Declared(data), threads);
+  if (!aligned) return failed(aligned.error());
+  Result<Linearisation> linear = Linearise(data, *aligned, false, threads);
+  if (!linear) return failed(linear.error());
+  if (const auto gross = GrossError(data, *linear, threads)) return Error{*gross};
+  return DeclaredFit{std::move(aligned).value(), std::move(linear).value()};
 }
 
 namespace {

@@ -31,6 +31,16 @@ inline constexpr double kExplainedRatio = 0.2;
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads);
 
+/// The declared cell with its free frames fitted to the rows.
+struct DeclaredFit {
+  Model model;
+  Linearisation linear;
+};
+
+/// Fits the declared cell and looks for gross errors (GrossError).
+/// @return  an error that names the mistake
+Result<DeclaredFit> FitDeclared(const Dataset& data, int threads);
+
 /// Detects a unit change that explains gross errors: as read, some measured points are at least 25
 /// mm (kGross_m) from the predicted ones; with the column converted from one line on, or up to it,
 /// the median distance of the converted rows falls below a fifth, and at most one row in ten
