@@ -252,6 +252,11 @@ int Propose(const ModelOptions& options) {
   const auto cell = text ? config::CellFromText(*text, options.file, faults) : std::nullopt;
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
+  if (const auto why_not = cell::ModelUnusableReason(*cell)) {
+    return Fail(
+        fmt::format("not proposed: the daemon could not use {}: {}", options.file, *why_not),
+        kExitFault);
+  }
   cell::ModelFacts facts;
   if (!options.diagnosis.empty()) {
     const Result<std::string> diagnosis = files::ReadFileUpTo(files::kTableSize, options.diagnosis);

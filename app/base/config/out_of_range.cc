@@ -22,8 +22,10 @@ std::string Text(const std::string& what, double value, const model::Interval& r
                      unit);
 }
 
-std::string Text(const model::CellModel& cell, const deflection::DomainExit& exit, int tool,
-                 int item) {
+}  // namespace
+
+std::string ExitText(const model::CellModel& cell, const deflection::DomainExit& exit, int tool,
+                     int item) {
   using Input = deflection::DomainExit::Input;
   const auto joint = [&] { return fmt::format("q{}", exit.index + 1); };
   const auto type = [&] { return cell.robot.joints[exit.index].type; };
@@ -58,8 +60,6 @@ std::string Text(const model::CellModel& cell, const deflection::DomainExit& exi
   return {};
 }
 
-}  // namespace
-
 std::string OutOfRangeText(const model::CellModel& cell, const deflection::LoadedArm& arm,
                            const correction::Correction& correction, const loads::Payload& payload,
                            const effects::Conditions& conditions) {
@@ -71,7 +71,7 @@ std::string OutOfRangeText(const model::CellModel& cell, const deflection::Loade
   }
   const deflection::OperatingPoint point = arm.PointAt(correction.q, payload, conditions);
   for (const deflection::DomainExit& exit : arm.growth().Exits(point)) {
-    texts.push_back(Text(cell, exit, payload.tool, payload.item));
+    texts.push_back(ExitText(cell, exit, payload.tool, payload.item));
   }
   return fmt::format("{}", fmt::join(texts, "; "));
 }

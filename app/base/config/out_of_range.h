@@ -13,4 +13,9 @@ std::string OutOfRangeText(const model::CellModel& cell, const deflection::Loade
                            const correction::Correction& correction, const loads::Payload& payload,
                            const effects::Conditions& conditions);
 
+/// Names one input beyond the fitted rows.
+/// @param tool, item  of the point: index of the tool, number of the payload item
+std::string ExitText(const model::CellModel& cell, const deflection::DomainExit& exit, int tool,
+                     int item);
+
 }  // namespace plumbline::config

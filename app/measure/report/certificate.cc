@@ -259,8 +259,9 @@ std::string ParticularsTable(const CertificateInput& input) {
   if (measurement.reference_temperature_C) {
     temperature += fmt::format(", reference {:.3g} \u00b0C", *measurement.reference_temperature_C);
   }
-  add("Temperature", temperature);
-  add("Payload", domain.payload_kg ? RangeText(domain.payload_kg->Hull(), "kg") : "not recorded");
+  add("Valid at temperatures", temperature);
+  add("Valid for payloads",
+      domain.payload_kg ? RangeText(domain.payload_kg->Hull(), "kg") : "not recorded");
   add("Model, declared", OrNotStated(source.declared_fingerprint));
   add("Model, corrected",
       source.corrected_fingerprint.empty() ? "not written" : source.corrected_fingerprint);
