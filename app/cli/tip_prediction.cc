@@ -30,7 +30,7 @@ bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditio
 
 /// 95 % radius of the tip due to the uncertainty of the session's frames [m].
 ///   p_W = X_WB (p_BF + R_BF tip):  dp = dbase + turn x (p_W - base) + R_WB R_BF dtip
-double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_WB,
+double FrameRadius(const measure::FrameCovariance& covariance, const Pose& X_WB,
                    const deflection::LoadedState& state) {
   Eigen::Matrix<double, 3, 9> J;
   J.leftCols<3>().setIdentity();
@@ -42,15 +42,20 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
 
 /// Displacement of the tip as the frames of its session blend into those of the declared model,
 /// because the correction fades with distance [m].
-/// @param cell  holds only the frames of the row's session
-Vec3 MovedByFading(const model::CellModel& cell, double share,
+/// @param cell   holds only the frames of the row's session
+/// @param index  of the row's tool, CellModel::ToolAt
+Vec3 MovedByFading(const model::CellModel& cell, int index, double share,
                    const deflection::LoadedState& state) {
   if (share == 1 || cell.sessions.empty()) return Vec3::Zero();
   const model::SessionFrames& frames = cell.sessions.front();
   const Pose& X_BF = state.posture.X_BF();
-  const Vec3 tip_F = frames.tip_declared_F.value_or(cell.tool.tcp_F);
+  const model::Tool& tool = cell.ToolAt(index);
+  Vec3 tip_F = tool.tcp_F;
+  for (const model::SessionTip& tip : frames.tips) {
+    if (tip.declared_F && (!tip.tool || tip.tool == tool.number)) tip_F = *tip.declared_F;
+  }
   const Vec3 faded_W = frames.X_WB_declared.value_or(cell.robot.X_WB) * (X_BF * tip_F);
-  return (1 - share) * (faded_W - cell.robot.X_WB * (X_BF * cell.tool.tcp_F));
+  return (1 - share) * (faded_W - cell.robot.X_WB * (X_BF * tool.tcp_F));
 }
 
 /// The cell of one session, and what depends only on it.
@@ -58,7 +63,7 @@ struct SessionArm {
   model::CellModel cell;
   deflection::LoadedArm arm;
   deflection::LandingUncertainty uncertainty;
-  std::optional<Eigen::Matrix<double, 9, 9>> frames;  ///< covariance, if re-estimated
+  std::vector<measure::FrameCovariance> frames;  ///< of each tool; empty unless re-estimated
 };
 
 /// Arms of the sessions that occur in a table, each built once. A session that the cell does not
@@ -96,12 +101,11 @@ class SessionArms {
     return own;
   }
 
-  std::optional<Eigen::Matrix<double, 9, 9>> FrameCovariance(const std::string& id) const {
-    if (aligned_.empty()) return std::nullopt;
+  std::vector<measure::FrameCovariance> FrameCovariance(const std::string& id) const {
+    if (aligned_.empty()) return {};
     auto known = aligned_.find(id);
     if (known == aligned_.end() && last_ != nullptr) known = aligned_.find(last_->id);
-    if (known == aligned_.end()) return Eigen::Matrix<double, 9, 9>::Zero().eval();
-    return known->second;
+    return known == aligned_.end() ? std::vector<measure::FrameCovariance>() : known->second;
   }
 
   model::CellModel bare_;  ///< without sessions
@@ -142,14 +146,17 @@ Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable&
       PayloadNotRecorded(session.cell, poses) || EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =
       session.uncertainty.At(session.arm, row.q, load, moment, extrapolated);
-  if (session.frames && radius.known()) {
-    radius.radius_m =
-        std::hypot(radius.radius_m, FrameRadius(*session.frames, session.cell.robot.X_WB, state));
+  const int tool = load.modelled.tool;
+  if (!session.frames.empty() && radius.known()) {
+    radius.radius_m = std::hypot(radius.radius_m,
+                                 FrameRadius(session.frames[tool], session.cell.robot.X_WB, state));
   }
-  const Vec3 moved_W = MovedByFading(session.cell, session.arm.growth().Share(point), state);
+  const Vec3 moved_W = MovedByFading(session.cell, tool, session.arm.growth().Share(point), state);
   return Prediction{.p_WT = state.p_read_W + moved_W,
                     .radius = radius,
                     .extrapolated = extrapolated,
+                    .exits = extrapolated ? session.arm.growth().Exits(point)
+                                          : std::vector<deflection::DomainExit>(),
                     .beyond_linear = config::BeyondLinearTheory(session.cell, session.arm, state)};
 }
 

@@ -18,6 +18,7 @@ struct Prediction {
   Vec3 p_WT;                   ///< in the measurement frame [m]
   model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
+  std::vector<deflection::DomainExit> exits{};  ///< why it is, where an input is the reason
   std::string beyond_linear{};  ///< what linear beam theory does not describe; empty if nothing
 };
 

@@ -4,6 +4,7 @@
 
 #include "firmware-like/deflection/equations.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::deflection {
 namespace {
@@ -185,8 +186,15 @@ model::CellModel CellOfSession(const model::CellModel& cell, const std::string& 
       cell.sessions, [&](const model::SessionFrames& session) { return session.id == id; });
   const model::SessionFrames& frames = known == cell.sessions.end() ? cell.sessions.back() : *known;
   of_session.robot.X_WB = frames.X_WB;
-  if (frames.tip_F) of_session.tool.tcp_F = *frames.tip_F;
+  for (const model::SessionTip& tip : frames.tips) {
+    const auto index = tip.tool ? loads::ToolIndexOf(cell, tip.tool) : 0;
+    if (index) of_session.ToolAt(*index).tcp_F = tip.p_F;
+  }
   return of_session;
+}
+
+std::optional<int> SessionTipNumber(const model::CellModel& cell, int tool) {
+  return cell.tools() > 1 ? cell.ToolAt(tool).number : std::nullopt;
 }
 
 model::CellModel CellOfPoints(const model::CellModel& cell) {

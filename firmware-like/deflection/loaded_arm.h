@@ -188,6 +188,9 @@ class LoadedArm {
 /// cell is returned unchanged if it has no sessions; an unknown `id` selects the last session.
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id);
 
+/// The number by which a session states the tip of a tool; nullopt if the cell has only one.
+std::optional<int> SessionTipNumber(const model::CellModel& cell, int tool);
+
 /// The cell by which points are corrected, without sessions. Base and tip are as declared: those
 /// estimated for a session describe where the instrument and its target were mounted. Only if the
 /// points are in the instrument's frame (Measurement::holds_points), the base is that of the last

@@ -150,14 +150,20 @@ struct WrittenEffect {
 
 /// Base pose and tip estimated for one session of a measurement with unknown frame or tool. They
 /// describe where instrument and target were mounted, not the arm: see deflection::CellOfPoints.
+/// Tip of a tool in a session, in F [m].
+struct SessionTip {
+  std::optional<int> tool{};  ///< number of the [[tool]]; absent if the cell has one without number
+  Vec3 p_F = Vec3::Zero();
+  std::optional<Vec3> declared_F{};  ///< of the declared model, see SessionFrames
+};
+
 struct SessionFrames {
   std::string id;
   Pose X_WB;
-  std::optional<Vec3> tip_F;
+  std::vector<SessionTip> tips{};  ///< of the tools that the session measured, if they were free
   /// Frames of the declared model, fitted to the same rows. The arm's frames blend into these as
   /// the correction fades with distance.
   std::optional<Pose> X_WB_declared{};
-  std::optional<Vec3> tip_declared_F{};
 };
 
 /// The values that an input of the model had in the fitted rows.
@@ -245,6 +251,9 @@ struct CellModel {
   int tools() const { return 1 + static_cast<int>(further_tools.size()); }
   /// @param index  0 for `tool`, k for the k-th of `further_tools`
   const Tool& ToolAt(int index) const {
+    return index == 0 ? tool : further_tools[static_cast<std::size_t>(index - 1)];
+  }
+  Tool& ToolAt(int index) {
     return index == 0 ? tool : further_tools[static_cast<std::size_t>(index - 1)];
   }
   bool any_tool_bends() const {

@@ -14,6 +14,7 @@
 #include "app/base/config/unlikely_values.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::config {
@@ -255,7 +256,30 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
   return measurement;
 }
 
-std::vector<model::SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X_WB) {
+/// Reads `tip_mm` of a cell with one tool, or a [[session.tip]] of each tool.
+void ReadSessionTips(const TomlTable& table, const model::CellModel& cell,
+                     model::SessionFrames& session) {
+  const std::optional<Vec3> declared_F = table.Vector3("declared_tip_mm", kPlaceRange);
+  if (const auto p_F = table.Vector3("tip_mm", kPlaceRange)) {
+    session.tips.push_back({std::nullopt, *p_F, declared_F});
+  }
+  for (const TomlTable& own : table.Tables("tip")) {
+    const std::optional<int> number = own.RequiredInteger("tool", 0, kLargestNumber);
+    const auto p_F = own.RequiredVector3("xyz_mm", kPlaceRange);
+    const auto own_declared_F = own.Vector3("declared_xyz_mm", kPlaceRange);
+    if (!number || !p_F) continue;
+    const bool second = std::any_of(
+        session.tips.begin(), session.tips.end(),
+        [&](const model::SessionTip& other) { return !other.tool || other.tool == number; });
+    if (second) own.AddFault("tool", "has two tips in one session");
+    if (!loads::ToolIndexOf(cell, number)) own.AddFault("tool", "is not the number of a [[tool]]");
+    session.tips.push_back({number, *p_F, own_declared_F});
+  }
+}
+
+std::vector<model::SessionFrames> SessionsFromToml(const TomlTable& root,
+                                                   const model::CellModel& cell) {
+  const Pose& X_WB = cell.robot.X_WB;
   std::vector<model::SessionFrames> sessions;
   for (const TomlTable& table : root.Tables("session")) {
     model::SessionFrames session;
@@ -266,7 +290,7 @@ std::vector<model::SessionFrames> SessionsFromToml(const TomlTable& root, const 
     const Pose read = BasePoseFromToml(table);
     session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
     session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
-    session.tip_F = table.Vector3("tip_mm", kPlaceRange);
+    ReadSessionTips(table, cell, session);
     if (const auto place = table.Vector3("declared_base_xyz_mm", kPlaceRange)) {
       session.X_WB_declared = Pose{session.X_WB.R, *place};
     }
@@ -274,7 +298,6 @@ std::vector<model::SessionFrames> SessionsFromToml(const TomlTable& root, const 
       if (!session.X_WB_declared) session.X_WB_declared = session.X_WB;
       session.X_WB_declared->R = RotationFromRollPitchYaw(*rpy);
     }
-    session.tip_declared_F = table.Vector3("declared_tip_mm", kPlaceRange);
     sessions.push_back(std::move(session));
   }
   return sessions;
@@ -310,16 +333,6 @@ void ReadLoads(const TomlTable& root, model::CellModel& cell) {
   }
 }
 
-/// Adds a fault if the tips of several tools are to be estimated.
-void RequireKnownTools(const TomlTable& measurement, const model::CellModel& cell) {
-  if (cell.measurement.tool_known || cell.tools() == 1) return;
-  measurement.AddFault(
-      "tool",
-      "cannot be \"unknown\" for several [[tool]]: one tip is estimated per "
-      "session. Diagnose each tool in a cell of its own first and declare its tip, "
-      "or declare tool = \"known\"");
-}
-
 model::CellModel CellFromToml(TomlDocument& document) {
   const TomlTable root = document.Root();
   model::CellModel cell;
@@ -331,7 +344,6 @@ model::CellModel CellFromToml(TomlDocument& document) {
   ReadLoads(root, cell);
   if (const auto measurement = root.Table("measurement")) {
     cell.measurement = MeasurementFromToml(*measurement);
-    RequireKnownTools(*measurement, cell);
   }
   cell.artefacts = ArtefactsFromToml(root);
   cell.distances = DistancesFromToml(root, cell.artefacts);
@@ -344,7 +356,7 @@ model::CellModel CellFromToml(TomlDocument& document) {
   }
   RequireCameraPose(root, cell);
   WarnAboutUnlikelyLoad(root, cell);
-  cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
+  cell.sessions = SessionsFromToml(root, cell);
   if (const auto domain = root.Table("domain")) {
     cell.domain = DomainFromToml(*domain, cell.robot, document);
   }

@@ -216,12 +216,15 @@ void Add(Values& values, const std::string& at, const model::WrittenEffect& effe
 }
 
 void Add(Values& values, const std::string& at, const model::SessionFrames& session) {
-  const auto& [id, X_WB, tip_F, X_WB_declared, tip_declared_F] = session;
+  const auto& [id, X_WB, tips, X_WB_declared] = session;
   values.Word(at + ".id", id);
   values.Place(at + ".base", X_WB);
-  values.List(at + ".tip_mm", tip_F, 1 / kMetrePerMm);
+  for (const auto& [tool, p_F, declared_F] : tips) {
+    const std::string of_tool = tool ? fmt::format("{}.tool {}.", at, *tool) : at + ".";
+    values.List(of_tool + "tip_mm", std::optional(p_F), 1 / kMetrePerMm);
+    values.List(of_tool + "declared_tip_mm", declared_F, 1 / kMetrePerMm);
+  }
   if (X_WB_declared) values.Place(at + ".declared_base", *X_WB_declared);
-  values.List(at + ".declared_tip_mm", tip_declared_F, 1 / kMetrePerMm);
 }
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {

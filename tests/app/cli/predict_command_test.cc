@@ -387,8 +387,9 @@ TEST_CASE("the uncertainty of an alignment widens the radius") {
   const double narrow_m = bare->front().radius.radius_m;
   constexpr double kTip_m = 0.05;
   measure::FrameCovariances frames;
-  frames[""].setZero();
-  frames[""].bottomRightCorner<3, 3>() = kTip_m * kTip_m * Mat3::Identity();
+  measure::FrameCovariance of_tip = measure::FrameCovariance::Zero();
+  of_tip.bottomRightCorner<3, 3>() = kTip_m * kTip_m * Mat3::Identity();
+  frames[""] = {of_tip};
   const auto wide = Predict(*cell, *poses, {}, frames);
   REQUIRE(wide.ok());
   // 95 % of a ball of three equal deviations: sqrt of chi2_3's quantile, 7.815.
@@ -433,7 +434,7 @@ TEST_CASE("run time grows linearly with rows and sessions") {
   const auto allocated_for = [&](int rows, int sessions) {
     cell->sessions.clear();
     for (int s = 0; s < sessions; ++s) {
-      cell->sessions.push_back({"s" + std::to_string(s), cell->robot.X_WB, std::nullopt});
+      cell->sessions.push_back({"s" + std::to_string(s), cell->robot.X_WB});
     }
     std::string csv = "session,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
     for (int k = 0; k < rows; ++k) csv += "s" + std::to_string(k % sessions) + "," + kGoodRow;

@@ -367,7 +367,9 @@ bool SequentialDesign::ViaIsAbove(const DesignPoint& point) const {
   kinematics::Posture posture;
   kinematics::Chain(task_.rows.cell.robot).Evaluate(*via, posture);
   const Model::Frames& frames = task_.model.frames.back();
-  return (frames.X_WB * (posture.X_BF() * frames.tip_F)).z() >= task_.lowest_m;
+  return std::ranges::all_of(frames.X_FT, [&](const Pose& X_FT) {
+    return (frames.X_WB * (posture.X_BF() * X_FT.p)).z() >= task_.lowest_m;
+  });
 }
 
 std::vector<double> SequentialDesign::Values(const std::vector<DesignPoint>& points,

@@ -223,7 +223,9 @@ std::string RemedyOf(const DeclaredError& error, const Dataset& data) {
              "turned";
     case What::kTip:
       return fmt::format(
-          "measure the TCP of tool {} and correct its tcp_mm (or the tool's length) if it is wrong",
+          "measure the TCP of tool {} and correct its tcp_mm (or the tool's length) if it is "
+          "wrong, "
+          "or declare tool = \"unknown\" in [measurement] to have it estimated from these rows",
           data.cell.ToolAt(error.kind.tool).number.value_or(0));
     case What::kItemMass:
       return fmt::format("weigh payload item {} and correct its mass_kg if it is wrong",

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "app/measure/diagnosis/linear/fit_problem.h"
 #include "app/measure/diagnosis/linear/frame_start.h"
@@ -116,16 +118,17 @@ void StartArtefact(const model::Artefact& declared, const ArtefactRows& rows,
   }
 }
 
-/// Sets the orientation of each session's tool from its first measured pose.
+/// Sets the orientation of each tool in each session from its first measured pose there.
 void StartOrientations(const Dataset& data, const Linearisation& linear, Model& model) {
-  Indexed<SessionIndex, bool> done(data.sessions.size(), false);
+  std::set<std::pair<SessionIndex, int>> done;
   for (const RowIndex row : data.row_indices()) {
     const SessionIndex session = data.session_of[row];
-    if (data.observations[row].kind != ObservationKind::kPose || done[session]) continue;
-    done[session] = true;
+    const int tool = data.payloads[row].tool;
+    if (data.observations[row].kind != ObservationKind::kPose) continue;
+    if (!done.emplace(session, tool).second) continue;
     const LinearRow& at = linear.rows[row];
     const Mat3 R_WT = at.own.bottomRows<3>();
-    Mat3& R_FT = model.frames[session].R_FT;
+    Mat3& R_FT = model.frames[session].X_FT[tool].R;
     R_FT = R_FT * (R_WT.transpose() * RotationFromVector(at.residual.tail<3>()) * R_WT);
   }
 }
@@ -205,14 +208,13 @@ NuisancePrior PriorAt(const Nuisances& nuisances, const Indexed<SessionIndex, Fr
   prior.offset.setZero(nuisances.size());
   for (const SessionIndex session : priors.indices()) {
     const FramePrior& frames = priors[session];
-    int at = nuisances.FirstOf(session);
-    if (nuisances.frames()) {
-      prior.information.segment<6>(at) = frames.information.head<6>();
-      at += 6;
+    if (nuisances.frames())
+      prior.information.segment<6>(nuisances.FirstOf(session)) = frames.base_information;
+    for (int tool = 0; nuisances.tip() && tool < static_cast<int>(frames.X_FT.size()); ++tool) {
+      const int at = nuisances.TipOf(session, tool);
+      prior.information.segment<3>(at).setConstant(frames.tip_information);
+      prior.offset.segment<3>(at) = frames.X_FT[tool].p - model.frames[session].X_FT[tool].p;
     }
-    if (!nuisances.tip()) continue;
-    prior.information.segment<3>(at) = frames.information.tail<3>();
-    prior.offset.segment<3>(at) = frames.tip_F - model.frames[session].tip_F;
   }
   return prior;
 }
@@ -242,27 +244,59 @@ NuisanceStep StepTo(const Dataset& data, const Nuisances& nuisances, const Linea
   return {equations.H, equations.H.ldlt().solve(equations.g)};
 }
 
-/// Covariance of a session's frames, shape (9, 9); zero for frames that are not free.
-Eigen::Matrix<double, 9, 9> FrameCovariance(const Nuisances& nuisances,
-                                            const Eigen::MatrixXd& covariance,
-                                            SessionIndex session) {
-  Eigen::Matrix<double, 9, 9> of_session = Eigen::Matrix<double, 9, 9>::Zero();
-  const int free = nuisances.per_session(), first = nuisances.FirstOf(session);
-  const int place = nuisances.frames() ? 0 : 6;
-  of_session.block(place, place, free, free) = covariance.block(first, first, free, free);
-  return of_session;
+FrameCovariance FrameCovarianceOf(const Nuisances& nuisances, const Eigen::MatrixXd& covariance,
+                                  SessionIndex session, int tool) {
+  std::vector<int> to, from;
+  for (int k = 0; nuisances.frames() && k < 6; ++k) {
+    to.push_back(k);
+    from.push_back(nuisances.FirstOf(session) + k);
+  }
+  for (int k = 0; nuisances.tip() && k < 3; ++k) {
+    to.push_back(6 + k);
+    from.push_back(nuisances.TipOf(session, tool) + k);
+  }
+  FrameCovariance of_tool = FrameCovariance::Zero();
+  of_tool(to, to) = covariance(from, from);
+  return of_tool;
+}
+
+/// Whether any row of a session was measured with a tool.
+bool Measures(const Dataset& data, SessionIndex session, int tool) {
+  const auto rows = data.row_indices();
+  return std::ranges::any_of(rows, [&](RowIndex row) {
+    return data.session_of[row] == session && data.payloads[row].tool == tool &&
+           data.numbers[row].count > 0;
+  });
+}
+
+/// The directions of the flange frame along which the rows do not determine a tip; empty if none.
+std::string UndeterminedDirections(const FrameCovariance& covariance) {
+  // A posterior deviation above a fifth of the prior's: the rows add little along that direction.
+  constexpr double kUndetermined_m = 0.01;
+  const Eigen::SelfAdjointEigenSolver<Mat3> tip(covariance.bottomRightCorner<3, 3>());
+  std::string directions;
+  for (int k = 0; k < 3; ++k) {
+    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kUndetermined_m) continue;
+    const Vec3 axis = tip.eigenvectors().col(k);
+    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ",
+                              axis.x(), axis.y(), axis.z());
+  }
+  return directions;
 }
 
 }  // namespace
 
 Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
-  alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
+  const int tools = data.cell.tools();
+  alignment.covariance.assign(
+      data.sessions.size(),
+      std::vector<FrameCovariance>(static_cast<std::size_t>(tools), FrameCovariance::Zero()));
   const Nuisances nuisances(data);
   if (nuisances.size() == 0) return alignment;
   Indexed<SessionIndex, FramePrior> priors;
   for (const Model::Frames& frames : given.frames) {
-    priors.push_back(FramePriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
+    priors.push_back(FramePriorOf(frames.X_FT, data.frames_free(), data.tip_free()));
   }
   Model& model = alignment.model;
   if (nuisances.of_sessions() > 0 && !data.ranges()) StartFrames(data, priors, model);
@@ -284,7 +318,9 @@ Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threa
   }
   const Eigen::MatrixXd covariance = last.information.inverse();
   for (const SessionIndex session : data.sessions.indices()) {
-    alignment.covariance[session] = FrameCovariance(nuisances, covariance, session);
+    for (int tool = 0; tool < tools; ++tool) {
+      alignment.covariance[session][tool] = FrameCovarianceOf(nuisances, covariance, session, tool);
+    }
   }
   return alignment;
 }
@@ -297,26 +333,21 @@ Result<Model> Align(const Dataset& data, const Model& given, int threads) {
 
 std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
                                                   SessionIndex session) {
-  // A posterior deviation above a fifth of the prior's: the rows add little along that direction.
-  constexpr double kUndetermined_m = 0.01, kUndetermined_rad = 0.1;
-  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
-  const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
-  const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
-  std::string directions;
-  for (int k = 0; data.tip_free() && k < 3; ++k) {
-    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kUndetermined_m) continue;
-    const Vec3 axis = tip.eigenvectors().col(k);
-    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ",
-                              axis.x(), axis.y(), axis.z());
-  }
+  constexpr double kUndetermined_rad = 0.1;  // a fifth of the prior's deviation, as for a tip
+  const std::vector<FrameCovariance>& covariance = alignment.covariance[session];
+  const Eigen::SelfAdjointEigenSolver<Mat3> turn(covariance.front().block<3, 3>(3, 3));
   std::string text;
-  if (!directions.empty()) {
-    text = fmt::format(
-        "the rows do not determine the tip along {} in the flange frame, because the tool keeps "
-        "its orientation: it stays as declared, assumed correct within 100 mm (95 %), and the "
-        "radius of poses with another orientation increases by that. Measure a few poses with "
+  for (int tool = 0; data.tip_free() && tool < data.cell.tools(); ++tool) {
+    const std::string directions = UndeterminedDirections(covariance[tool]);
+    if (directions.empty() || !Measures(data, session, tool)) continue;
+    const std::optional<int> number = data.cell.ToolAt(tool).number;
+    text += fmt::format(
+        "{}the rows do not determine the tip{} along {} in the flange frame, because the tool "
+        "keeps its orientation: it stays as declared, assumed correct within 100 mm (95 %), and "
+        "the radius of poses with another orientation increases by that. Measure a few poses with "
         "the tool turned by 30 deg or more",
-        directions);
+        text.empty() ? "" : "; ",
+        data.cell.tools() > 1 && number ? fmt::format(" of tool {}", *number) : "", directions);
   }
   if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kUndetermined_rad) {
     text += fmt::format(

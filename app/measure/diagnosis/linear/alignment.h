@@ -9,15 +9,19 @@
 
 namespace plumbline::measure {
 
+/// Covariance of the frames of a session for one tool: base translation in W [m], base rotation
+/// about its origin in W [rad], tip in F [m]; zero for frames that are not free.
+using FrameCovariance = Eigen::Matrix<double, 9, 9>;
+
 struct Alignment {
   Model model;
-  /// Covariance of each session's frames: base translation in W [m], base rotation about its origin
-  /// in W [rad], tip in F [m]; zero for frames that are not free.
-  Indexed<SessionIndex, Eigen::Matrix<double, 9, 9>> covariance;
+  /// Of each session, and there of each tool of the cell.
+  Indexed<SessionIndex, std::vector<FrameCovariance>> covariance;
 };
 
 /// Estimates the frames that the cell leaves free for each session, with the effects of `model`
-/// acting: the instrument pose (anywhere) and the tip (up to about 100 mm from the declared one).
+/// acting: the instrument pose (anywhere) and the tip of each tool (up to about 100 mm from the
+/// declared one).
 ///
 /// With measured points the search is global: the lifted linear problem
 /// p_W = R p_BF + sum_l (R t)_l .. and the 24 right-angled orientations give starting values, and

@@ -15,39 +15,40 @@ namespace {
 struct FlangePoint {
   Pose X_BF;
   Vec3 p_W;
+  int tool = 0;  ///< index, CellModel::ToolAt
 };
 
 struct Start {
   Pose X_WB;
-  Vec3 tip_F = Vec3::Zero();
+  std::vector<Pose> X_FT;
   double rms_m = 0;
 };
-
-using Vector9 = Eigen::Matrix<double, 9, 1>;
 
 /// Gauss-Newton step to the maximum a posteriori frames, from rows of variance `variance_m2` and
 /// the prior. Only the tip has a prior mean (the declared one); the base is damped about its
 /// current value.
-/// @param information  receives the posterior precision
-Vector9 StepOf(const Eigen::Matrix<double, 9, 9>& H, const Vector9& g, double variance_m2,
-               const FramePrior& prior, const Vec3& tip_F,
-               Eigen::Matrix<double, 9, 9>& information) {
-  information = H / variance_m2;
-  information.diagonal() += prior.information;
-  Vector9 right = g / variance_m2;
-  right.tail<3>() += prior.information.tail<3>().cwiseProduct(prior.tip_F - tip_F);
+Eigen::VectorXd StepOf(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double variance_m2,
+                       const FramePrior& prior, const std::vector<Pose>& X_FT) {
+  Eigen::MatrixXd information = H / variance_m2;
+  information.diagonal().head<6>() += prior.base_information;
+  information.diagonal().tail(H.rows() - 6).array() += prior.tip_information;
+  Eigen::VectorXd right = g / variance_m2;
+  for (std::size_t tool = 0; tool < X_FT.size(); ++tool) {
+    right.segment<3>(static_cast<Eigen::Index>(6 + 3 * tool)) +=
+        prior.tip_information * (prior.X_FT[tool].p - X_FT[tool].p);
+  }
   return information.ldlt().solve(right);
 }
 
 double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
   double sum = 0;
   for (const FlangePoint& point : points) {
-    sum += (point.p_W - start.X_WB * (point.X_BF * start.tip_F)).squaredNorm();
+    sum += (point.p_W - start.X_WB * (point.X_BF * start.X_FT[point.tool].p)).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-/// Gauss-Newton on base and tip (9 parameters), each only if it is free.
+/// Gauss-Newton on base and tips, each only if it is free.
 void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free,
             const FramePrior& prior, Start& start) {
   constexpr int kPasses = 30;
@@ -55,10 +56,11 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
   double damping = 1e-9;
   start.rms_m = RmsOf(points, start);
   for (int pass = 0; pass < kPasses; ++pass) {
-    Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();
-    Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
+    const auto size = static_cast<Eigen::Index>(6 + 3 * start.X_FT.size());
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
     for (const FlangePoint& point : points) {
-      const Vec3 p_B = point.X_BF * start.tip_F;
+      const Vec3 p_B = point.X_BF * start.X_FT[point.tool].p;
       const Vec3 p_W = start.X_WB * p_B;
       Eigen::Matrix<double, 3, 9> J;
       J.leftCols<3>().setIdentity();
@@ -68,16 +70,24 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
       J.rightCols<3>() = start.X_WB.R * point.X_BF.R;
       if (!frame_free) J.leftCols<6>().setZero();
       if (!tip_free) J.rightCols<3>().setZero();
-      H += J.transpose() * J;
-      g += J.transpose() * (point.p_W - p_W);
+      const Eigen::Index tip = 6 + 3 * point.tool;
+      const auto base = J.leftCols<6>();
+      const auto of_tip = J.rightCols<3>();
+      H.topLeftCorner<6, 6>() += base.transpose() * base;
+      H.block<6, 3>(0, tip) += base.transpose() * of_tip;
+      H.block<3, 6>(tip, 0) += of_tip.transpose() * base;
+      H.block<3, 3>(tip, tip) += of_tip.transpose() * of_tip;
+      g.head<6>() += base.transpose() * (point.p_W - p_W);
+      g.segment<3>(tip) += of_tip.transpose() * (point.p_W - p_W);
     }
     H.diagonal().array() += damping * H.diagonal().maxCoeff();
     const double scale_m = std::max(start.rms_m, kMinScale_m);
-    Eigen::Matrix<double, 9, 9> information;
-    const Vector9 step = StepOf(H, g, scale_m * scale_m, prior, start.tip_F, information);
-    Model::Frames frames{start.X_WB, start.tip_F};
-    MoveFrames(frames, step);
-    Start next{frames.X_WB, frames.tip_F};
+    const Eigen::VectorXd step = StepOf(H, g, scale_m * scale_m, prior, start.X_FT);
+    Start next = start;
+    MoveBase(next.X_WB, step.head<6>());
+    for (std::size_t tool = 0; tool < next.X_FT.size(); ++tool) {
+      next.X_FT[tool].p += step.segment<3>(static_cast<Eigen::Index>(6 + 3 * tool));
+    }
     next.rms_m = RmsOf(points, next);
     if (next.rms_m > start.rms_m) {
       damping = std::max(1e-9, damping) * 100;
@@ -91,23 +101,30 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
   }
 }
 
-/// Solves p_W = R p_BF + (R (x) t) vec(R_BF) + b, linear in its 3 (3 + 9 + 1) unknowns, for base
-/// and tip; nullopt for fewer than 16 points or a degenerate solution.
-std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
+/// Solves p_W = R p_BF + (R (x) t) vec(R_BF) + b, linear in its 3 (3 + 9 tools + 1) unknowns, for
+/// base and tips; nullopt for too few points or a degenerate solution. Tools without a point keep
+/// their tips.
+std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points,
+                                 const std::vector<Pose>& declared) {
   const auto count = static_cast<int>(points.size());
-  if (count < 16) return std::nullopt;
-  Eigen::MatrixXd A(count, 13);
+  const auto tools = static_cast<int>(declared.size());
+  const int unknowns = 4 + 9 * tools;
+  if (count < unknowns + 3) return std::nullopt;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, unknowns);
   Eigen::MatrixXd b(count, 3);
+  std::vector<bool> seen(declared.size(), false);
   for (int k = 0; k < count; ++k) {
     const FlangePoint& point = points[k];
     A.block<1, 3>(k, 0) = point.X_BF.p.transpose();
     for (int column = 0; column < 3; ++column) {
-      A.block<1, 3>(k, 3 + 3 * column) = point.X_BF.R.col(column).transpose();
+      A.block<1, 3>(k, 4 + 9 * point.tool + 3 * column) = point.X_BF.R.col(column).transpose();
     }
-    A(k, 12) = 1;
+    A(k, 3) = 1;
+    seen[point.tool] = true;
     b.row(k) = point.p_W.transpose();
   }
-  const Eigen::MatrixXd x = A.colPivHouseholderQr().solve(b);
+  // Of minimum norm where a tool has no point.
+  const Eigen::MatrixXd x = A.completeOrthogonalDecomposition().solve(b);
   const Mat3 R = x.topRows<3>().transpose();
   const Eigen::JacobiSVD<Mat3> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (svd.singularValues()[2] < 0.3) return std::nullopt;
@@ -115,10 +132,13 @@ std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
   if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
   Start start;
   start.X_WB.R = U * svd.matrixV().transpose();
-  start.X_WB.p = x.row(12).transpose();
-  for (int column = 0; column < 3; ++column) {
-    const Mat3 scaled = x.block<3, 3>(3 + 3 * column, 0).transpose();
-    start.tip_F[column] = (start.X_WB.R.transpose() * scaled).trace() / 3;
+  start.X_WB.p = x.row(3).transpose();
+  start.X_FT = declared;
+  for (int tool = 0; tool < tools; ++tool) {
+    for (int column = 0; seen[tool] && column < 3; ++column) {
+      const Mat3 scaled = x.block<3, 3>(4 + 9 * tool + 3 * column, 0).transpose();
+      start.X_FT[tool].p[column] = (start.X_WB.R.transpose() * scaled).trace() / 3;
+    }
   }
   return start;
 }
@@ -142,23 +162,25 @@ std::vector<Mat3> CubeRotations() {
 }
 
 /// Start with a given orientation of the base; its position follows from the mean of the points.
-Start StartAt(const std::vector<FlangePoint>& points, const Mat3& R, const Vec3& tip_F) {
-  Start start{{R, Vec3::Zero()}, tip_F};
+Start StartAt(const std::vector<FlangePoint>& points, const Mat3& R,
+              const std::vector<Pose>& X_FT) {
+  Start start{{R, Vec3::Zero()}, X_FT};
   for (const FlangePoint& point : points) {
-    start.X_WB.p += (point.p_W - R * (point.X_BF * tip_F)) / static_cast<double>(points.size());
+    start.X_WB.p +=
+        (point.p_W - R * (point.X_BF * X_FT[point.tool].p)) / static_cast<double>(points.size());
   }
   return start;
 }
 
 Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& declared,
                 bool frame_free, bool tip_free, const FramePrior& prior) {
-  std::vector<Start> starts = {{declared.X_WB, declared.tip_F}};
+  std::vector<Start> starts = {{declared.X_WB, declared.X_FT}};
   if (frame_free) {
-    if (const auto lifted = LiftedStart(points)) {
+    if (const auto lifted = LiftedStart(points, declared.X_FT)) {
       starts.push_back(*lifted);
-      if (!tip_free) starts.back().tip_F = declared.tip_F;
+      if (!tip_free) starts.back().X_FT = declared.X_FT;
     }
-    for (const Mat3& R : CubeRotations()) starts.push_back(StartAt(points, R, declared.tip_F));
+    for (const Mat3& R : CubeRotations()) starts.push_back(StartAt(points, R, declared.X_FT));
   }
   for (Start& start : starts) Polish(points, frame_free, tip_free, prior, start);
   return *std::ranges::min_element(
@@ -183,14 +205,14 @@ std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int mo
 
 }  // namespace
 
-FramePrior FramePriorOf(const Vec3& tip_F, bool frame_free, bool tip_free) {
+FramePrior FramePriorOf(const std::vector<Pose>& X_FT, bool frame_free, bool tip_free) {
   constexpr double kTip_m = 0.05, kBase_m = 5, kTurn_rad = 1, kFixed = 1e-9;
   const auto information = [](bool free, double sd) { return 1 / std::pow(free ? sd : kFixed, 2); };
   FramePrior prior;
-  prior.information.head<3>().setConstant(information(frame_free, kBase_m));
-  prior.information.segment<3>(3).setConstant(information(frame_free, kTurn_rad));
-  prior.information.tail<3>().setConstant(information(tip_free, kTip_m));
-  prior.tip_F = tip_F;
+  prior.base_information.head<3>().setConstant(information(frame_free, kBase_m));
+  prior.base_information.tail<3>().setConstant(information(frame_free, kTurn_rad));
+  prior.tip_information = information(tip_free, kTip_m);
+  prior.X_FT = X_FT;
   return prior;
 }
 
@@ -207,13 +229,13 @@ void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& p
       const MeasuredRow& row = data.measured(index);
       kinematics::Posture posture;
       arm.chain().Evaluate(row.q, posture);
-      points.push_back({posture.X_BF(), *row.measured_W});
+      points.push_back({posture.X_BF(), *row.measured_W, data.payloads[index].tool});
     }
     if (points.empty()) continue;  // the frames start as declared
     const Start start =
         BestStart(points, frames, data.frames_free(), data.tip_free(), priors[session]);
     frames.X_WB = start.X_WB;
-    frames.tip_F = start.tip_F;
+    frames.X_FT = start.X_FT;
   }
 }
 

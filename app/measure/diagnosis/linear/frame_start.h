@@ -5,16 +5,18 @@
 
 namespace plumbline::measure {
 
-/// Prior of the frames: the tip is the declared one within 100 mm (95 %); the base is within the
-/// cell, in any orientation. Negligible along directions that the rows determine; along the others
-/// the declared value is kept. Frames that are not free are fixed by an infinite precision.
+/// Prior of a session's frames: each tip is the declared one within 100 mm (95 %); the base is
+/// within the cell, in any orientation. Negligible along directions that the rows determine; along
+/// the others the declared value is kept. Frames that are not free are fixed by an infinite
+/// precision.
 struct FramePrior {
-  Eigen::Matrix<double, 9, 1> information =
-      Eigen::Matrix<double, 9, 1>::Zero();  ///< 1 / variance; practically infinite if not free
-  Vec3 tip_F = Vec3::Zero();
+  Eigen::Matrix<double, 6, 1> base_information =
+      Eigen::Matrix<double, 6, 1>::Zero();  ///< 1 / variance; practically infinite if not free
+  double tip_information = 0;
+  std::vector<Pose> X_FT;  ///< declared, of each tool
 };
 
-FramePrior FramePriorOf(const Vec3& tip_F, bool frame_free, bool tip_free);
+FramePrior FramePriorOf(const std::vector<Pose>& X_FT, bool frame_free, bool tip_free);
 
 /// Replaces the frames of each session that has measured points by the best of several starting
 /// values, refined by Gauss-Newton: the declared ones, those of the lifted linear problem, and the

@@ -120,19 +120,18 @@ double NuisanceProjection::Leverage(int residual) const {
 Eigen::MatrixXd NuisanceProjection::FrameColumns(const FitProblem& fit, const Linearisation& linear,
                                                  const Whitener& whitener,
                                                  const FitLayout& layout) const {
-  const int per_session = nuisances_.per_session(), of_sessions = nuisances_.of_sessions();
+  const int of_sessions = nuisances_.of_sessions();
   const bool base = nuisances_.FloatWithBase();
   const int columns = of_sessions + (base ? 6 : 0);
   Eigen::MatrixXd frames = Eigen::MatrixXd::Zero(layout.total(), columns);
   if (columns == 0) return frames;
   for (const FitRowIndex j : fit.rows.indices()) {
     const RowIndex row = fit.rows[j];
-    const SessionIndex session = fit.data.session_of[row];
     const FrameGradient& derivative = linear.rows[row].frames;
     auto of_row = layout.PartOf(frames, j);
-    auto block = of_row.middleCols(nuisances_.FirstOf(session), per_session);
-    if (nuisances_.frames()) whitener[j].Apply(derivative.leftCols<6>(), block.leftCols(6));
-    if (nuisances_.tip()) whitener[j].Apply(derivative.rightCols<3>(), block.rightCols(3));
+    nuisances_.ForEachFrameBlock(derivative, row, [&](const auto& block, int first) {
+      whitener[j].Apply(block, of_row.middleCols(first, block.cols()));
+    });
     if (base) whitener[j].Apply(derivative.leftCols<6>(), of_row.middleCols(of_sessions, 6));
   }
   return frames;

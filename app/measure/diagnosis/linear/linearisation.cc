@@ -218,7 +218,7 @@ void SetRow(const Dataset& data, const Model& model, RowIndex row, const TipAtRo
   } else if (observation.kind == ObservationKind::kRange) {
     SetRange(data.cell.measurement.anchor_W, *measured.range_m, tip, result, gradient);
   } else if (!OnArtefact(observation.kind)) {
-    SetPose(measured, count, frames.R_FT, tip, result, gradient);
+    SetPose(measured, count, frames.X_FT[data.payloads[row].tool].R, tip, result, gradient);
     if (data.rests_on_tags(row)) AddTagsError(model, result.p_W, result);
   } else {
     const model::Artefact& artefact = data.cell.artefacts[observation.artefact.offset()];
@@ -240,8 +240,11 @@ using I = effects::Influence<double>;
 
 Model Model::Declared(const Dataset& data) {
   Model model;
-  model.frames.assign(data.sessions.size(),
-                      {data.cell.robot.X_WB, data.cell.tool.tcp_F, Mat3::Identity()});
+  Model::Frames declared{data.cell.robot.X_WB, {}};
+  for (int tool = 0; tool < data.cell.tools(); ++tool) {
+    declared.X_FT.push_back({Mat3::Identity(), data.cell.ToolAt(tool).tcp_F});
+  }
+  model.frames.assign(data.sessions.size(), declared);
   for (const model::Artefact& artefact : data.cell.artefacts) {
     model.artefacts.push_back(DeclaredPlace(artefact));
   }
@@ -252,7 +255,7 @@ model::CellModel CellOf(const Dataset& data, const Model& model, SessionIndex se
   model::CellModel cell = data.cell;
   const Model::Frames& frames = model.frames[session];
   cell.robot.X_WB = frames.X_WB;
-  cell.tool.tcp_F = frames.tip_F;
+  for (int tool = 0; tool < cell.tools(); ++tool) cell.ToolAt(tool).tcp_F = frames.X_FT[tool].p;
   cell.sessions.clear();
   return cell;
 }
@@ -470,10 +473,9 @@ void CopyBasePosesToRows(const Model& model, Dataset& data) {
   }
 }
 
-void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step) {
-  frames.X_WB.p += step.head<3>();
-  frames.X_WB.R = RotationFromVector(step.segment<3>(3)) * frames.X_WB.R;
-  frames.tip_F += step.tail<3>();
+void MoveBase(Pose& X_WB, const Eigen::Matrix<double, 6, 1>& step) {
+  X_WB.p += step.head<3>();
+  X_WB.R = RotationFromVector(step.tail<3>()) * X_WB.R;
 }
 
 }  // namespace plumbline::measure

@@ -44,8 +44,8 @@ void MoveArtefact(const ArtefactFreedom& freedom, const double* step, PlacedArte
 struct Model {
   struct Frames {
     Pose X_WB;
-    Vec3 tip_F = Vec3::Zero();
-    Mat3 R_FT = Mat3::Identity();  ///< orientation of the measured TCP on the flange
+    /// Measured TCP of each tool of the cell (CellModel::ToolAt) on the unloaded arm's flange.
+    std::vector<Pose> X_FT;
   };
   Indexed<SessionIndex, Frames> frames;
   Indexed<ArtefactIndex, PlacedArtefact> artefacts;
@@ -63,7 +63,8 @@ model::CellModel CellOf(const Dataset& data, const Model& model, SessionIndex se
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
 using Gradient = Eigen::Matrix<double, Eigen::Dynamic, effects::Influence<double>::kSize>;
-/// d prediction / d (base translation, base rotation, tip) of one row, shape (its residuals, 9).
+/// d prediction / d (base translation, base rotation, tip of the row's tool) of one row, shape (its
+/// residuals, 9).
 /// The arm is treated as rigid: the change of gravity deflection with the base rotation is
 /// neglected, about a thousandth of the effect.
 using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
@@ -153,8 +154,8 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f);
 /// the direction of gravity that an aligned instrument defines.
 void CopyBasePosesToRows(const Model& model, Dataset& data);
 
-/// Applies a step to the frames of a session: base translation [m], base rotation (rotation vector
-/// in W, about the origin of the base) [rad], tip translation in F [m].
-void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step);
+/// Applies a step to the base of a session: translation [m], rotation (rotation vector in W, about
+/// the origin of the base) [rad].
+void MoveBase(Pose& X_WB, const Eigen::Matrix<double, 6, 1>& step);
 
 }  // namespace plumbline::measure

@@ -28,7 +28,7 @@ int LeaderOf(std::vector<int>& leader, int k) {
 }  // namespace
 
 Nuisances::Nuisances(const Dataset& data)
-    : data_(data), frames_(data.frames_free()), tip_(data.tip_free()) {
+    : data_(data), frames_(data.frames_free()), tip_(data.tip_free()), tools_(data.cell.tools()) {
   artefacts_ = static_cast<int>(data.cell.artefacts.size());
   of_sessions_ = size_ = per_session() * data.sessions_count();
   first_.front() = size_;
@@ -37,8 +37,10 @@ Nuisances::Nuisances(const Dataset& data)
     first_.push_back(size_);
   }
   for (const SessionIndex session : data.sessions.indices()) {
-    if (tip_ && data.turned_sessions[session]) size_ += 3;
-    first_.push_back(size_);
+    for (int tool = 0; tool < tools_; ++tool) {
+      if (tip_ && data.turned_sessions[session]) size_ += 3;
+      first_.push_back(size_);
+    }
   }
   const auto rows = data.row_indices();
   if (std::ranges::any_of(rows, [&](RowIndex k) { return data.rests_on_tags(k); })) {
@@ -80,7 +82,8 @@ std::optional<GroupIndex> Nuisances::GroupOf(RowIndex row) const {
   if (OnArtefact(observation.kind)) {
     group = GroupIndex(observation.artefact.value());
   } else if (observation.kind == ObservationKind::kPose) {
-    group = GroupIndex(artefacts_ + data_.session_of[row].value());
+    group =
+        GroupIndex(artefacts_ + tools_ * data_.session_of[row].value() + data_.payloads[row].tool);
   } else if (data_.rests_on_tags(row)) {
     return tags_;
   } else {
@@ -200,11 +203,15 @@ std::vector<Equation> Nuisances::EquationsAt(const Model& model) const {
 
 void Nuisances::MoveSessions(const double* step, Model& model) const {
   for (Model::Frames& frames : model.frames) {
-    Eigen::Matrix<double, 9, 1> of_session = Eigen::Matrix<double, 9, 1>::Zero();
-    if (frames_) of_session.head<6>() = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(step);
-    if (tip_) of_session.tail<3>() = Eigen::Map<const Vec3>(step + (frames_ ? 6 : 0));
-    MoveFrames(frames, of_session);
-    step += per_session();
+    if (frames_) {
+      MoveBase(frames.X_WB, Eigen::Map<const Eigen::Matrix<double, 6, 1>>(step));
+      step += 6;
+    }
+    if (!tip_) continue;
+    for (Pose& X_FT : frames.X_FT) {
+      X_FT.p += Eigen::Map<const Vec3>(step);
+      step += 3;
+    }
   }
 }
 
@@ -217,8 +224,9 @@ void Nuisances::MoveGroup(GroupIndex group, const double* step, Model& model) co
     model.tags_shift += Eigen::Map<const Vec3>(step);
     model.tags_turn += Eigen::Map<const Vec3>(step + 3);
   } else {
-    Model::Frames& frames = model.frames[SessionIndex(group.value() - artefacts_)];
-    frames.R_FT = frames.R_FT * RotationFromVector(Eigen::Map<const Vec3>(step));
+    const int seat = group.value() - artefacts_;
+    Mat3& R_FT = model.frames[SessionIndex(seat / tools_)].X_FT[seat % tools_].R;
+    R_FT = R_FT * RotationFromVector(Eigen::Map<const Vec3>(step));
   }
 }
 
@@ -229,16 +237,17 @@ void Nuisances::Move(const Eigen::VectorXd& step, Model& model) const {
   }
 }
 
+void Nuisances::AddFrames(const LinearRow& at, RowIndex row, const double* step,
+                          RowResidual& change) const {
+  ForEachFrameBlock(at.frames, row, [&](const auto& block, int first) {
+    change += block * Eigen::Map<const Eigen::VectorXd>(step + first, block.cols());
+  });
+}
+
 RowResidual Nuisances::Change(const LinearRow& at, RowIndex row,
                               const Eigen::VectorXd& step) const {
   RowResidual change = RowResidual::Zero(at.residual.size());
-  const double* of_session = step.data() + FirstOf(data_.session_of[row]);
-  if (frames_) {
-    change += at.frames.leftCols<6>() * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(of_session);
-  }
-  if (tip_) {
-    change += at.frames.rightCols<3>() * Eigen::Map<const Vec3>(of_session + (frames_ ? 6 : 0));
-  }
+  AddFrames(at, row, step.data(), change);
   if (const auto group = GroupOf(row)) {
     change += at.own * step.segment(FirstOf(*group), CountOf(*group));
   }
@@ -246,38 +255,39 @@ RowResidual Nuisances::Change(const LinearRow& at, RowIndex row,
 }
 
 void Nuisances::Fill(const LinearRow& at, RowIndex row, Eigen::Ref<Eigen::MatrixXd> X) const {
-  const int first = FirstOf(data_.session_of[row]);
-  if (frames_) X.middleCols(first, 6) = at.frames.leftCols<6>();
-  if (tip_) X.middleCols(first + (frames_ ? 6 : 0), 3) = at.frames.rightCols<3>();
+  ForEachFrameBlock(at.frames, row, [&](const auto& block, int first) {
+    X.middleCols(first, block.cols()) = block;
+  });
   if (const auto group = GroupOf(row)) X.middleCols(FirstOf(*group), CountOf(*group)) = at.own;
 }
 
 void NuisanceEquations::Add(const Dataset& data, const Nuisances& nuisances, const LinearRow& at,
                             RowIndex row, double weight, const RowResidual& residual) {
+  struct Columns {
+    Eigen::MatrixXd white;
+    int first;
+  };
   const auto count = at.frames.rows();
-  const int per_session = nuisances.per_session();
-  const auto group = nuisances.GroupOf(row);
-  const int own = group ? nuisances.CountOf(*group) : 0;
-  if (count == 0 || per_session + own == 0) return;
+  if (count == 0) return;
   const RowWhitening whitening(data.numbers[row], 1);
-  Eigen::MatrixXd J(count, per_session + own), white(count, per_session + own);
-  if (nuisances.frames()) J.leftCols<6>() = at.frames.leftCols<6>();
-  if (nuisances.tip()) J.middleCols(nuisances.frames() ? 6 : 0, 3) = at.frames.rightCols<3>();
-  if (group) J.rightCols(own) = at.own;
-  whitening.Apply(J, white);
+  std::vector<Columns> blocks;
+  const auto add = [&](const auto& derivative, int first) {
+    Columns& block = blocks.emplace_back();
+    block.first = first;
+    block.white.resize(count, derivative.cols());
+    whitening.Apply(derivative, block.white);
+  };
+  nuisances.ForEachFrameBlock(at.frames, row, add);
+  if (const auto group = nuisances.GroupOf(row)) add(at.own, nuisances.FirstOf(*group));
   RowResidual r(count);
   whitening.Apply(residual, r);
-  const Eigen::MatrixXd square = weight * white.transpose() * white;
-  const Eigen::VectorXd product = weight * white.transpose() * r;
-  const int first = nuisances.FirstOf(data.session_of[row]);
-  H.block(first, first, per_session, per_session) += square.topLeftCorner(per_session, per_session);
-  g.segment(first, per_session) += product.head(per_session);
-  if (!group) return;
-  const int at_own = nuisances.FirstOf(*group);
-  H.block(at_own, at_own, own, own) += square.bottomRightCorner(own, own);
-  H.block(at_own, first, own, per_session) += square.bottomLeftCorner(own, per_session);
-  H.block(first, at_own, per_session, own) += square.topRightCorner(per_session, own);
-  g.segment(at_own, own) += product.tail(own);
+  for (const Columns& a : blocks) {
+    g.segment(a.first, a.white.cols()) += weight * a.white.transpose() * r;
+    for (const Columns& b : blocks) {
+      H.block(a.first, b.first, a.white.cols(), b.white.cols()) +=
+          weight * a.white.transpose() * b.white;
+    }
+  }
 }
 
 void NuisanceEquations::Add(const std::vector<Equation>& equations, double weight) {

@@ -25,10 +25,10 @@ struct Equation {
 };
 
 /// Positions of all nuisances in one vector: for each session its free frames (base translation,
-/// base rotation, tip), then groups. A row depends on the frames of its session and on at most one
-/// group: the constants of its artefact, for a pose the orientation of the session's tool, or for a
-/// position measured by a named camera the error of the frame of the reference tags (shift and
-/// turn).
+/// base rotation, the tip of each tool), then groups. A row depends on the base of its session, on
+/// the tip of its tool there, and on at most one group: the constants of its artefact, for a pose
+/// the orientation of that tool in that session, or for a position measured by a named camera the
+/// error of the frame of the reference tags (shift and turn).
 class Nuisances {
  public:
   explicit Nuisances(const Dataset& data);
@@ -36,9 +36,25 @@ class Nuisances {
   int size() const { return size_; }
   bool frames() const { return frames_; }
   bool tip() const { return tip_; }
-  int per_session() const { return (frames_ ? 6 : 0) + (tip_ ? 3 : 0); }
+  int per_session() const { return (frames_ ? 6 : 0) + (tip_ ? 3 * tools_ : 0); }
   int of_sessions() const { return of_sessions_; }
   int FirstOf(SessionIndex session) const { return per_session() * session.value(); }
+  /// First of the three of a tool's tip in a session; only if tips are free.
+  int TipOf(SessionIndex session, int tool) const {
+    return FirstOf(session) + (frames_ ? 6 : 0) + 3 * tool;
+  }
+
+  /// Adds the prediction's change by a row's part of `step`, the frames of the sessions only.
+  /// @param step  shape (of_sessions())
+  void AddFrames(const LinearRow& at, RowIndex row, const double* step, RowResidual& change) const;
+  /// Writes `fill(derivative, place)` for each block of a row's derivatives by free frames: shape
+  /// (residuals of the row, 6) and (.., 3), and their first position among those of the sessions.
+  template <typename Write>
+  void ForEachFrameBlock(const FrameGradient& derivative, RowIndex row, const Write& write) const {
+    const SessionIndex session = data_.session_of[row];
+    if (frames_) write(derivative.leftCols<6>(), FirstOf(session));
+    if (tip_) write(derivative.rightCols<3>(), TipOf(session, data_.payloads[row].tool));
+  }
 
   /// The group of a row; nullopt if it has none, or a group without free parameters.
   std::optional<GroupIndex> GroupOf(RowIndex row) const;
@@ -87,6 +103,7 @@ class Nuisances {
 
   const Dataset& data_;
   bool frames_, tip_;
+  int tools_;
   int artefacts_ = 0, of_sessions_ = 0, size_ = 0, components_ = 0, equations_ = 0;
   std::vector<int> first_ = {0};
   std::optional<GroupIndex> tags_;

@@ -141,7 +141,7 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       if (of_places != nullptr) FillOwn(row, at, whitening, residuals_.PartOf(places, k));
       if (!wanted) continue;
       auto block = residuals_.PartOf(J, k);
-      FillFrames(data_.session_of[row], at, whitening, block);
+      FillFrames(row, at, whitening, block);
       const int first_size = layout_.nuisances.of_sessions();
       for (const TermSlope& term : slopes) {
         const double unit = layout_.unit[term.column];
@@ -180,17 +180,12 @@ void RowsCost::CacheOrRestore(FitRowIndex j, const deflection::InfluenceSet& tou
 }
 
 template <typename BlockRows>
-void RowsCost::FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
+void RowsCost::FillFrames(RowIndex row, const LinearRow& at, const RowWhitening& whitening,
                           BlockRows& block) const {
   const FrameGradient negative = -at.frames;
-  int column = layout_.nuisances.FirstOf(session);
-  if (layout_.nuisances.frames()) {
-    whitening.Apply(negative.leftCols<6>(), block.middleCols(column, 6));
-    column += 6;
-  }
-  if (layout_.nuisances.tip()) {
-    whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
-  }
+  layout_.nuisances.ForEachFrameBlock(negative, row, [&](const auto& derivative, int first) {
+    whitening.Apply(derivative, block.middleCols(first, derivative.cols()));
+  });
 }
 
 RowResidual RowsCost::FirstOrderResidual(const Model& model, RowIndex row,
@@ -200,12 +195,9 @@ RowResidual RowsCost::FirstOrderResidual(const Model& model, RowIndex row,
   RowResidual residual = first_order_->without_effects()[row] -
                          DisplacementBy(model.effects, data_, first_order_->linear(), row);
   if (common_ > 0) {
-    const double* step = x[0] + nuisances.FirstOf(data_.session_of[row]);
-    if (nuisances.frames()) {
-      residual -= at.frames.leftCols<6>() * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(step);
-      step += 6;
-    }
-    if (nuisances.tip()) residual -= at.frames.rightCols<3>() * Eigen::Map<const Vec3>(step);
+    RowResidual change = RowResidual::Zero(residual.size());
+    nuisances.AddFrames(at, row, x[0], change);
+    residual -= change;
   }
   if (own_ > 0) {
     const double* step = x[common_ > 0 ? 1 : 0] + PlaceOf(nuisances.GroupOf(row).value());

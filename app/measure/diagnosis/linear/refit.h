@@ -70,7 +70,7 @@ class RowsCost final : public ceres::CostFunction {
   void CacheOrRestore(FitRowIndex j, const deflection::InfluenceSet& touched, bool cached,
                       Gradient& gradient) const;
   template <typename BlockRows>
-  void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
+  void FillFrames(RowIndex row, const LinearRow& at, const RowWhitening& whitening,
                   BlockRows& block) const;
   /// The residual of a row to first order. @param x  as for Evaluate
   RowResidual FirstOrderResidual(const Model& model, RowIndex row, double const* const* x) const;

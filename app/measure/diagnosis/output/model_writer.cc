@@ -200,15 +200,22 @@ std::string SessionText(const model::SessionFrames& session) {
   text += "base_xyz_mm = " + VectorText(1e3 * session.X_WB.p) + '\n';
   text +=
       "base_rpy_deg = " + VectorText(kDegPerRad * RollPitchYawFromRotation(session.X_WB.R)) + '\n';
-  if (session.tip_F) text += "tip_mm = " + VectorText(1e3 * *session.tip_F) + '\n';
+  const bool one = session.tips.size() == 1 && !session.tips.front().tool;
+  if (one) text += "tip_mm = " + VectorText(1e3 * session.tips.front().p_F) + '\n';
   if (session.X_WB_declared) {
     const Pose& X_WB = *session.X_WB_declared;
     text += "declared_base_xyz_mm = " + VectorText(1e3 * X_WB.p) + '\n';
     text += "declared_base_rpy_deg = " + VectorText(kDegPerRad * RollPitchYawFromRotation(X_WB.R)) +
             '\n';
   }
-  if (session.tip_declared_F) {
-    text += "declared_tip_mm = " + VectorText(1e3 * *session.tip_declared_F) + '\n';
+  if (one && session.tips.front().declared_F) {
+    text += "declared_tip_mm = " + VectorText(1e3 * *session.tips.front().declared_F) + '\n';
+  }
+  for (const model::SessionTip& tip : session.tips) {
+    if (!tip.tool) continue;
+    text += fmt::format("\n[[session.tip]]\ntool = {}\n", *tip.tool);
+    text += "xyz_mm = " + VectorText(1e3 * tip.p_F) + '\n';
+    if (tip.declared_F) text += "declared_xyz_mm = " + VectorText(1e3 * *tip.declared_F) + '\n';
   }
   return text;
 }

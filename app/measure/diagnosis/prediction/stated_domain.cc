@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/measure/diagnosis/critics/misfit.h"
@@ -23,6 +24,7 @@
 #include "app/measure/diagnosis/validation/input_ranges.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/kinematics/pose_distance.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::measure {
 namespace {
@@ -34,11 +36,20 @@ namespace {
 void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis) {
   const Dataset& data = problem.data;
   if (data.frames_free() || data.tip_free()) {
+    std::set<std::pair<SessionIndex, int>> measured;
+    for (const RowIndex row : data.row_indices()) {
+      if (data.numbers[row].count > 0)
+        measured.emplace(data.session_of[row], data.payloads[row].tool);
+    }
     for (const SessionIndex session : data.sessions.indices()) {
       model::SessionFrames frames;
       frames.id = data.sessions[session].empty() ? "1" : data.sessions[session];
       frames.X_WB = model.frames[session].X_WB;
-      if (data.tip_free()) frames.tip_F = model.frames[session].tip_F;
+      for (int tool = 0; data.tip_free() && tool < data.cell.tools(); ++tool) {
+        if (!measured.contains({session, tool})) continue;
+        frames.tips.push_back({deflection::SessionTipNumber(data.cell, tool),
+                               model.frames[session].X_FT[tool].p, std::nullopt});
+      }
       diagnosis.sessions.push_back(frames);
     }
   }
@@ -173,7 +184,10 @@ void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& di
     model::SessionFrames& frames = diagnosis.sessions[k];
     const Model::Frames& of_declared = declared.frames[SessionIndex(static_cast<int>(k))];
     frames.X_WB_declared = of_declared.X_WB;
-    if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
+    for (model::SessionTip& tip : frames.tips) {
+      const auto tool = tip.tool ? loads::ToolIndexOf(data.cell, tip.tool) : 0;
+      tip.declared_F = of_declared.X_FT[tool.value_or(0)].p;
+    }
   }
 }
 

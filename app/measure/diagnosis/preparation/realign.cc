@@ -20,7 +20,10 @@ Result<Realignment> Realign(const model::CellModel& cell, const MeasuredTable& m
     model::SessionFrames& frames = realigned.cell.sessions.emplace_back();
     frames.id = data->sessions[session];
     frames.X_WB = alignment->model.frames[session].X_WB;
-    frames.tip_F = alignment->model.frames[session].tip_F;
+    for (int tool = 0; tool < cell.tools(); ++tool) {
+      const Pose& X_FT = alignment->model.frames[session].X_FT[tool];
+      frames.tips.push_back({deflection::SessionTipNumber(cell, tool), X_FT.p, std::nullopt});
+    }
     realigned.covariance[frames.id] = alignment->covariance[session];
     const auto warning = UndeterminedFramesText(*data, *alignment, session);
     if (!warning) continue;

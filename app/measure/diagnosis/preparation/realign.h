@@ -11,9 +11,8 @@
 
 namespace plumbline::measure {
 
-/// Covariance of the frames by session id: base translation in W [m], base rotation in W [rad], tip
-/// in F [m].
-using FrameCovariances = std::map<std::string, Eigen::Matrix<double, 9, 9>>;
+/// Covariance of the frames by session id, for each tool of the cell.
+using FrameCovariances = std::map<std::string, std::vector<FrameCovariance>>;
 
 struct Realignment {
   model::CellModel cell;

@@ -196,7 +196,10 @@ bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
                      [](const Model::Frames& a, const Model::Frames& b) {
                        return (a.X_WB.p - b.X_WB.p).norm() < kLeast_m &&
                               (a.X_WB.R - b.X_WB.R).norm() < kLeast &&
-                              (a.tip_F - b.tip_F).norm() < kLeast_m;
+                              std::equal(a.X_FT.begin(), a.X_FT.end(), b.X_FT.begin(),
+                                         [](const Pose& x, const Pose& y) {
+                                           return (x.p - y.p).norm() < kLeast_m;
+                                         });
                      });
 }
 

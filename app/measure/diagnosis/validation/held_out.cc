@@ -293,21 +293,43 @@ FitRows Inliers(const HeldOutInput& input, const Fold& fold) {
   return rows;
 }
 
-/// Number of residuals of the inliers that determine the frames of each session and each group of
-/// the other nuisances.
+/// Number of residuals of the inliers that determine the frames of each session, the tip of each
+/// tool there and each group of the other nuisances.
 struct Determining {
   Determining(const HeldOutInput& input, const Nuisances& nuisances, const FitRows& rows)
       : of_session(input.problem.data.sessions.size(), 0),
-        of_group(static_cast<std::size_t>(nuisances.groups()), 0) {
+        of_group(static_cast<std::size_t>(nuisances.groups()), 0),
+        frames_(nuisances.frames()),
+        tip_(nuisances.tip()) {
     for (const RowIndex row : rows) {
       if (input.problem.weights[row] < kOutlierWeight) continue;
       const int count = input.problem.data.numbers[row].count;
-      of_session[input.problem.data.session_of[row]] += count;
+      const SessionIndex session = input.problem.data.session_of[row];
+      of_session[session] += count;
+      if (count > 0) of_tip_[{session, input.problem.data.payloads[row].tool}] += count;
       if (const auto group = nuisances.GroupOf(row)) of_group[*group] += count;
     }
   }
+
+  /// Number of a session's free parameters that these rows have a part in: base and measured tips.
+  int FreeIn(SessionIndex session) const {
+    int tips = 0;
+    for (const auto& [seat, count] : of_tip_) tips += seat.first == session ? 1 : 0;
+    return (frames_ ? 6 : 0) + (tip_ ? 3 * tips : 0);
+  }
+  /// Whether the rows determine the frames that a row of this tool depends on.
+  bool FramesOf(SessionIndex session, int tool) const {
+    if (of_session[session] < FreeIn(session)) return false;
+    const auto tip = of_tip_.find({session, tool});
+    return !tip_ || (tip != of_tip_.end() && tip->second >= 3);
+  }
+
   Indexed<SessionIndex, int> of_session;
   Indexed<GroupIndex, int> of_group;
+
+ private:
+  bool frames_, tip_;
+  std::map<std::pair<SessionIndex, int>, int> of_tip_;  ///< residuals by session and tool
 };
 
 /// Places that were held out as a whole are fitted to their own rows and to what is declared of
@@ -348,14 +370,13 @@ void FitHeldOutPlaces(const HeldOutInput& input, const Fold& fold,
 /// test rows themselves; nullopt if the rows do not determine them.
 std::optional<double> ShareLeft(const Nuisances& nuisances, const Determining& framed,
                                 const Determining& tested, bool sessions, bool places,
-                                SessionIndex session, RowIndex row) {
+                                SessionIndex session, int tool, RowIndex row) {
   const auto left = [](int free, int numbers) -> std::optional<double> {
     if (free > 0 && numbers <= free) return std::nullopt;
     return free > 0 ? 1 - static_cast<double>(free) / numbers : 1.0;
   };
-  const int free = nuisances.per_session();
-  if (framed.of_session[session] < free) return std::nullopt;
-  if (sessions) return left(free, framed.of_session[session]);
+  if (!framed.FramesOf(session, tool)) return std::nullopt;
+  if (sessions) return left(framed.FreeIn(session), framed.of_session[session]);
   const auto group = nuisances.GroupOf(row);
   if (!group) return 1.0;
   if (places) return left(nuisances.CountOf(*group), tested.of_group[*group]);
@@ -383,8 +404,9 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   const Eigen::VectorXd before = steps(y), after = steps(fold.after),
                         named = steps(fold.after_named);
   for (const RowIndex row : fold.test) {
-    const auto share_left = ShareLeft(nuisances, by_framed, by_test, result.other_sessions,
-                                      plan.places, data.session_of[row], row);
+    const auto share_left =
+        ShareLeft(nuisances, by_framed, by_test, result.other_sessions, plan.places,
+                  data.session_of[row], data.payloads[row].tool, row);
     if (!share_left || fold.undetermined[row] || data.numbers[row].count == 0) continue;
     // Nuisances fitted to the test rows themselves absorb part of their errors.
     const double scale = 1 / std::sqrt(*share_left);

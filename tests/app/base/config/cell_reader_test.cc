@@ -147,9 +147,10 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   REQUIRE(cell->sessions.size() == 2);
   CHECK(cell->sessions[0].id == "1");
   CHECK(cell->sessions[0].X_WB.p.isApprox(Vec3(0.001, 0.002, 0.003)));
-  CHECK(cell->sessions[0].tip_F->isApprox(Vec3(0, 0, 0.093)));
+  REQUIRE(cell->sessions[0].tips.size() == 1);
+  CHECK(cell->sessions[0].tips[0].p_F.isApprox(Vec3(0, 0, 0.093)));
   CHECK(cell->sessions[1].X_WB.p == robot.X_WB.p);
-  CHECK_FALSE(cell->sessions[1].tip_F);
+  CHECK(cell->sessions[1].tips.empty());
   REQUIRE(cell->domain);
   CHECK(cell->domain->q[0].low == Approx(-kPi / 2));
   CHECK(cell->domain->q[1].high == Approx(0.5));
@@ -582,9 +583,18 @@ TEST_CASE("Several tools and payload items have numbers of their own") {
                  Catch::Contains("payload.item[2].cog_mm: missing"));
   std::string unknown = with("number = 1\n", "");
   unknown.replace(unknown.find("[measurement]"), 13, "[measurement]\ntool = \"unknown\"");
+  const auto with_tip = [&](const std::string& number, FaultList& found) {
+    return CellFromText(unknown + "\n[[session]]\nid = \"third\"\n[[session.tip]]\ntool = " +
+                            number + "\nxyz_mm = [1, 2, 3]\n",
+                        "cell.toml", found);
+  };
   FaultList of_unknown;
-  CHECK_FALSE(CellFromText(unknown, "cell.toml", of_unknown));
-  CHECK_THAT(FaultsText(of_unknown), Catch::Contains("one tip is estimated per session"));
+  const auto with_tips = with_tip("1", of_unknown);
+  INFO(FaultsText(of_unknown));
+  REQUIRE(with_tips);
+  CHECK(with_tips->sessions.back().tips.front().tool == 1);
+  CHECK_FALSE(with_tip("3", of_unknown));
+  CHECK_THAT(FaultsText(of_unknown), Catch::Contains("is not the number of a [[tool]]"));
 }
 
 TEST_CASE("A rigid tool has a tip and no beam") {

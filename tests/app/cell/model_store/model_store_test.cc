@@ -876,7 +876,7 @@ TEST_CASE("points keep the declared base and tip, unless they are in the instrum
   const model::CellModel declared = test::HeavyArm();
   model::CellModel fitted = declared;
   fitted.measurement.frame_known = fitted.measurement.tool_known = false;
-  fitted.sessions = {{"1", {Mat3::Identity(), Vec3(0, 0, 3)}, Vec3(0, 0.2, 0.5)}};
+  fitted.sessions = {{"1", {Mat3::Identity(), Vec3(0, 0, 3)}, {{std::nullopt, Vec3(0, 0.2, 0.5)}}}};
   MachineConfig config = ConfigOf(declared);
   config.limits.max_translation_m = 5;
   config.payload.source = PayloadPolicy::Source::kFixed;

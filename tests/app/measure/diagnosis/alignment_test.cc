@@ -5,6 +5,8 @@
 #include <random>
 
 #include "app/measure/diagnosis/preparation/dataset_preparation.h"
+#include "app/measure/diagnosis/preparation/realign.h"
+#include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 #include "tests/app/measure/diagnosis/simulated.h"
@@ -55,9 +57,52 @@ TEST_CASE("rows with many orientations determine tip and base independently of t
   data.cell.tool.tcp_F += Vec3(0.06, -0.05, 0.06);
   Dataset dataset;
   const Alignment alignment = AlignmentOf(data, dataset);
-  CHECK((alignment.model.frames.front().tip_F - true_tip_F).norm() < 1e-4);
+  CHECK((alignment.model.frames.front().X_FT.front().p - true_tip_F).norm() < 1e-4);
   CHECK(alignment.model.frames.front().X_WB.p.norm() < 2e-4);
   CHECK_FALSE(UndeterminedFramesText(dataset, alignment, SessionIndex(0)));
+}
+
+TEST_CASE("each tool has a tip of its own, and a session lists those it measured") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 8");
+  model::CellModel& cell = data.cell;
+  cell.tool.rigid = true;
+  cell.tool.number = 1;
+  for (const int number : {2, 7, 9}) {
+    model::Tool& other = cell.further_tools.emplace_back(cell.tool);
+    other.number = number;
+    other.tcp_F = Vec3(0.01 * number, -0.02, 0.1);
+  }
+  // Tool 9 is not used; tool 7 only in the second session.
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    const bool second = k >= 30;
+    data.table.rows[k].session = second ? "2" : "1";
+    data.table.rows[k].tool_number = k % 2 == 0 ? 1 : second ? 7 : 2;
+  }
+  data.table.recorded.session = data.table.recorded.tool = true;
+  Remeasure(data, {}, 2e-5, 4);
+  const model::CellModel truth = cell;
+  for (int tool = 0; tool < cell.tools(); ++tool) {
+    cell.ToolAt(tool).tcp_F += Vec3(0.03, -0.02 * tool, 0.01);
+  }
+  cell.measurement.frame_known = cell.measurement.tool_known = false;
+  Dataset dataset;
+  const Alignment alignment = AlignmentOf(data, dataset);
+  const auto error_m = [&](int session, int tool) {
+    return (alignment.model.frames[SessionIndex(session)].X_FT[tool].p - truth.ToolAt(tool).tcp_F)
+        .norm();
+  };
+  CHECK(error_m(0, 0) < 1e-4);
+  CHECK(error_m(0, 1) < 1e-4);
+  CHECK(error_m(1, 0) < 1e-4);
+  CHECK(error_m(1, 2) < 1e-4);
+  CHECK_FALSE(UndeterminedFramesText(dataset, alignment, SessionIndex(0)));
+  const Result<Realignment> realigned = Realign(cell, data.table, 1);
+  REQUIRE(realigned);
+  const std::vector<model::SessionTip>& tips = realigned->cell.sessions.front().tips;
+  CHECK(tips.size() == 2);
+  const model::CellModel of_session = deflection::CellOfSession(realigned->cell, "2");
+  CHECK((of_session.ToolAt(2).tcp_F - truth.ToolAt(2).tcp_F).norm() < 1e-4);
+  CHECK(of_session.ToolAt(3).tcp_F == cell.ToolAt(3).tcp_F);
 }
 
 TEST_CASE(
@@ -67,14 +112,15 @@ TEST_CASE(
   Dataset dataset;
   const Alignment alignment = AlignmentOf(data, dataset);
   const Model::Frames& frames = alignment.model.frames.front();
-  CHECK((frames.tip_F - data.cell.tool.tcp_F).norm() < 1e-6);
+  CHECK((frames.X_FT.front().p - data.cell.tool.tcp_F).norm() < 1e-6);
   // The base absorbs the error of the tip; points with this orientation are still predicted
   // correctly.
   CHECK(frames.X_WB.p.norm() == Approx(Vec3(0.012, 0, -0.015).norm()).margin(1e-3));
   const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
   REQUIRE(linear);
   const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
-    return statistics::RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
+    return statistics::RadiusHolding95Percent(J * alignment.covariance.front().front() *
+                                              J.transpose());
   };
   for (const LinearRow& row : linear->rows) {
     CHECK(row.residual.norm() < 3e-4);

@@ -169,7 +169,7 @@ TEST_CASE("unknown sockets and tip are found, and known distances kept") {
   const Dataset dataset = DatasetOf(data);
   const Result<Model> aligned = Align(dataset, Model::Declared(dataset), 1);
   REQUIRE(aligned);
-  CHECK((aligned->frames.front().tip_F - simulated.cell.tool.tcp_F).norm() < 1e-4);
+  CHECK((aligned->frames.front().X_FT.front().p - simulated.cell.tool.tcp_F).norm() < 1e-4);
   for (const model::KnownDistance& distance : data.cell.distances) {
     const double apart = (aligned->artefacts[ArtefactIndex(distance.first)].place -
                           aligned->artefacts[ArtefactIndex(distance.second)].place)

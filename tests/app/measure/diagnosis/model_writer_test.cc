@@ -63,7 +63,7 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   session.id = "shift \"2\"\\";
   session.X_WB.p = Vec3(0.123456789012345, -1.0 / 3, 2);
   session.X_WB.R = RotationFromRollPitchYaw(Vec3(0.1, -0.2, 3.0000000000001));
-  session.tip_F = Vec3(1.0 / 7, 0, 1e-9);
+  session.tips = {{std::nullopt, Vec3(1.0 / 7, 0, 1e-9), Vec3(0.1, 0, 1.0 / 3)}};
   diagnosis.sessions = {session};
   diagnosis.domain.q[1] = {-1.0 / 3, 2.0 / 3};
   diagnosis.domain.largest_residual_m = 1e-3 / 3;
@@ -98,7 +98,9 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   CHECK(cell.sessions[0].id == session.id);
   CHECK((cell.sessions[0].X_WB.p - session.X_WB.p).norm() < 1e-14);
   CHECK((cell.sessions[0].X_WB.R - session.X_WB.R).norm() < 1e-12);
-  CHECK((*cell.sessions[0].tip_F - *session.tip_F).norm() < 1e-15);
+  REQUIRE(cell.sessions[0].tips.size() == 1);
+  CHECK((cell.sessions[0].tips[0].p_F - session.tips[0].p_F).norm() < 1e-15);
+  CHECK((*cell.sessions[0].tips[0].declared_F - *session.tips[0].declared_F).norm() < 1e-15);
   REQUIRE(cell.domain);
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(Same(cell.domain->q[i].low, diagnosis.domain.q[i].low));
@@ -131,7 +133,7 @@ TEST_CASE(
       "\n[[effect]]\nid = \"joint_offset\"\nparameters = [{ name = \"q1\", value = 1e-4 }]\n";
 
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt}};
+  diagnosis.sessions = {model::SessionFrames{"2", {}}};
   const std::string text = Corrected(original, diagnosis);
   const model::CellModel cell = Read(text);
   REQUIRE(cell.effects.size() == 3);
@@ -164,7 +166,7 @@ TEST_CASE("frames, domain and effects given inline at the root are replaced, too
       "\"effect\" = [ { id = \"joint_offset\", parameters = [\n"
       "  { name = \"q1\", value = 1e-4, sd = 1e-5, unit = \"rad\" } ] } ]\n";
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt}};
+  diagnosis.sessions = {model::SessionFrames{"2", {}}};
   const model::CellModel cell = Read(Corrected(inlined + CellText(), diagnosis));
   REQUIRE(cell.effects.size() == 3);
   CHECK(cell.effects[0].id == "joint_offset");
@@ -301,13 +303,14 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
 TEST_CASE("a written model with effects and frames reads back as validated") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
   const Pose declared{RotationFromRollPitchYaw(Vec3(0.1, -0.2, 0.3)), Vec3(1, 2, 3)};
-  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt, declared, Vec3(0.1, 0, 0.2)}};
+  diagnosis.sessions = {model::SessionFrames{
+      "2", {}, {{std::nullopt, Vec3(0, 0, 0.2), Vec3(0.1, 0, 0.2)}}, declared}};
   const std::string written = Corrected(CellText(), diagnosis);
   const model::SessionFrames frames = Read(written).sessions.front();
-  REQUIRE((frames.X_WB_declared && frames.tip_declared_F));
+  REQUIRE((frames.X_WB_declared && frames.tips.size() == 1 && frames.tips[0].declared_F));
   CHECK((frames.X_WB_declared->p - declared.p).norm() < 1e-12);
   CHECK((frames.X_WB_declared->R - declared.R).norm() < 1e-12);
-  CHECK((*frames.tip_declared_F - Vec3(0.1, 0, 0.2)).norm() < 1e-12);
+  CHECK((*frames.tips[0].declared_F - Vec3(0.1, 0, 0.2)).norm() < 1e-12);
   CHECK(Read(written).domain->as_validated);
   CHECK(Read(Edited(written, "date = \"2026-11-21\"", "date = \"2026-11-22\""))
             .domain->as_validated);  // a label
