@@ -8,10 +8,12 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/base/config/carried_numbers.h"
 #include "app/base/config/cell_reader.h"
+#include "app/base/config/out_of_range.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
@@ -206,6 +208,41 @@ std::string LinesText(const std::vector<int>& lines) {
                      lines.size() > kMax ? fmt::format(" and {} more", lines.size() - kMax) : "");
 }
 
+/// True if every assumed radius follows from the growth of the error that the fit states.
+bool RestsOnGrowth(const std::vector<Prediction>& predictions) {
+  return std::ranges::all_of(predictions, [](const Prediction& one) {
+    if (one.radius.basis != model::RadiusBasis::kAssumed) return true;
+    return !one.exits.empty() && std::ranges::all_of(one.exits, [](const auto& exit) {
+      return exit.variance_m2.has_value();
+    });
+  });
+}
+
+/// Prints why poses are extrapolated: each input once, with the number of poses and the first.
+void PrintExits(const measure::MeasuredTable& poses, const model::CellModel& cell,
+                const std::vector<Prediction>& predictions) {
+  struct Reason {
+    int poses = 0, line = 0;
+    std::string first;
+  };
+  std::map<std::pair<deflection::DomainExit::Input, std::size_t>, Reason> reasons;
+  for (std::size_t k = 0; k < predictions.size(); ++k) {
+    const measure::MeasuredRow& row = poses.rows[k];
+    for (const deflection::DomainExit& exit : predictions[k].exits) {
+      Reason& reason = reasons[{exit.input, exit.index}];
+      if (reason.poses++ > 0) continue;
+      const loads::Payload load =
+          loads::LoadOf(cell, row.payload_kg, row.tool_number, row.payload_item);
+      reason.first = config::ExitText(cell, exit, load.tool, load.item);
+      reason.line = row.line;
+    }
+  }
+  for (const auto& [input, reason] : reasons) {
+    std::cerr << fmt::format("  extrapolated in {} pose{}: {} (line {})\n", reason.poses,
+                             reason.poses == 1 ? "" : "s", reason.first, reason.line);
+  }
+}
+
 /// Warning about radii that are not based on data; empty if none is assumed or unknown.
 std::string BasisWarning(const std::vector<Prediction>& predictions, const model::CellModel& cell,
                          const measure::MeasuredTable& poses, const PredictOptions& options) {
@@ -217,6 +254,10 @@ std::string BasisWarning(const std::vector<Prediction>& predictions, const model
            "of "
            "this arm, for example a linear axis that carries weight. Do not rely on them; fit the "
            "model to measured points with `plumbline diagnose`";
+  }
+  if (RestsOnGrowth(predictions)) {
+    return "u_mm: the radii with the basis \"assumed\" rest on how the error grows beyond the rows "
+           "that the model was fitted to. Measure points there, and run `plumbline diagnose` again";
   }
   return "u_mm: some radii have the basis \"assumed\": " +
          AssumedBasisText(cell, poses, options.deflection_sd.has_value());
@@ -353,6 +394,7 @@ int Run(const PredictOptions& options) {
   std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n",
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
+  PrintExits(*poses, *cell, *predictions);
   WarnAboutLinearTheory(options, *poses, *predictions);
   if (const std::string warning = BasisWarning(*predictions, *cell, *poses, options);
       !warning.empty()) {
