@@ -14,8 +14,8 @@ namespace {
 
 /// "q5 is 12.3 deg, measured: -10 to 8.2 deg"
 std::string Text(const std::string& what, double value, const model::Interval& range, double to_SI,
-                 std::string_view unit) {
-  return fmt::format("{} {:.4g} {}, measured: {} {}", what, value / to_SI, unit,
+                 std::string_view unit, const char* range_name = "measured") {
+  return fmt::format("{} {:.4g} {}, {}: {} {}", what, value / to_SI, unit, range_name,
                      range.low == range.high
                          ? fmt::format("only {:.4g}", range.low / to_SI)
                          : fmt::format("{:.4g} to {:.4g}", range.low / to_SI, range.high / to_SI),
@@ -32,7 +32,8 @@ std::string ExitText(const model::CellModel& cell, const deflection::DomainExit&
   switch (exit.input) {
     case Input::kJoint: {
       const auto form = model::PositionForm(type());
-      return Text(joint() + " is", exit.value, exit.range, form.to_SI, form.unit);
+      return Text(joint() + " is", exit.value, exit.range, form.to_SI, form.unit,
+                  cell.domain ? "measured" : "limits");
     }
     case Input::kPosture:
       return fmt::format(

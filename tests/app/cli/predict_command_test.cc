@@ -218,6 +218,15 @@ TEST_CASE("a row with an impossible payload is reported and skipped") {
   CHECK(folder.Run("no/such/folder.csv") == 2);
 }
 
+TEST_CASE("predict says why poses are extrapolated") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow + "0,-90,90,360,0,0,60\n0,-90,90,362,0,0,60\n");
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told, Catch::Contains("3 poses predicted, 2 extrapolated") &&
+                              Catch::Contains("extrapolated in 2 poses: q4 is 360 deg, limits: "
+                                              "-350 to 350 deg (line 3)"));
+}
+
 TEST_CASE("a missing payload column is reported and every row counts as extrapolated") {
   PredictFolder folder;
   std::ofstream(folder.File("poses.csv"))
