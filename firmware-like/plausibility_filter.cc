@@ -88,7 +88,8 @@ const char* RemedyOf(InputFault fault) {
     case InputFault::kJointCount:
       return "check the profile against the cell";
     case InputFault::kTcpMismatch:
-      return "check the profile's joint decoding, the cell's kinematics and the tool offset";
+      return "check the profile's joint decoding, the tool offset and the cell's kinematics; an "
+             "axis counted against the ground is declared as [[robot.coupling]]";
     case InputFault::kAllZero:
       return "move a joint; if they stay zero, check the addresses of the profile's joints, and "
              "that the robot is switched on and referenced";

@@ -28,6 +28,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
 #include "firmware-like/kinematics/chain.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cli {
 namespace {
@@ -245,6 +246,12 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
       {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
                             robot.size(), kinematics::Chain(robot).Reach())},
   };
+  for (const model::JointCoupling& coupling : robot.couplings) {
+    lines.push_back(
+        {"coupling",
+         fmt::format("q{} also turns with q{}, ratio {:.6g}", coupling.joint + 1, coupling.of + 1,
+                     coupling.ratio / model::CouplingRatioToSI(robot, coupling))});
+  }
   for (int k = 0; k < cell.tools(); ++k) {
     const model::Tool& tool = cell.ToolAt(k);
     lines.push_back({tool.number ? fmt::format("tool {}", *tool.number) : "tool", ToolText(tool)});

@@ -47,6 +47,11 @@ std::vector<std::string> NotCarried(const model::CellModel& cell,
     lines.emplace_back("compliance_rad_per_Nm: the joints' wind-up under load");
     break;
   }
+  if (!cell.robot.couplings.empty()) {
+    lines.emplace_back(
+        "[[robot.coupling]]: the URDF's joints are the axes; whoever moves them adds ratio times "
+        "the other joint's reading");
+  }
   if (!tool.rigid) lines.emplace_back("[tool]: the bending of the tool");
   if (!tool.rigid || !tool.tcp_F.isZero()) {
     lines.emplace_back("[tool]: its tip; the chain ends at the flange");
@@ -77,7 +82,8 @@ std::optional<measure::ChainDifference> LeftByUrdf(const model::CellModel& cell,
   payload.tool = tool;
   for (const model::JointVector& q : measure::RandomPostures(cell.robot, kExportedPostures)) {
     if (!arm.AtCommanded(q, payload, effects::Conditions{}, state)) return std::nullopt;
-    difference.Add(TipPose(exported, q), X_base_B * state.posture.X_BF());
+    difference.Add(TipPose(exported, arm.chain().AxisPositions<double>(q)),
+                   X_base_B * state.posture.X_BF());
   }
   return difference;
 }

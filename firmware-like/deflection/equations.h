@@ -67,8 +67,9 @@ PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const model::JointVectorOf<T>
   loads::OutboardMassesOf<T> outboard;
   model::JointVectorOf<T> tau;
   loads_.Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
+  const model::JointVectorOf<T> axes = chain_.AxisPositions<T>(theta);
   for (int i = size() - 1; i >= 0; --i) {
-    const auto motions = StructureMotions<T>(chain_, state.posture, outboard, g_B, i, theta[i]);
+    const auto motions = StructureMotions<T>(chain_, state.posture, outboard, g_B, i, axes[i]);
     for (std::size_t k = 0; k < motions.size(); ++k) {
       const auto entry =
           static_cast<typename effects::Influence<T>::JointEntry>(kStructureEntries[k]);
@@ -137,6 +138,7 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
     }
     state.sag[i] = s;
   }
+  state.sag = chain_.ReportedFromAxes<T>(state.sag);
 
   const PoseOf<T>& X_BF = state.posture.X_BF();
   const ToolModel& tool = Tool(load.tool);

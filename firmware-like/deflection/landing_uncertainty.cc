@@ -213,7 +213,7 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
   const kinematics::Posture& posture = state.posture;
   const Pose& X_BF = posture.X_BF();
   kinematics::Jacobian jacobian;
-  arm.chain().JacobianAt(posture, p_B, jacobian);
+  arm.chain().AxisJacobianAt(posture, p_B, jacobian);
   for (int j = 0; j < arm.size(); ++j) {
     const auto k = static_cast<std::size_t>(j);
     const Vec3 lever = jacobian.col(j).head<3>();

@@ -157,9 +157,10 @@ void AddStructureEntries(const LoadedArm& arm, const model::JointVector& theta,
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost), turns(3, kMost);
   std::array<int, kMost> entries{};
   int count = 0;
+  const model::JointVector axes = arm.chain().AxisPositions<double>(theta);
   for (int i = arm.size() - 1; i >= 0; --i) {
     const auto motions =
-        StructureMotions<double>(arm.chain(), state.posture, outboard, g_B, i, theta[i]);
+        StructureMotions<double>(arm.chain(), state.posture, outboard, g_B, i, axes[i]);
     for (std::size_t k = 0; k < motions.size(); ++k) {
       const double size = influence.Joint(kStructureEntries[k], i);
       const Mat3 R = SmallRotation<double>(size * motions[k].turn);
@@ -280,10 +281,13 @@ bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q, const load
   for (int i = 0; i < n; ++i) {
     const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
+    const model::JointVector reported =
+        arm.chain().ReportedFromAxes<double>(model::JointVector::Unit(n, i));
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * model::kMaxJoints + i;
       if (!wanted[entry]) continue;
-      partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
+      partial.s_x.col(entry).head(n) =
+          SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau) * reported;
     }
   }
   if (!arm.read_by_camera()) AddReadingEntries(arm, influence, wanted, sensitivity);

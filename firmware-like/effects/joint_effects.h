@@ -128,8 +128,9 @@ struct AxisCoupling {
     return {.id = "axis_coupling",
             .meaning = "the joint turns slightly along with another one, through shared gears",
             .remedy =
-                "check the coupling ratio of these axes in the controller; otherwise let the "
-                "correction compensate for it",
+                "check the coupling ratio of these axes in the controller; an axis that is coupled "
+                "by design is declared in the cell, [[robot.coupling]] with joint, of and ratio; "
+                "otherwise let the correction compensate for it",
             .formula = "s_i += v_ij q_j, j inboard of i",
             .shown_by = "the two joints turned independently of each other",
             .sound_size = "0: the tooth counts fix the ratio",
@@ -420,11 +421,12 @@ struct GearPeriodic {
 /// For each link, the frame that rotates with its joint, with z along the joint's axis, in B.
 void TurnedFrames(const model::Robot& robot, const model::JointVector& q,
                   std::array<Mat3, model::kMaxJoints>& R_BK) {
+  const model::JointVector axes = model::AxisPositions<double>(robot.couplings, q);
   Mat3 R = Mat3::Identity();
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
     const model::Joint& joint = robot.joints[k];
     const bool turns = joint.type == model::JointType::kRevolute;
-    const double count = turns ? joint.sign * q[static_cast<Eigen::Index>(k)] : 0;
+    const double count = turns ? joint.sign * axes[static_cast<Eigen::Index>(k)] : 0;
     const Mat3 turn =
         Eigen::AngleAxisd(joint.theta_offset_rad + count, Vec3::UnitZ()).toRotationMatrix();
     const Mat3 twist = model::LinkTwist(joint);

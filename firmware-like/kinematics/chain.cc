@@ -5,9 +5,37 @@
 
 namespace plumbline::kinematics {
 
+std::vector<int> CouplingOrder(int joints, const std::vector<model::JointCoupling>& couplings) {
+  std::vector<int> order;
+  const auto placed = [&](int joint) {
+    return std::find(order.begin(), order.end(), joint) != order.end();
+  };
+  for (bool growing = true; growing;) {
+    const std::size_t before = order.size();
+    for (int joint = 0; joint < joints; ++joint) {
+      const bool ready = std::all_of(couplings.begin(), couplings.end(), [&](const auto& coupling) {
+        return coupling.joint != joint || placed(coupling.of);
+      });
+      if (ready && !placed(joint)) order.push_back(joint);
+    }
+    growing = order.size() > before;
+  }
+  return order;
+}
+
 Chain::Chain(const model::Robot& robot)
-    : convention_(robot.convention), size_(robot.size()), lower_(size_), upper_(size_) {
+    : convention_(robot.convention),
+      size_(robot.size()),
+      lower_(size_),
+      upper_(size_),
+      coupling_order_(CouplingOrder(size_, robot.couplings)) {
   assert(size_ >= 1 && size_ <= model::kMaxJoints);
+  assert(static_cast<int>(coupling_order_.size()) == size_);
+  for (const int joint : coupling_order_) {
+    for (const model::JointCoupling& coupling : robot.couplings) {
+      if (coupling.joint == joint) couplings_.push_back(coupling);
+    }
+  }
   for (int i = 0; i < size_; ++i) {
     const model::Joint& joint = robot.joints[i];
     links_[i] = {joint.type,
@@ -37,6 +65,13 @@ bool Chain::WithinLimits(const model::JointVector& q, double margin) const {
 }
 
 void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const {
+  AxisJacobianAt(posture, p_BQ, jacobian);
+  for (const model::JointCoupling& coupling : couplings_) {
+    jacobian.col(coupling.of) += coupling.ratio * jacobian.col(coupling.joint);
+  }
+}
+
+void Chain::AxisJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const {
   jacobian.resize(6, size_);
   for (int i = 0; i < size_; ++i) {
     const auto k = static_cast<std::size_t>(i);

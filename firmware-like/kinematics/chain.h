@@ -25,13 +25,17 @@ struct DhChanges {
   const T* beta;   ///< added to beta [rad]
 };
 
+/// Joints in an order in which each follows those that it is coupled to. Joints on a cycle, and
+/// those that depend on one, are left out.
+std::vector<int> CouplingOrder(int joints, const std::vector<model::JointCoupling>& couplings);
+
 /// Link frames and joint axes in one posture, all expressed in B.
 template <typename T>
 struct PostureOf {
   int size = 0;
   std::array<PoseOf<T>, model::kMaxJoints> X_BL;  ///< DH frame of link i
   std::array<Vec3Of<T>, model::kMaxJoints>
-      axis_B;  ///< axis of joint i, in the direction of positive q_i
+      axis_B;  ///< axis of joint i, in the direction of its positive q_i
   std::array<Vec3Of<T>, model::kMaxJoints> point_B;  ///< a point on that axis [m]
 
   /// The flange F is the frame of the last link.
@@ -44,8 +48,11 @@ using Posture = PostureOf<double>;
 ///   dh  (distal):   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i) Rz(gamma_i)
 ///   mdh (proximal): T_i = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(theta_i) Tz(d_i)
 /// [Denavit & Hartenberg 1955; Craig, ch. 3; beta: Hayati & Mirmirani 1985]
-/// with theta_i = sign_i q_i + offset_i (revolute) or d_i := d_i + sign_i q_i (prismatic). Joint
-/// deflections s are not modelled here: pass q + s for the deflected arm.
+/// with theta_i = sign_i a_i + offset_i (revolute) or d_i := d_i + sign_i a_i (prismatic), and the
+/// axes at a = C q, where q are joint values as the controller reports them (model::JointCoupling);
+/// without couplings, a = q. Everything that takes or returns q means the reported values:
+/// couplings act here only. Joint deflections s of the axes are not modelled here: pass q + C^-1 s
+/// for the deflected arm.
 class Chain {
  public:
   /// @param robot  with 1..kMaxJoints joints, as checked by the configuration reader
@@ -53,8 +60,24 @@ class Chain {
 
   int size() const { return size_; }
   model::JointType type(int joint) const { return links_[joint].type; }
-  const model::JointVector& lower() const { return lower_; }  ///< joint limits [rad] or [m]
+  const model::JointVector& lower() const { return lower_; }  ///< limits of q [rad] or [m]
   const model::JointVector& upper() const { return upper_; }
+  const std::vector<model::JointCoupling>& couplings() const { return couplings_; }
+  /// Joints in an order in which each follows those that it is coupled to.
+  const std::vector<int>& coupling_order() const { return coupling_order_; }
+  /// a = C q [rad] or [m].
+  template <typename T>
+  model::JointVectorOf<T> AxisPositions(const model::JointVectorOf<T>& q) const {
+    return model::AxisPositions<T>(couplings_, q);
+  }
+  /// C^-1 times positions or deflections of the axes.
+  template <typename T>
+  model::JointVectorOf<T> ReportedFromAxes(model::JointVectorOf<T> axes) const {
+    for (const model::JointCoupling& coupling : couplings_) {
+      axes[coupling.joint] -= coupling.ratio * axes[coupling.of];
+    }
+    return axes;
+  }
   bool WithinLimits(const model::JointVector& q, double margin = 0) const;
 
   /// Upper bound of the distance between the flange and the origin of B [m].
@@ -69,8 +92,10 @@ class Chain {
     Evaluate<double>(q, nullptr, posture);
   }
 
-  /// Jacobian of a point p_BQ [m] that is fixed to the flange.
+  /// Jacobian of a point p_BQ [m] that is fixed to the flange, with respect to q.
   void JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
+  /// The same with respect to the axes, of which deflections are added.
+  void AxisJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
 
  private:
   struct Link {
@@ -83,6 +108,8 @@ class Chain {
   int size_;
   std::array<Link, model::kMaxJoints> links_;
   model::JointVector lower_, upper_;
+  std::vector<int> coupling_order_;
+  std::vector<model::JointCoupling> couplings_;  ///< in the order of their joints
   double reach_m_ = 0;
 };
 
@@ -91,10 +118,11 @@ void Chain::Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* chang
                      PostureOf<T>& posture) const {
   using std::cos, std::sin;
   posture.size = size_;
+  const model::JointVectorOf<T> axes = AxisPositions<T>(q);
   PoseOf<T> X_BL;
   for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) {
     const Link& link = links_[i];
-    const T count = link.sign * q[static_cast<int>(i)];
+    const T count = link.sign * axes[static_cast<int>(i)];
     const bool turns = link.type == model::JointType::kRevolute;
     const T theta = turns ? T(link.offset + count) : T(link.offset);
     T a(link.a), d = turns ? T(link.d) : T(link.d + count);

@@ -36,14 +36,20 @@ model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Ve
 
 bool WrapIntoLimits(const Chain& chain, const model::JointVector& seed, model::JointVector& theta) {
   bool inside = true;
-  for (int i = 0; i < chain.size(); ++i) {
+  for (const int i : chain.coupling_order()) {
     if (chain.type(i) == model::JointType::kRevolute) {
-      theta[i] -= kTurn * std::round((theta[i] - seed[i]) / kTurn);
-      if (theta[i] > chain.upper()[i] && std::isfinite(chain.upper()[i])) {
-        theta[i] -= kTurn * std::ceil((theta[i] - chain.upper()[i]) / kTurn);
-      } else if (theta[i] < chain.lower()[i] && std::isfinite(chain.lower()[i])) {
-        theta[i] += kTurn * std::ceil((chain.lower()[i] - theta[i]) / kTurn);
+      double wrapped = theta[i] - kTurn * std::round((theta[i] - seed[i]) / kTurn);
+      if (wrapped > chain.upper()[i] && std::isfinite(chain.upper()[i])) {
+        wrapped -= kTurn * std::ceil((wrapped - chain.upper()[i]) / kTurn);
+      } else if (wrapped < chain.lower()[i] && std::isfinite(chain.lower()[i])) {
+        wrapped += kTurn * std::ceil((chain.lower()[i] - wrapped) / kTurn);
       }
+      // The other axes stay where they are, so joints coupled to this one change too.
+      const double turned = wrapped - theta[i];
+      if (turned != 0 && !chain.couplings().empty()) {
+        theta += chain.ReportedFromAxes<double>(turned * model::JointVector::Unit(chain.size(), i));
+      }
+      theta[i] = wrapped;
     }
     inside = inside && theta[i] >= chain.lower()[i] && theta[i] <= chain.upper()[i];
   }
@@ -59,6 +65,7 @@ model::JointVector RestartPosture(const Chain& chain, const model::JointVector& 
   if (index < kMirrored && n == 6) {
     // The branches of an arm with a spherical wrist: flipped wrist, flipped elbow, arm turned by
     // half a turn about axis 1.
+    start = chain.AxisPositions<double>(seed);
     if (index & 1) {
       start[3] += std::numbers::pi;
       start[4] = -start[4];
@@ -66,6 +73,7 @@ model::JointVector RestartPosture(const Chain& chain, const model::JointVector& 
     }
     if (index & 2) start[2] = -start[2];
     if (index & 4) start[0] += start[0] > 0 ? -std::numbers::pi : std::numbers::pi;
+    start = chain.ReportedFromAxes<double>(start);
     if (index != 0) return start;
   }
   for (int i = 0; i < n; ++i) {

@@ -33,6 +33,7 @@ enum class JointType { kRevolute, kPrismatic };
 
 /// A joint and its link. The DH angle is theta_i = sign (q_i + s_i) + offset, with s_i the
 /// deflection of the joint. A prismatic joint has d_i = sign (q_i + s_i) + d and theta_i = offset.
+/// Of a coupled joint, q_i is the position of its axis, see JointCoupling.
 struct Joint {
   JointType type = JointType::kRevolute;
   double a_m = 0;
@@ -42,12 +43,37 @@ struct Joint {
   double d_m = 0;
   double theta_offset_rad = 0;
   int sign = 1;
-  double min = -std::numeric_limits<double>::infinity();  ///< limits of q_i [rad] or [m]
+  double min =
+      -std::numeric_limits<double>::infinity();  ///< limits of the reported q_i [rad] or [m]
   double max = std::numeric_limits<double>::infinity();
   std::optional<double> link_mass_kg;           ///< if absent, torques of joints 1..i are unknown
   std::optional<Vec3> link_com_m;               ///< in the link's DH frame; estimated if absent
   std::optional<double> compliance_rad_per_Nm;  ///< rigid if absent
 };
+
+/// A joint whose axis also turns with another joint: the controller counts it against the ground,
+/// or a parallelogram or belt drives it. Joints are 0-based.
+///   axis_joint = q_joint + ratio * q_of
+/// [Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, on remotely driven links]
+struct JointCoupling {
+  int joint = 0;
+  int of = 0;
+  double ratio = 0;  ///< [1]; [m/rad] or [rad/m] between a prismatic and a revolute joint
+
+  bool operator==(const JointCoupling&) const = default;
+};
+
+/// Positions of the axes from joint values as the controller reports them:
+///   axis = C q,  C = I + sum over the couplings of ratio at (joint, of)
+template <typename T>
+JointVectorOf<T> AxisPositions(const std::vector<JointCoupling>& couplings,
+                               const JointVectorOf<T>& q) {
+  JointVectorOf<T> axes = q;
+  for (const JointCoupling& coupling : couplings) {
+    axes[coupling.joint] += coupling.ratio * q[coupling.of];
+  }
+  return axes;
+}
 
 struct Robot {
   std::string name;
@@ -55,6 +81,7 @@ struct Robot {
   Vec3 g_W = Vec3(0, 0, -9.80665);  ///< gravity in W [m/s^2]
   Pose X_WB;
   std::vector<Joint> joints;
+  std::vector<JointCoupling> couplings{};  ///< without cycles
 
   int size() const { return static_cast<int>(joints.size()); }
 };

@@ -20,6 +20,11 @@ std::optional<int> JointIn(std::string_view name, const JointColumnForm& form) {
 
 }  // namespace
 
+double CouplingRatioToSI(const Robot& robot, const JointCoupling& coupling) {
+  const auto to_SI = [&](int joint) { return PositionForm(robot.joints[joint].type).to_SI; };
+  return to_SI(coupling.joint) / to_SI(coupling.of);
+}
+
 std::string JointColumnName(JointQuantity quantity, JointType type, int joint) {
   const JointColumnForm& form = FormOf(quantity, type);
   std::string name(form.prefix);

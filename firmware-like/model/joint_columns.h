@@ -54,6 +54,10 @@ constexpr const JointColumnForm& PositionForm(JointType type) {
   return FormOf(JointQuantity::kPosition, type);
 }
 
+/// Factor to SI of a coupling's ratio in files, which is in units of its joint's position column
+/// per unit of the other joint's.
+double CouplingRatioToSI(const Robot& robot, const JointCoupling& coupling);
+
 /// @param joint  0-based
 std::string JointColumnName(JointQuantity quantity, JointType type, int joint);
 

@@ -206,9 +206,12 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
   };
   force_B.fill(Vec3::Zero());
   moment_B.fill(Vec3::Zero());
+  const model::JointVector rates = arm.chain().AxisPositions<double>(qd);
+  const model::JointVector accelerations = arm.chain().AxisPositions<double>(qdd);
   for (int i = 0; i < arm.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    body = body.Next(arm.chain().type(i), posture.axis_B[k], posture.point_B[k], qd[i], qdd[i]);
+    body = body.Next(arm.chain().type(i), posture.axis_B[k], posture.point_B[k], rates[i],
+                     accelerations[i]);
     const loads::GravityLoads::LinkMass& link = arm.loads().links()[k];
     add(i, link.mass_kg, posture.X_BL[k] * link.com_L);
   }
@@ -231,6 +234,7 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
     const double compliance = arm.compliance(i) + setting.influence.Joint(I::kCompliance, i);
     result.sag[i] = setting.turn_s2[i] != 0 ? setting.turn_s2[i] * qdd[i] : compliance * tau;
   }
+  result.sag = arm.chain().ReportedFromAxes<double>(result.sag);
   const Mat3 R_FB = X_BF.R.transpose();
   result.acceleration_F = R_FB * body.AccelerationOf(X_BF.p);
   result.angular_acceleration_F = R_FB * body.alpha_B;

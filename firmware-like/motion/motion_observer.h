@@ -82,7 +82,7 @@ class JointMotionEstimator {
 
 /// Displacement caused by the motion, in addition to that caused by weight.
 struct DynamicDeflection {
-  model::JointVector sag;                      ///< joint deflections [rad] or [m]
+  model::JointVector sag;  ///< joint deflections, as changes of the joint values [rad] or [m]
   Vec3 acceleration_F = Vec3::Zero();          ///< of the flange [m/s^2]
   Vec3 angular_acceleration_F = Vec3::Zero();  ///< of the flange [rad/s^2]
   Vec3 tip_acceleration_W = Vec3::Zero();      ///< of the tip of the rigid arm [m/s^2]

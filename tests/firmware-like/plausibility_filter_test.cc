@@ -103,6 +103,29 @@ TEST_CASE("subnormal values are no reading, and neither is all zero without a po
   CHECK(std::string(RemedyOf(InputFault::kAllZero)).find("move a joint") == 0);
 }
 
+TEST_CASE("a controller that reports coupled joints with the right pose is trusted if declared") {
+  // Joint 3 is counted against the ground: its axis is at q3 + q2.
+  model::JointVector axes(6);
+  axes << 0.3, 0.4, -0.9, 0.2, 0.6, -0.5;
+  kinematics::Posture posture;
+  kinematics::Chain(test::HeavyArm().robot).Evaluate(axes, posture);
+  for (const bool declared : {true, false}) {
+    Stream stream;
+    if (declared) stream.cell.robot.couplings = {{2, 1, 1.0}};
+    const deflection::LoadedArm arm(stream.cell);
+    stream.state.q = axes;
+    stream.state.q[2] -= axes[1];
+    stream.state.X_BT = posture.X_BF();
+    InputFault fault = InputFault::kMissing;
+    for (int reading = 0; reading < 3; ++reading) {
+      stream.state.timestamp_s = stream.now_s += 0.01;
+      ++stream.state.sequence;
+      fault = stream.filter.Check(arm, stream.state, stream.now_s, {});
+    }
+    CHECK(fault == (declared ? InputFault::kOk : InputFault::kTcpMismatch));
+  }
+}
+
 TEST_CASE("trust requires three consecutive good readings") {
   Stream stream;
   CHECK(stream.filter.Check(stream.arm, stream.state, 100) == InputFault::kMissing);

@@ -14,8 +14,10 @@
 #include "app/base/config/unlikely_values.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/cell_model.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::config {
 namespace {
@@ -50,6 +52,7 @@ constexpr NumberRange kJointAngle{-7200, 7200, kRadPerDeg};
 constexpr NumberRange kGravity{-20, 20};
 constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
+constexpr NumberRange kCouplingRatio{-1000, 1000};
 constexpr NumberRange kOrientationSigma{1e-6, 10, kRadPerDeg};
 
 Pose BasePoseFromToml(const TomlTable& table) {
@@ -124,6 +127,39 @@ void WarnAboutUnknowns(const std::vector<TomlTable>& tables,
   }
 }
 
+/// Reads each [[robot.coupling]]. A coupling with a fault is not returned.
+std::vector<model::JointCoupling> CouplingsFromToml(const TomlTable& table,
+                                                    const model::Robot& robot) {
+  std::vector<model::JointCoupling> couplings;
+  for (const TomlTable& row : table.Tables("coupling")) {
+    const auto joint = row.RequiredInteger("joint", 1, robot.size());
+    const auto of = row.RequiredInteger("of", 1, robot.size());
+    const auto ratio = row.RequiredNumber("ratio", kCouplingRatio);
+    if (!joint || !of || !ratio) continue;
+    model::JointCoupling coupling{*joint - 1, *of - 1, *ratio};
+    coupling.ratio *= model::CouplingRatioToSI(robot, coupling);
+    const bool twice = std::any_of(couplings.begin(), couplings.end(), [&](const auto& other) {
+      return other.joint == coupling.joint && other.of == coupling.of;
+    });
+    couplings.push_back(coupling);
+    const bool cycle =
+        static_cast<int>(kinematics::CouplingOrder(robot.size(), couplings).size()) < robot.size();
+    if (twice) {
+      row.AddFault("of", fmt::format("is named twice for joint {}; add the ratios up in one "
+                                     "[[robot.coupling]]",
+                                     *joint));
+    } else if (joint == of) {
+      row.AddFault("of", "is the joint itself; name the joint that it turns with");
+    } else if (cycle) {
+      row.AddFault("of", fmt::format("is itself coupled to joint {}, so neither value follows from "
+                                     "the other; remove one [[robot.coupling]]",
+                                     *joint));
+    }
+    if (twice || cycle) couplings.pop_back();
+  }
+  return couplings;
+}
+
 model::Robot RobotFromToml(const TomlTable& table) {
   model::Robot robot;
   robot.name = table.RequiredString("name").value_or("");
@@ -152,6 +188,11 @@ model::Robot RobotFromToml(const TomlTable& table) {
   }
   for (const TomlTable& joint : joints) {
     robot.joints.push_back(JointFromToml(joint, robot.convention));
+  }
+  if (robot.size() <= model::kMaxJoints && robot.size() > 0) {
+    robot.couplings = CouplingsFromToml(table, robot);
+  } else {
+    table.Ignore({"coupling"});
   }
   WarnAboutUnknowns(joints, robot.joints);
   WarnAboutUnlikelyRobot(table, joints, robot);

@@ -10,6 +10,7 @@
 #include "app/base/config/cell_reader.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cell {
 namespace {
@@ -102,13 +103,18 @@ void Add(Values& values, const std::string& at, const model::Joint& joint) {
 }
 
 void Add(Values& values, const model::Robot& robot) {
-  const auto& [name, convention, g_W, X_WB, joints] = robot;
+  const auto& [name, convention, g_W, X_WB, joints, couplings] = robot;
   static_cast<void>(name);  // a label, not compared
   values.Word("robot.convention", convention == model::DhConvention::kDistal ? "dh" : "mdh");
   values.List<Vec3>("robot.gravity_m_s2", g_W);
   values.Place("robot.base", X_WB);
   for (std::size_t i = 0; i < joints.size(); ++i) {
     Add(values, Numbered("robot.joint", i), joints[i]);
+  }
+  for (const model::JointCoupling& coupling : couplings) {
+    values.Number(
+        fmt::format("robot.coupling (joint {} of {}).ratio", coupling.joint + 1, coupling.of + 1),
+        coupling.ratio, 1 / model::CouplingRatioToSI(robot, coupling));
   }
 }
 

@@ -54,6 +54,7 @@ std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b) {
     if (!one || !other) return one.has_value() == other.has_value();
     return std::abs(*one - *other) <= kShare * std::max(std::abs(*one), std::abs(*other));
   };
+  if (a.robot.couplings != b.robot.couplings) return "its [[robot.coupling]] differ";
   for (int i = 0; i < a.robot.size(); ++i) {
     const model::Joint& one = a.robot.joints[i];
     const model::Joint& other = b.robot.joints[i];

@@ -38,7 +38,7 @@ ChainDifference DifferenceOf(const JointChain& chain, const model::Robot& robot,
   kinematics::Posture posture;
   for (const model::JointVector& q : postures) {
     table.Evaluate(q, posture);
-    difference.Add(TipPose(chain, q), robot.X_WB * posture.X_BF());
+    difference.Add(TipPose(chain, table.AxisPositions<double>(q)), robot.X_WB * posture.X_BF());
   }
   return difference;
 }

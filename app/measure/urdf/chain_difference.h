@@ -22,7 +22,8 @@ struct ChainDifference {
 /// Deterministic.
 std::vector<model::JointVector> RandomPostures(const model::Robot& robot, int count);
 
-/// Difference between the chain's tip and X_WB times the flange of the robot.
+/// Difference between the chain's tip and X_WB times the flange of the robot. The joints of a chain
+/// are the axes: couplings of the robot apply to the postures only.
 ChainDifference DifferenceOf(const JointChain& chain, const model::Robot& robot,
                              const std::vector<model::JointVector>& postures);
 

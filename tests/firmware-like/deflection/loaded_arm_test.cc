@@ -275,4 +275,28 @@ TEST_CASE("a tilting base rotates about its origin while gravity keeps its direc
   CHECK(state.sag[0] == Approx(-1e-5 * 98.0665 * 1e-3).epsilon(1e-4));
 }
 
+TEST_CASE("coupled axes: an arm loaded at q is the uncoupled arm at C q") {
+  model::CellModel cell = test::HeavyArm();
+  const LoadedArm uncoupled(cell);
+  cell.robot.couplings = {{2, 1, 1.0}, {4, 3, -0.3}};
+  const LoadedArm coupled(cell);
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 20; ++trial) {
+    const model::JointVector q = test::RandomPosture(cell, random);
+    model::JointVector axes = q;
+    axes[2] += q[1];
+    axes[4] -= 0.3 * q[3];
+    const loads::Payload payload{50, *cell.payload_cog_F};
+    LoadedState expected, state, actual;
+    REQUIRE(uncoupled.AtCommanded(axes, payload, {}, expected));
+    REQUIRE(coupled.AtCommanded(q, payload, {}, state));
+    CHECK((state.X_WT.p - expected.X_WT.p).norm() < 1e-12);
+    CHECK((state.tau - expected.tau).norm() < 1e-8);
+    // The deflections of the axes, as changes of the readings.
+    CHECK(state.sag[2] == Approx(expected.sag[2] - expected.sag[1]).margin(1e-12));
+    coupled.AtActual(q + state.sag, payload, {}, actual);
+    CHECK((actual.X_WT.p - expected.X_WT.p).norm() < 1e-11);
+  }
+}
+
 }  // namespace plumbline::loaded_arm_test

@@ -70,6 +70,54 @@ TEST_CASE("flange pose equals the product of elementary transforms") {
   }
 }
 
+TEST_CASE("coupled axes: flange and Jacobian are those of the arm at the axes' positions") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  for (const model::DhConvention convention :
+       {model::DhConvention::kDistal, model::DhConvention::kProximal}) {
+    model::Robot robot = MixedArm(convention);
+    robot.couplings = {{4, 3, -0.5}, {3, 1, 0.8}, {2, 6, 0.1}, {3, 0, 1}};
+    const Chain chain(robot);
+    for (int trial = 0; trial < 20; ++trial) {
+      model::JointVector q(7);
+      for (double& value : q) value = uniform(random);
+      model::JointVector axes = q;
+      axes[2] = q[2] + 0.1 * q[6];
+      axes[3] = q[3] + 0.8 * q[1] + q[0];
+      axes[4] = q[4] - 0.5 * q[3];
+      CHECK((chain.AxisPositions<double>(q) - axes).norm() < 1e-14);
+      CHECK((chain.ReportedFromAxes<double>(axes) - q).norm() < 1e-14);
+      Posture posture;
+      chain.Evaluate(q, posture);
+      const Eigen::Isometry3d expected = FlangeByTransforms(robot, axes);
+      CHECK((posture.X_BF().p - expected.translation()).norm() < 1e-12);
+      CHECK((posture.X_BF().R - expected.linear()).norm() < 1e-12);
+
+      const Vec3 p_FQ(0.1, -0.2, 0.4);
+      Jacobian jacobian;
+      chain.JacobianAt(posture, posture.X_BF() * p_FQ, jacobian);
+      for (int joint = 0; joint < 7; ++joint) {
+        constexpr double kStep = 1e-6;
+        Posture more, less;
+        chain.Evaluate(q + kStep * model::JointVector::Unit(7, joint), more);
+        chain.Evaluate(q - kStep * model::JointVector::Unit(7, joint), less);
+        const Vec3 moved = (more.X_BF() * p_FQ - less.X_BF() * p_FQ) / (2 * kStep);
+        const Vec3 turned =
+            VectorFromRotation(more.X_BF().R * less.X_BF().R.transpose()) / (2 * kStep);
+        CHECK((jacobian.col(joint).head<3>() - moved).norm() < 1e-8);
+        CHECK((jacobian.col(joint).tail<3>() - turned).norm() < 1e-8);
+      }
+    }
+  }
+}
+
+TEST_CASE("joints on a cycle of couplings, and those that depend on one, have no order") {
+  CHECK(CouplingOrder(3, {}) == std::vector{0, 1, 2});
+  CHECK(CouplingOrder(4, {{0, 2, 1.0}, {2, 3, 1.0}}) == std::vector{1, 3, 2, 0});
+  CHECK(CouplingOrder(4, {{1, 2, 1.0}, {2, 1, 1.0}, {3, 1, 1.0}}) == std::vector{0});
+  CHECK(CouplingOrder(2, {{1, 1, 1.0}}) == std::vector{0});
+}
+
 TEST_CASE("beta rotates about y after the twist, in both conventions") {
   for (const model::DhConvention convention :
        {model::DhConvention::kDistal, model::DhConvention::kProximal}) {

@@ -87,6 +87,51 @@ TEST_CASE("of two branches within the limits, the nearer one is selected") {
   }
 }
 
+TEST_CASE("coupled axes: the readings of a pose are found, whole turns and limits included") {
+  std::mt19937 random(9);
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.couplings = {{2, 1, 1.0}, {4, 3, 0.25}, {5, 4, -0.5}};
+  const Chain chain(cell.robot);
+  int found = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const model::JointVector truth = test::RandomPosture(cell, random);
+    Posture posture;
+    chain.Evaluate(truth, posture);
+    model::JointVector seed = test::RandomPosture(cell, random), q;
+    if (trial % 2 == 0) seed = truth + 0.05 * model::JointVector::Random(6);
+    InverseOutcome outcome;
+    if (SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 64, seed, q, outcome) !=
+        BranchOutcome::kFound) {
+      continue;
+    }
+    ++found;
+    CHECK(chain.WithinLimits(q));
+    Posture reached;
+    chain.Evaluate(q, reached);
+    CHECK((reached.X_BF().p - posture.X_BF().p).norm() < 1e-8);
+    CHECK((reached.X_BF().R - posture.X_BF().R).norm() < 1e-8);
+  }
+  CHECK(found >= 95);
+}
+
+TEST_CASE("a whole turn of a joint turns those coupled to it back") {
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.couplings = {{5, 4, 0.2}, {4, 3, 0.5}};
+  const Chain chain(cell.robot);
+  model::JointVector seed(6), turned(6);
+  seed << 0.1, 0.2, 0.3, -1.0, 0.5, 0.6;
+  turned = seed;
+  turned[3] += 2 * std::numbers::pi;
+  turned[4] -= 0.5 * 2 * std::numbers::pi;
+  turned[5] += 0.2 * 0.5 * 2 * std::numbers::pi;
+  Posture one, other;
+  chain.Evaluate(seed, one);
+  chain.Evaluate(turned, other);
+  REQUIRE((one.X_BF().R - other.X_BF().R).norm() < 1e-12);
+  CHECK(WrapIntoLimits(chain, seed, turned));
+  CHECK((turned - seed).norm() < 1e-12);
+}
+
 TEST_CASE("redundant arms and arms with a prismatic axis are solved too") {
   std::mt19937 random(7);
   model::CellModel cell = test::HeavyArm();

@@ -140,7 +140,7 @@ void AddYield(const deflection::LoadedArm& arm, const Model& model,
   kinematics::Posture posture;
   kinematics::Jacobian jacobian;
   arm.chain().Evaluate(q, posture);
-  arm.chain().JacobianAt(posture, posture.X_BF() * arm.X_FT(payload.tool).p, jacobian);
+  arm.chain().AxisJacobianAt(posture, posture.X_BF() * arm.X_FT(payload.tool).p, jacobian);
   for (int joint = 0; joint < arm.size(); ++joint) {
     const double slope = arm.compliance(joint) + influence.Joint(Entries::kCompliance, joint);
     double& own = yield[static_cast<std::size_t>(joint)];

@@ -292,6 +292,47 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
   ExpectOneFaultEach(kGood, "cell.toml", cases, Reads);
 }
 
+TEST_CASE("Couplings of joints are read in SI; cycles and joints out of range are faults") {
+  const auto with = [](const std::string& tables) {
+    std::string text(kGood);
+    text.insert(text.find("[tool]"), tables);
+    return text;
+  };
+  const auto coupling = [](int joint, int of, const std::string& ratio) {
+    return fmt::format("[[robot.coupling]]\njoint = {}\nof = {}\nratio = {}\n", joint, of, ratio);
+  };
+  FaultList faults;
+  const auto cell =
+      CellFromText(with(coupling(3, 1, "-1") + coupling(2, 1, "0.5")), "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  REQUIRE(cell->robot.couplings.size() == 2);
+  CHECK(cell->robot.couplings[0] == model::JointCoupling{2, 0, -1});
+  // 0.5 mm per degree
+  CHECK(cell->robot.couplings[1].ratio == Approx(0.5e-3 / (kPi / 180)));
+
+  const auto fault = [&](const std::string& tables) {
+    FaultList own;
+    CHECK_FALSE(CellFromText(with(tables), "cell.toml", own));
+    const std::vector<std::string> texts = Texts(own, Fault::Severity::kFault);
+    CAPTURE(FaultsText(own));
+    REQUIRE(texts.size() == 1);
+    return texts.front().substr(texts.front().find(' ') + 1);
+  };
+  CHECK(fault(coupling(3, 3, "1.0")) ==
+        "robot.coupling[1].of: 3 is the joint itself; name the joint that it turns with");
+  CHECK(fault(coupling(3, 2, "1.0") + coupling(2, 3, "1.0")) ==
+        "robot.coupling[2].of: 3 is itself coupled to joint 2, so neither value follows from the "
+        "other; remove one [[robot.coupling]]");
+  CHECK(fault(coupling(3, 1, "1.0") + coupling(3, 1, "1.0")) ==
+        "robot.coupling[2].of: 1 is named twice for joint 3; add the ratios up in one "
+        "[[robot.coupling]]");
+  CHECK(fault(coupling(4, 1, "1.0")) == "robot.coupling[1].joint: 4 is outside 1..3");
+  CHECK(fault(coupling(3, 1, "nan")) == "robot.coupling[1].ratio: nan is not a finite number");
+  CHECK(fault("[[robot.coupling]]\njoint = 3\nof = 1\n") ==
+        "robot.coupling[1].ratio: missing; expected a number, -1000..1000");
+}
+
 TEST_CASE("beta_deg and gamma_deg complete a row of the table; gamma_deg is for dh only") {
   std::string text(kGood);
   const std::string key = "alpha_deg = -90.0\n";
