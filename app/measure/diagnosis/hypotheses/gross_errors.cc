@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/measure/diagnosis/data/thresholds.h"
@@ -186,6 +187,45 @@ Dataset CorrectedSubset(const Dataset& data, const Dataset& subset, const Mistak
                                 : CorrectedRows(subset, mistake.undo);
 }
 
+/// The coupling of two joints, by whatever ratio, that explains gross errors best; nullopt if none
+/// explains them.
+std::optional<Mistake> FittedCoupling(const Dataset& subset, double before_m, int threads) {
+  constexpr std::array kRatios = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.4, 2.0};
+  constexpr int kNarrowings = 24;
+  constexpr double kGolden = 0.6180339887498949;
+  const auto residual = [&](model::JointCoupling pair, double ratio) {
+    pair.ratio = ratio;
+    return RunTrial(CorrectedRows(subset, CouplingMistake(subset, pair).undo), threads).residual_m;
+  };
+  model::JointCoupling best;
+  double least_m = HUGE_VAL;
+  for (const model::JointCoupling& pair : PossibleCouplings(subset)) {
+    for (const double size : kRatios) {
+      for (const double ratio : {size, -size}) {
+        const double residual_m = residual(pair, ratio);
+        if (!(residual_m < least_m)) continue;
+        least_m = residual_m;
+        best = {pair.joint, pair.of, ratio};
+      }
+    }
+  }
+  if (!(least_m < before_m)) return std::nullopt;
+  double low = best.ratio / 2.5, high = best.ratio * 2.5;
+  for (int k = 0; k < kNarrowings; ++k) {
+    const double one = high - kGolden * (high - low), other = low + kGolden * (high - low);
+    if (residual(best, one) < residual(best, other)) {
+      high = other;
+    } else {
+      low = one;
+    }
+  }
+  best.ratio = (low + high) / 2;
+  if (!(residual(best, best.ratio) * kFreeParameterRatio < kExplainedRatio * before_m)) {
+    return std::nullopt;
+  }
+  return CouplingMistake(subset, best);
+}
+
 std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
                            const std::vector<Mistake>& mistakes, double before_m, int threads) {
   const std::string found = fmt::format(
@@ -202,6 +242,11 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
     if (const auto order = OtherOrder(data, aligned, before_m, threads)) {
       return found + "; " + *order;
+    }
+    if (const auto coupling = FittedCoupling(subset, before_m, threads)) {
+      const double after_m = RunTrial(CorrectedRows(subset, coupling->undo), threads).residual_m;
+      return fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * after_m,
+                         coupling->sentence, coupling->remedy);
     }
     return found +
            ": no effect is that large, but an error of a frame may be; check the DH table, the "

@@ -13,6 +13,7 @@
 #include "app/measure/diagnosis/hypotheses/unit_segment.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/kinematics/chain.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::measure {
@@ -326,13 +327,43 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
                         "check the header against the recording",
                         OnJoints([i](model::JointVector& q) { std::swap(q[i], q[i + 1]); })});
   }
-  if (count < 3 || !IsRevolute(data, 1) || !IsRevolute(data, 2)) return;
-  for (const double ratio : {1.0, -1.0}) {
-    mistakes.push_back(
-        {fmt::format("joint q3 is recorded relative to the ground (the joint angle is q3 {} q2)",
-                     ratio > 0 ? "+" : "-"),
-         "record the angle between the links, or convert the column",
-         OnJoints([ratio](model::JointVector& q) { q[2] += ratio * q[1]; })});
+}
+
+/// Adds to the ratio of a coupling of the cell, or couples the joints.
+void Couple(const model::JointCoupling& added, model::Robot& robot) {
+  for (model::JointCoupling& coupling : robot.couplings) {
+    if (coupling.joint == added.joint && coupling.of == added.of) {
+      coupling.ratio += added.ratio;
+      return;
+    }
+  }
+  robot.couplings.push_back(added);
+}
+
+std::string CouplingRemedy(const model::JointCoupling& added, const model::Robot& robot) {
+  model::Robot coupled = robot;
+  Couple(added, coupled);
+  double ratio = 0;
+  for (const model::JointCoupling& coupling : coupled.couplings) {
+    if (coupling.joint == added.joint && coupling.of == added.of) ratio = coupling.ratio;
+  }
+  constexpr double kNone = 1e-3;
+  if (std::abs(ratio) < kNone) {
+    return fmt::format("remove the [[robot.coupling]] of joint {} from the cell", added.joint + 1);
+  }
+  return fmt::format(
+      "declare it in the cell: [[robot.coupling]] with joint = {}, of = {}, ratio = {:.4g}; or "
+      "record the angle between the links",
+      added.joint + 1, added.of + 1, ratio);
+}
+
+/// Adds axes that the controller counts against another link than the one before: the ground, or
+/// the base of a parallelogram.
+void AddCouplings(const Dataset& data, std::vector<Mistake>& mistakes) {
+  for (const model::JointCoupling& pair : PossibleCouplings(data)) {
+    for (const double ratio : {1.0, -1.0}) {
+      mistakes.push_back(CouplingMistake(data, {pair.joint, pair.of, ratio}));
+    }
   }
 }
 
@@ -437,6 +468,36 @@ void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
 
 }  // namespace
 
+Mistake CouplingMistake(const Dataset& data, const model::JointCoupling& coupling) {
+  const bool whole = std::abs(coupling.ratio) == 1;
+  return {fmt::format("joint q{0} also turns with q{1} ({2}; the axis is at q{0} {3} {4}q{1})",
+                      coupling.joint + 1, coupling.of + 1,
+                      whole ? fmt::format("q{} is counted against the ground or another link",
+                                          coupling.joint + 1)
+                            : "a belt, gears or a parallelogram drive it",
+                      coupling.ratio > 0 ? "+" : "-",
+                      whole ? "" : fmt::format("{:.4g} ", std::abs(coupling.ratio))),
+          CouplingRemedy(coupling, data.cell.robot),
+          [coupling](Dataset& changed) { Couple(coupling, changed.cell.robot); }};
+}
+
+std::vector<model::JointCoupling> PossibleCouplings(const Dataset& data) {
+  const model::Robot& robot = data.cell.robot;
+  std::vector<model::JointCoupling> pairs;
+  for (int joint = 0; joint < robot.size(); ++joint) {
+    for (int of = 0; of < robot.size(); ++of) {
+      if (!IsRevolute(data, joint) || !IsRevolute(data, of)) continue;
+      model::Robot coupled = robot;
+      Couple({joint, of, 1}, coupled);
+      if (std::ssize(kinematics::CouplingOrder(robot.size(), coupled.couplings)) < robot.size()) {
+        continue;
+      }
+      pairs.push_back({joint, of, 0});
+    }
+  }
+  return pairs;
+}
+
 std::vector<Mistake> MistakesOf(const Dataset& data) {
   // First, because converting a whole column that is mostly in another unit almost fits, too.
   std::vector<Mistake> mistakes = UnitChanges(data);
@@ -444,6 +505,7 @@ std::vector<Mistake> MistakesOf(const Dataset& data) {
   AddAxes(data, mistakes);
   AddShiftedRows(data, mistakes);
   AddJoints(data, mistakes);
+  AddCouplings(data, mistakes);
   AddCell(data, mistakes);
   AddPayload(data, mistakes);
   AddShiftedPayloads(data, mistakes);

@@ -29,6 +29,12 @@ struct Mistake {
   bool fits() const { return fits_tip || fits_base; }
 };
 
+/// A coupling of two joints that the cell does not declare, to be added to those that it declares.
+Mistake CouplingMistake(const Dataset& data, const model::JointCoupling& coupling);
+
+/// The pairs of revolute joints that may be coupled, with ratio 0.
+std::vector<model::JointCoupling> PossibleCouplings(const Dataset& data);
+
 /// All mistakes that are possible for these data; see docs/measure.md, "Mistakes in cell and data".
 std::vector<Mistake> MistakesOf(const Dataset& data);
 

@@ -244,8 +244,27 @@ TEST_CASE("wrong signs, offsets and references of joints are named, also of the 
             "joint q3 is offset by 90 deg");
   EverySeed(OnRows([](measure::MeasuredRow& row) { row.q[4] += 180 * kRadPerDeg; }),
             "joint q5 is offset by 180 deg");
+  // Counted against the ground, or against another link: named with the key that declares it.
   EverySeed(OnRows([](measure::MeasuredRow& row) { row.q[2] -= row.q[1]; }),
-            "joint q3 is recorded relative to the ground");
+            "joint q3 also turns with q2 (q3 is counted against the ground or another link; the "
+            "axis is at q3 + q2): declare it in the cell: [[robot.coupling]] with joint = 3, of = "
+            "2, ratio = 1");
+  EverySeed(OnRows([](measure::MeasuredRow& row) { row.q[4] += row.q[3]; }),
+            "[[robot.coupling]] with joint = 5, of = 4, ratio = -1");
+  EverySeed(
+      OnRows([](measure::MeasuredRow& row) { row.q[2] -= 0.3 * row.q[1]; }),
+      "joint q3 also turns with q2 (a belt, gears or a parallelogram drive it; the axis is at "
+      "q3 + 0.3 q2)");
+  // Declared, it leaves the noise; declared without being there, it is named, too.
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    MeasuredCell data = Clean(seed);
+    for (measure::MeasuredRow& row : data.table.rows) row.q[2] -= row.q[1];
+    data.cell.robot.couplings = {{2, 1, 1.0}};
+    CHECK(Refusal(data).empty());
+    data = Clean(seed);
+    data.cell.robot.couplings = {{2, 1, 1.0}};
+    CHECK_THAT(Refusal(data), Catch::Contains("remove the [[robot.coupling]] of joint 3"));
+  }
   // A tool on the last axis reveals the sign only by its bending; with a light payload it may
   // remain hidden.
   int named = 0;
