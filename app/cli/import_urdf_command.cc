@@ -1,4 +1,4 @@
-// plumbline import-urdf: a cell from a URDF or from a UR's factory calibration.
+// plumbline import-urdf: a cell from a URDF or from a factory table of joint frames.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,8 +14,8 @@
 #include "app/measure/urdf/cell_text.h"
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/dh_table.h"
+#include "app/measure/urdf/factory_table.h"
 #include "app/measure/urdf/right_angles.h"
-#include "app/measure/urdf/ur_kinematics.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::cli {
@@ -33,10 +33,10 @@ std::optional<measure::JointChain> ReadChain(const ImportUrdfOptions& options,
                                              config::FaultList& faults) {
   const auto text = config::ReadRequiredFile(options.file, faults);
   if (!text) return std::nullopt;
-  if (measure::IsUrKinematics(*text)) {
-    const auto angles =
-        options.ur_angles == "xyz" ? measure::UrAngles::kXyz : measure::UrAngles::kRollPitchYaw;
-    return measure::ChainFromUrKinematics(*text, options.file, angles, faults);
+  if (measure::IsFactoryTable(*text)) {
+    const auto angles = options.ur_angles == "xyz" ? measure::TableAngles::kXyz
+                                                   : measure::TableAngles::kRollPitchYaw;
+    return measure::ChainFromFactoryTable(*text, options.file, angles, faults);
   }
   const auto file = measure::UrdfFromText(*text, options.file, faults);
   if (!file) return std::nullopt;
@@ -97,19 +97,19 @@ int RunImportUrdf(const ImportUrdfOptions& options) {
 void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportUrdfOptions>();
   CLI::App* command = app.add_subcommand(
-      "import-urdf", "Make a cell from a URDF or from a UR's factory calibration");
+      "import-urdf", "Make a cell from a URDF or from a factory table of joint frames");
   command
       ->add_option("file", options->file,
-                   "URDF (expanded, not xacro), or default_kinematics.yaml of a UR's ROS "
-                   "description")
+                   "URDF (expanded, not xacro), or a factory table in YAML: "
+                   "default_kinematics.yaml of a UR, joint1 .. joint7 of an xArm")
       ->required();
   AddChainEnds(*command, options->ends);
   command->add_option("--output,--out", options->out, "Cell file to write; - is standard output")
       ->capture_default_str();
   command
       ->add_option("--ur-angles", options->ur_angles,
-                   "How roll, pitch, yaw of a UR's file are read: rpy as ROS does, or xyz, which "
-                   "gives the controller's own table back")
+                   "How roll, pitch, yaw of a factory table are read: rpy as ROS does, or xyz, "
+                   "which gives a UR controller's own table back")
       ->capture_default_str()
       ->check(CLI::IsMember({"rpy", "xyz"}));
   command->footer(

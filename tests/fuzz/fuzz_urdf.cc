@@ -10,7 +10,7 @@
 #include "app/measure/urdf/chain_difference.h"
 #include "app/measure/urdf/corrected_urdf.h"
 #include "app/measure/urdf/dh_table.h"
-#include "app/measure/urdf/ur_kinematics.h"
+#include "app/measure/urdf/factory_table.h"
 
 using namespace plumbline;
 
@@ -50,9 +50,9 @@ void CheckExport(const measure::UrdfFile& file, const measure::JointChain& chain
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   config::FaultList faults;
-  if (measure::IsUrKinematics(text)) {
+  if (measure::IsFactoryTable(text)) {
     const auto chain =
-        measure::ChainFromUrKinematics(text, "k.yaml", measure::UrAngles::kRollPitchYaw, faults);
+        measure::ChainFromFactoryTable(text, "k.yaml", measure::TableAngles::kRollPitchYaw, faults);
     if (chain.has_value() == faults.HasFaults()) std::abort();
     if (chain) CheckCell(*chain);
     return 0;
