@@ -49,11 +49,19 @@ void ReadPose(const CommandWindow& window, const PlcConvention& convention,
   } else {
     position_m = kMetrePerMm * window.Vector(CommandNamed("command_x"), CommandNamed("command_y"),
                                              CommandNamed("command_z"));
-    angles = kRadPerDeg * window.Vector(CommandNamed("command_rx"), CommandNamed("command_ry"),
-                                        CommandNamed("command_rz"));
+    angles = window.Vector(CommandNamed("command_rx"), CommandNamed("command_ry"),
+                           CommandNamed("command_rz"));
+    if (orientation != OrientationConvention::kQuaternion) angles *= kRadPerDeg;
   }
   command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
                        angles.norm() < 100;
+  if (orientation == OrientationConvention::kQuaternion) {
+    constexpr double kUnitLength = 0.01;
+    const double w = window.Value(CommandNamed("command_qw"));
+    const double length = std::hypot(w, angles.norm());
+    command.pose_valid = command.pose_valid && std::abs(length - 1) <= kUnitLength;
+    angles /= w < 0 ? -length : length;
+  }
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
   if (command.code == model::PlcCommandCode::kProbe && position_m.allFinite()) {
     command.probe_W = position_m;

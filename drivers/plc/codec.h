@@ -43,6 +43,9 @@ inline constexpr std::array kCommandFields = {
         1016, FieldType::kU16, "command_camera", "",
         "camera for codes 9 to 11: 1 the first, 2 the second; 0: for code 9 those that request the "
         "board (all if none does), for code 10 all, for code 11 all that see the tip"},
+    CommandField{1018, FieldType::kFloat, "command_qw", "",
+                 "w of the orientation if register 3 is 3; the four must have the length 1 (1 %), "
+                 "else result code 10"},
     CommandField{1020, FieldType::kI16, "command_x_scaled", "0.1 mm",
                  "target pose of the TCP for code 3, robot base frame"},
     CommandField{1021, FieldType::kI16, "command_y_scaled", "0.1 mm", ""},

@@ -54,6 +54,9 @@ const std::array kPostureFields = {
              "smallest singular value of the tip Jacobian, metres and radians weighted equally; "
              "near 0: singular",
              [](Source s) { return s.point->correction.singular_value; }},
+    MapField{30, kFloat, "posture_qw", "",
+             "w of the point's command orientation as a quaternion, see register 3",
+             [](Source s) { return QuaternionScalar(s.point->correction.X_BP_command.R); }},
 };
 
 constexpr std::array kPostureBits = {

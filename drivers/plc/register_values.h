@@ -11,9 +11,10 @@ namespace plumbline::plc {
 
 using Source = const MapSource&;
 
-/// Component k of the orientation in the configured convention.
+/// Component k of the orientation in the configured convention: deg, or 1 of a quaternion.
 inline double Angle_deg(const Pose& X, Source s, int k) {
-  return kDegPerRad * AnglesFromRotation(X.R, s.convention.orientation)[k];
+  const bool quaternion = s.convention.orientation == OrientationConvention::kQuaternion;
+  return (quaternion ? 1 : kDegPerRad) * AnglesFromRotation(X.R, s.convention.orientation)[k];
 }
 
 /// A joint value [rad or m] in deg, or in mm for a prismatic joint.

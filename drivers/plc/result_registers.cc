@@ -109,6 +109,10 @@ const std::array kResultFields = {
              [](Source) { return std::nan(""); }},  // filled in after the block is complete
     MapField{139, kU16, "result_end", "", "command sequence again, see 100",
              [](Source s) -> double { return s.snapshot.result.sequence; }},
+    MapField{140, kFloat, "result_qw", "",
+             "w of the command orientation as a quaternion, in every convention: sqrt(1 - x^2 - "
+             "y^2 - z^2)",
+             [](Source s) { return QuaternionScalar(ResultCorrection(s).X_BP_command.R); }},
     // 200-219 the same result as integers, for small PLCs and controllers that read single
     // registers
     MapField{200, kU16, "scaled_first", "", "sequence of the command that this block answers",

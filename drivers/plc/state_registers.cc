@@ -21,7 +21,8 @@ const std::array kStateFields = {
              [](Source s) -> double { return s.convention.little_word_first ? 1 : 0; }},
     MapField{3, kU16, "orientation", "",
              "meaning of rx, ry, rz: 0 rotation vector, 1 roll-pitch-yaw (R = Rz(rz) Ry(ry) "
-             "Rx(rx)), 2 A-B-C (R = Rz(rx) Ry(ry) Rx(rz))",
+             "Rx(rx)), 2 A-B-C (R = Rz(rx) Ry(ry) Rx(rz)), 3 quaternion (x, y, z, without unit; w "
+             "is never negative: 140, 22030 + 32 k; of commands 1018)",
              [](Source s) { return static_cast<double>(s.convention.orientation); }},
     MapField{4, kFloat, "test_float", "", "always 1.0: use it to check your word order",
              [](Source) { return 1.0; }},

@@ -1,8 +1,19 @@
 #include "firmware-like/geometry/rotation.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumbline {
+namespace {
+
+/// The quaternion of R with w >= 0.
+Eigen::Quaterniond QuaternionOf(const Mat3& R) {
+  Eigen::Quaterniond q(R);
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+}  // namespace
 
 Mat3 RotationFromVector(const Vec3& v) {
   const double angle = v.norm();
@@ -18,8 +29,7 @@ Mat3 RotationFromVector(const Vec3& v) {
 }
 
 Vec3 VectorFromRotation(const Mat3& R) {
-  Eigen::Quaterniond q(R);
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Eigen::Quaterniond q = QuaternionOf(R);
   const double sine = q.vec().norm();  // of the half angle
   if (sine < 1e-9) return 2 * q.vec();
   return 2 * std::atan2(sine, q.w()) / sine * q.vec();
@@ -40,13 +50,22 @@ Vec3 RollPitchYawFromRotation(const Mat3& R) {
   return {roll, pitch, std::atan2(-y.x(), y.y())};
 }
 
+double QuaternionScalar(const Mat3& R) {
+  return QuaternionOf(R).w();
+}
+
 Vec3 AnglesFromRotation(const Mat3& R, OrientationConvention convention) {
+  if (convention == OrientationConvention::kQuaternion) return QuaternionOf(R).vec();
   if (convention == OrientationConvention::kRotationVector) return VectorFromRotation(R);
   const Vec3 rpy = RollPitchYawFromRotation(R);
   return convention == OrientationConvention::kRollPitchYaw ? rpy : Vec3(rpy.reverse());
 }
 
 Mat3 RotationFromAngles(const Vec3& angles, OrientationConvention convention) {
+  if (convention == OrientationConvention::kQuaternion) {
+    const double w = std::sqrt(std::max(0.0, 1 - angles.squaredNorm()));
+    return Eigen::Quaterniond(w, angles.x(), angles.y(), angles.z()).normalized().matrix();
+  }
   if (convention == OrientationConvention::kRotationVector) return RotationFromVector(angles);
   return RotationFromRollPitchYaw(
       convention == OrientationConvention::kRollPitchYaw ? angles : Vec3(angles.reverse()));

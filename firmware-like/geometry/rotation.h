@@ -1,4 +1,4 @@
-// Conversions between rotation matrices and three-number orientation conventions.
+// Conversions between rotation matrices and the orientation conventions of controllers.
 #pragma once
 
 #include "firmware-like/geometry/pose.h"
@@ -10,6 +10,7 @@ enum class OrientationConvention {
   kRotationVector = 0,  ///< axis times angle [rad] (Universal Robots)
   kRollPitchYaw = 1,    ///< (roll, pitch, yaw): R = Rz(yaw) Ry(pitch) Rx(roll) (xArm, cell.toml)
   kAbc = 2,             ///< (A, B, C): R = Rz(A) Ry(B) Rx(C) (KUKA)
+  kQuaternion = 3,  ///< (x, y, z) of the unit quaternion whose w is not negative (ABB); not angles
 };
 
 /// Cross-product matrix [v]x: [v]x a = v x a.
@@ -32,10 +33,14 @@ Mat3 RotationFromRollPitchYaw(const Vec3& rpy);
 /// (roll, pitch, yaw) of R [rad], with pitch in -pi/2..pi/2; roll is set to 0 at gimbal lock.
 Vec3 RollPitchYawFromRotation(const Mat3& R);
 
-/// The three angles of R in a convention [rad], in the order that the convention defines.
+/// The three angles of R in a convention [rad], in the order that the convention defines; with
+/// kQuaternion, the vector part.
 Vec3 AnglesFromRotation(const Mat3& R, OrientationConvention convention);
 
-/// Rotation matrix of three angles [rad] in a convention.
+/// The scalar part w of the quaternion of R, 0..1, that belongs to the vector part above.
+double QuaternionScalar(const Mat3& R);
+
+/// Rotation matrix of three angles [rad] in a convention. A vector part longer than 1 is shortened.
 Mat3 RotationFromAngles(const Vec3& angles, OrientationConvention convention);
 
 }  // namespace plumbline

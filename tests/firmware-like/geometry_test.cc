@@ -29,7 +29,7 @@ TEST_CASE("the three conventions describe the same rotation") {
   CHECK((abc - Vec3(0.7, -0.4, 1.2)).norm() < 1e-14);
   for (const auto convention :
        {OrientationConvention::kRotationVector, OrientationConvention::kRollPitchYaw,
-        OrientationConvention::kAbc}) {
+        OrientationConvention::kAbc, OrientationConvention::kQuaternion}) {
     CHECK((RotationFromAngles(AnglesFromRotation(R, convention), convention) - R).norm() < 1e-13);
   }
 }

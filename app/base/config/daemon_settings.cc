@@ -262,9 +262,11 @@ void ListKeys(Settings& keys, PlcConfig& plc) {
   keys.Choose("orientation", plc.convention.orientation,
               {{"rotation_vector", OrientationConvention::kRotationVector},
                {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
-               {"a_b_c", OrientationConvention::kAbc}},
+               {"a_b_c", OrientationConvention::kAbc},
+               {"quaternion", OrientationConvention::kQuaternion}},
               {"how orientations are expressed; roll_pitch_yaw: Rz(yaw) Ry(pitch) Rx(roll), a_b_c: "
-               "Rz(A) Ry(B) Rx(C)"});
+               "Rz(A) Ry(B) Rx(C), quaternion: x, y, z in place of the angles, w in registers of "
+               "its own"});
   keys.Add("max_clients", plc.tcp.max_clients, {1, 256}, {"largest number of connected clients"});
   keys.Add("allow", plc.tcp.allow,
            {"IP addresses of the clients that may connect", "[\"192.168.0.10\"]", "every client"});

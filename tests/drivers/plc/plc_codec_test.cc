@@ -7,6 +7,7 @@
 
 #include "drivers/modbus/word_order.h"
 #include "drivers/plc/codec.h"
+#include "firmware-like/geometry/units.h"
 
 namespace plumbline::plc_codec_test {
 
@@ -359,6 +360,50 @@ TEST_CASE("the command window is decoded") {
     REQUIRE(command.pose_valid);
     CHECK(command.X_BP.p.x() == Approx(-0.1234));
     CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-3);
+  }
+}
+
+TEST_CASE("orientations are exchanged as quaternions: x, y, z in place of the angles, w apart") {
+  for (const bool little : {false, true}) {
+    const PlcConvention convention{little, OrientationConvention::kQuaternion};
+    // Turned by 200 degrees, so that the half angle's cosine is negative: the signs are exchanged.
+    const Vec3 axis = Vec3(1, 2, -2) / 3;
+    const Mat3 R = Eigen::AngleAxisd(200 * kRadPerDeg, axis).toRotationMatrix();
+    const double sine = std::sin(100 * kRadPerDeg), w = std::abs(std::cos(100 * kRadPerDeg));
+    Snapshot snapshot = SomeSnapshot();
+    snapshot.result.correction.X_BP_command.R = R;
+    for (PointResult& point : snapshot.points) point.correction.X_BP_command.R = R;
+    PlcEncoder encoder(convention, {11, 12});
+    const auto& image = encoder.Encode(snapshot, {});
+    CHECK(image[3] == 3);
+    CHECK(Read(image, "result_rx", little) == Approx(-sine / 3));
+    CHECK(Read(image, "result_rz", little) == Approx(2 * sine / 3));
+    CHECK(Read(image, "result_qw", little) == Approx(w));
+    CHECK(ValueOfField(FieldType::kFloat, image, 2020 + 11, little) == Approx(-2 * sine / 3));
+    CHECK(ValueOfField(FieldType::kFloat, image, 22032 + 30, little) == Approx(w));
+
+    std::vector<std::uint16_t> window(registers::kCommandsSize);
+    const auto put = [&](int address, double value) {
+      const auto pair = modbus::RegistersFromFloat(
+          static_cast<float>(value), little ? modbus::WordOrder::kCdab : modbus::WordOrder::kAbcd);
+      window[static_cast<std::size_t>(address - 1000)] = pair[0];
+      window[static_cast<std::size_t>(address - 999)] = pair[1];
+    };
+    window[0] = 2;
+    put(1002, 1000);
+    for (const double sign : {1.0, -1.0}) {  // both mean the same orientation
+      put(1008, sign * sine / 3);
+      put(1010, sign * sine * 2 / 3);
+      put(1012, sign * sine * -2 / 3);
+      put(1018, sign * -w);
+      const model::PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, convention);
+      REQUIRE(command.pose_valid);
+      CHECK((command.X_BP.R - R).norm() < 1e-6);
+    }
+    put(1018, 0.5);  // not of unit length
+    CHECK_FALSE(PlcCommandFromRegisters(window, kNoCoils, convention).pose_valid);
+    window[0] = 3;  // the scaled pose has a rotation vector in every convention
+    CHECK(PlcCommandFromRegisters(window, kNoCoils, convention).pose_valid);
   }
 }
 

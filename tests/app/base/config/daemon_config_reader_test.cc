@@ -310,7 +310,8 @@ TEST_CASE("Each faulty field of a configuration gives exactly one message") {
       {"word_order = \"CDAB\"", "word_order = \"DCBA\"",
        "plc.word_order: \"DCBA\" is not one of \"ABCD\", \"CDAB\""},
       {"orientation = \"a_b_c\"", "orientation = \"abc\"",
-       "plc.orientation: \"abc\" is not one of \"rotation_vector\", \"roll_pitch_yaw\", \"a_b_c\""},
+       "plc.orientation: \"abc\" is not one of \"rotation_vector\", \"roll_pitch_yaw\", \"a_b_c\", "
+       "\"quaternion\""},
       {"max_clients = 8", "max_clients = 0", "plc.max_clients: 0 is outside 1..256"},
       {"allow = [\"10.0.0.9\", \"::1\"]", "allow = [\"10.0.0\"]",
        "plc.allow: [\"10.0.0\"] contains \"10.0.0\", which is not an IP address"},
