@@ -252,6 +252,9 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
          fmt::format("q{} also turns with q{}, ratio {:.6g}", coupling.joint + 1, coupling.of + 1,
                      coupling.ratio / model::CouplingRatioToSI(robot, coupling))});
   }
+  const std::string orientation = config::OrientationText(
+      kinematics::ReachableOrientation(kinematics::Chain(robot), deflection::FarthestTip_F(cell)));
+  if (!orientation.empty()) lines.push_back({"orientation", orientation});
   for (int k = 0; k < cell.tools(); ++k) {
     const model::Tool& tool = cell.ToolAt(k);
     lines.push_back({tool.number ? fmt::format("tool {}", *tool.number) : "tool", ToolText(tool)});

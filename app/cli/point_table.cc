@@ -89,6 +89,9 @@ std::string PointTable(const MachineConfig& config,
       text += fmt::format("NONE: {}\n", Describe(correction.code));
     }
     if (correction.q.size() > 0) text += PostureLines(config, solution);
+    if (!solution.orientation_left.empty()) {
+      text += WrappedLines(WordsOf(solution.orientation_left));
+    }
     if (!solution.out_of_range.empty()) {
       text += WrappedLines(WordsOf("outside the measured range: " + solution.out_of_range));
     }
@@ -127,6 +130,9 @@ nlohmann::json PointsJson(const MachineConfig& config,
       entry["correction_mm"] = correction.translation_B.norm() / kMetrePerMm;
       entry["radius_95_mm"] = correction.uncertainty_m / kMetrePerMm;
       entry["radius_basis"] = Describe(correction.basis);
+      if (!solution.orientation_left.empty()) {
+        entry["orientation_left_deg"] = correction.residual_rad / kRadPerDeg;
+      }
       if (!solution.out_of_range.empty()) entry["out_of_range"] = solution.out_of_range;
       if (!solution.beyond_linear.empty()) entry["beyond_linear"] = solution.beyond_linear;
     }

@@ -99,7 +99,11 @@ const char* Describe(CorrectionCode code) {
 }
 
 Corrector::Corrector(const model::CellModel& cell, const CorrectionLimits& limits)
-    : cell_(cell), arm_(cell), limits_(limits) {}
+    : cell_(cell),
+      arm_(cell),
+      limits_(limits),
+      orientation_(
+          kinematics::ReachableOrientation(arm_.chain(), deflection::FarthestTip_F(cell))) {}
 
 void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payload,
                         const effects::Conditions& conditions, const model::JointVector& seed,
@@ -123,11 +127,12 @@ void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payloa
   };
   model::JointVector theta;
   kinematics::InverseOutcome outcome;
-  correction.code = Solve(arm_.chain(), {X_BP, point.orientation_free}, loaded_point, seed, search,
-                          theta, outcome);
+  const kinematics::PoseTarget target{
+      X_BP, point.orientation_free ? kinematics::Orientation::kFree : orientation_};
+  correction.code = Solve(arm_.chain(), target, loaded_point, seed, search, theta, outcome);
   correction.iterations = outcome.iterations;
   if (correction.code == CorrectionCode::kOk) {
-    CheckSolution(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
+    CheckSolution(target, point.p_TP, payload, conditions, theta, correction);
   }
 }
 
@@ -137,29 +142,35 @@ bool Corrector::Extrapolates(const model::JointVector& q, const loads::Payload& 
          arm_.growth().Outside(arm_.PointAt(q, payload, conditions));
 }
 
-void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
+void Corrector::CheckSolution(const kinematics::PoseTarget& target, const Vec3& p_TP,
                               const loads::Payload& payload, const effects::Conditions& conditions,
                               const model::JointVector& theta, Correction& correction) const {
-  const kinematics::PoseTarget target{X_BP, orientation_free};
+  using kinematics::Orientation;
+  const Pose& X_BP = target.X_BT;
   deflection::LoadedState state;
   arm_.AtActual(theta, payload, conditions, state);
   const Pose X_BP_reached = PointOfTip(state.X_BT, p_TP);
-  const Vec6 error = kinematics::PoseError(target, X_BP_reached);
-  correction.residual_m = error.head<3>().norm();
-  correction.residual_rad = error.tail<3>().norm();
+  const bool free = target.orientation == Orientation::kFree;
+  correction.residual_m = (X_BP.p - X_BP_reached.p).norm();
+  correction.residual_rad =
+      free ? 0 : VectorFromRotation(X_BP.R * X_BP_reached.R.transpose()).norm();
   correction.q = theta - state.sag;
   correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q, payload.tool), p_TP);
-  // With a free orientation, that of the loaded tip is the target.
-  const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
+  // What the arm leaves of the orientation is that of the loaded tip.
+  const Mat3& R_target = target.orientation == Orientation::kFixed ? X_BP.R : X_BP_reached.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
   correction.extrapolated = Extrapolates(correction.q, payload, conditions);
 
   kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
+  kinematics::OrientRows(target, X_BP_reached.R, jacobian);
   correction.singular_value = kinematics::SmallestSingularValue(jacobian, target.rows());
   if (!arm_.chain().WithinLimits(correction.q)) {
     correction.code = CorrectionCode::kJointLimit;
+  } else if (target.orientation == Orientation::kNearest &&
+             correction.residual_rad > limits_.max_rotation_rad) {
+    correction.code = CorrectionCode::kUnreachable;
   } else if (correction.singular_value < limits_.min_singular_value) {
     correction.code = CorrectionCode::kSingular;
   } else if (correction.translation_B.norm() > limits_.max_translation_m ||
@@ -182,7 +193,7 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   };
   kinematics::InverseOutcome outcome;
   landing.code =
-      Solve(arm_.chain(), {X_BP, false}, unloaded_point, seed, search, landing.q, outcome);
+      Solve(arm_.chain(), {X_BP, orientation_}, unloaded_point, seed, search, landing.q, outcome);
   landing.iterations = outcome.iterations;
   if (landing.code != CorrectionCode::kOk) return;
   deflection::LoadedState state;
@@ -192,7 +203,8 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   }
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
-  landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
+  const Mat3 R_unloaded = arm_.UnloadedTip(landing.q, payload.tool).R;  // X_BP.R, if reachable
+  landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * R_unloaded.transpose());
   landing.extrapolated = Extrapolates(landing.q, payload, conditions);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;

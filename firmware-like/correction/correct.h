@@ -5,6 +5,7 @@
 
 #include "firmware-like/correction/assembly_point.h"
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/kinematics/inverse.h"
 #include "firmware-like/model/radius_basis.h"
 
 namespace plumbline::correction {
@@ -58,7 +59,7 @@ struct Correction {
   double uncertainty_m = 0;  ///< 95 % radius of the loaded tool point; set by CellCorrector
   model::RadiusBasis basis = model::RadiusBasis::kUnknown;  ///< basis of that radius
   double residual_m = 0;                                    ///< of the solver at the solution
-  double residual_rad = 0;
+  double residual_rad = 0;    ///< what remains of the target's orientation; see Corrector
   double singular_value = 0;  ///< of the tip Jacobian at q, see SmallestSingularValue()
 };
 
@@ -69,11 +70,18 @@ enum class BranchSearch { kNone, kBrief, kThorough };
 /// Newton's method with the rigid Jacobian (the deflection changes little with theta). The command
 /// is then q = theta - s(theta). Converges to kInverseTolerance [m] and [rad]. Does not allocate;
 /// the work is bounded.
+/// An arm that cannot take every orientation (kinematics::ReachableOrientation) is brought to the
+/// position with the tool's axis as demanded, if it can tilt the tool, else with the nearest
+/// orientation. `residual_rad` is the angle to the demanded orientation that remains; the rotation
+/// of the correction does not contain it. A nearest orientation that differs by more than the
+/// largest allowed rotation is kUnreachable.
 class Corrector {
  public:
   Corrector(const model::CellModel& cell, const CorrectionLimits& limits);
 
   const deflection::LoadedArm& arm() const { return arm_; }
+  /// The orientation that this arm can take at a position.
+  kinematics::Orientation orientation() const { return orientation_; }
 
   /// Computes the correction of a point.
   /// @param conditions  inputs of the cell's effects: temperature, time, approach
@@ -94,13 +102,14 @@ class Corrector {
  private:
   bool Extrapolates(const model::JointVector& q, const loads::Payload& payload,
                     const effects::Conditions& conditions) const;
-  void CheckSolution(const Pose& X_BP_target, const Vec3& p_TP, bool orientation_free,
+  void CheckSolution(const kinematics::PoseTarget& target, const Vec3& p_TP,
                      const loads::Payload& payload, const effects::Conditions& conditions,
                      const model::JointVector& theta, Correction& correction) const;
 
   model::CellModel cell_;
   deflection::LoadedArm arm_;
   CorrectionLimits limits_;
+  kinematics::Orientation orientation_;
 };
 
 }  // namespace plumbline::correction

@@ -1,6 +1,7 @@
 #include "firmware-like/kinematics/inverse.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <array>
 #include <numbers>
@@ -32,6 +33,61 @@ model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Ve
   gram.noalias() = J * J.transpose();
   gram.diagonal().array() += damping;
   return J.transpose() * gram.llt().solve(error.head(rows));
+}
+
+namespace {
+
+/// Smallest motion of the tip, per unit of joint motion, that counts as possible.
+constexpr double kReachableTurn = 0.02;
+
+/// Turns of the tip by joint motions that leave its position: J_r (I - J_p^+ J_p).
+Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, model::kMaxJoints> TurnsInPlace(
+    const Jacobian& jacobian) {
+  const auto J_p = jacobian.topRows<3>();
+  const auto J_r = jacobian.bottomRows<3>();
+  Mat3 gram = J_p * J_p.transpose();
+  gram.diagonal().array() += 1e-14;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, model::kMaxJoints> inverse_J_p =
+      gram.llt().solve(J_p);
+  return J_r - (J_r * J_p.transpose()) * inverse_J_p;
+}
+
+}  // namespace
+
+model::JointVector NearestStep(const Jacobian& jacobian, const Vec6& error) {
+  model::JointVector step = DampedNewtonStep(jacobian, 3, error);
+  const auto turns = TurnsInPlace(jacobian);
+  const Vec3 left = error.tail<3>() - jacobian.bottomRows<3>() * step;
+  const Eigen::SelfAdjointEigenSolver<Mat3> modes(turns * turns.transpose());
+  for (int mode = 0; mode < 3; ++mode) {
+    const double square = modes.eigenvalues()[mode];
+    if (square < kReachableTurn * kReachableTurn) continue;
+    const Vec3 direction = modes.eigenvectors().col(mode);
+    step += turns.transpose() * direction * (direction.dot(left) / square);
+  }
+  return step;
+}
+
+Orientation ReachableOrientation(const Chain& chain, const Vec3& tip_F) {
+  constexpr int kPostures = 32, kFirst = 8;  // RestartPosture() mirrors its seed at smaller indices
+  const model::JointVector zero = model::JointVector::Zero(chain.size());
+  Posture posture;
+  Jacobian jacobian;
+  double any = 0, tilt = 0;  // squares of the smallest motion that the best posture allows
+  for (int k = 0; k < kPostures; ++k) {
+    chain.Evaluate(RestartPosture(chain, zero, kFirst + k), posture);
+    chain.JacobianAt(posture, posture.X_BF() * tip_F, jacobian);
+    const auto turns = TurnsInPlace(jacobian);
+    const Mat3 square_T =
+        posture.X_BF().R.transpose() * (turns * turns.transpose()) * posture.X_BF().R;
+    const Eigen::Matrix2d across = square_T.topLeftCorner<2, 2>();
+    any = std::max(any, Eigen::SelfAdjointEigenSolver<Mat3>(square_T).eigenvalues()[0]);
+    tilt = std::max(tilt, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(across).eigenvalues()[0]);
+  }
+  constexpr double kLeast = kReachableTurn * kReachableTurn;
+  return any > kLeast    ? Orientation::kFixed
+         : tilt > kLeast ? Orientation::kAxis
+                         : Orientation::kNearest;
 }
 
 bool WrapIntoLimits(const Chain& chain, const model::JointVector& seed, model::JointVector& theta) {

@@ -8,23 +8,54 @@
 
 namespace plumbline::kinematics {
 
-/// Target pose of the tip, with or without its orientation.
-struct PoseTarget {
-  Pose X_BT;
-  bool orientation_free = false;
-  int rows() const { return orientation_free ? 3 : 6; }
+/// What a target demands of the tip's orientation, beside its exact position.
+enum class Orientation {
+  kFixed,    ///< all of it
+  kAxis,     ///< the direction of the tip's z axis, the tool's; the turn about it follows
+  kNearest,  ///< as close to it as the arm comes
+  kFree,     ///< nothing
 };
 
-/// Error of a pose: position [m], then the rotation vector from `actual` to `target` [rad].
+/// The orientation that an arm can be asked for together with a position: kFixed if it can turn the
+/// tip about any axis in place, kAxis if it can tilt the tool in both directions (five axes), else
+/// kNearest (four axes, SCARA). From the Jacobian in a sample of postures; allocates nothing.
+/// @param tip_F  tip in the flange frame [m]
+Orientation ReachableOrientation(const Chain& chain, const Vec3& tip_F);
+
+/// Target pose of the tip.
+struct PoseTarget {
+  Pose X_BT;
+  Orientation orientation = Orientation::kFixed;
+  /// Rows of the Jacobian and of the error that must vanish.
+  int rows() const {
+    return orientation == Orientation::kFixed ? 6 : orientation == Orientation::kAxis ? 5 : 3;
+  }
+};
+
+/// Error of a pose: position [m], then the rotation vector from `actual` to `target` [rad], in B.
+/// With kAxis, the rotation that aligns the z axes, in the frame of the tip; with kFree, zero.
 inline Vec6 PoseError(const PoseTarget& target, const Pose& actual) {
   Vec6 error;
   error.head<3>() = target.X_BT.p - actual.p;
-  if (target.orientation_free) {
-    error.tail<3>().setZero();
-  } else {
+  error.tail<3>().setZero();
+  if (target.orientation == Orientation::kAxis) {
+    const Vec3 z_T = actual.R.transpose() * target.X_BT.R.col(2);
+    const double sine = std::hypot(z_T.x(), z_T.y());
+    if (sine > 0) {
+      error.segment<2>(3) = std::atan2(sine, z_T.z()) / sine * Eigen::Vector2d(-z_T.y(), z_T.x());
+    } else if (z_T.z() < 0) {
+      error[3] = std::acos(-1.0);
+    }
+  } else if (target.orientation != Orientation::kFree) {
     error.tail<3>() = VectorFromRotation(target.X_BT.R * actual.R.transpose());
   }
   return error;
+}
+
+/// Expresses the angular rows of a Jacobian in the frame in which PoseError() has them.
+inline void OrientRows(const PoseTarget& target, const Mat3& R_BT, Jacobian& jacobian) {
+  if (target.orientation != Orientation::kAxis) return;
+  jacobian.bottomRows<3>() = (R_BT.transpose() * jacobian.bottomRows<3>()).eval();
 }
 
 struct InverseOutcome {
@@ -42,10 +73,17 @@ inline constexpr double kInverseTolerance = 1e-9;  // [m] and [rad]
 /// is far below the smallest singular value that a correction may have.
 model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error);
 
+/// A step of Gauss and Newton to the smallest orientation error at the target's position: the
+/// damped step for the position, and among the motions that leave the position the one that removes
+/// most of the orientation error. Directions in which the arm turns the tip by less than 2 % of its
+/// joints' motion count as unreachable: of a SCARA, the tilt of its sagging axes.
+model::JointVector NearestStep(const Jacobian& jacobian, const Vec6& error);
+
 /// Solves tip(theta) = target by damped Newton iteration from a seed. The tip is a function
 ///   Pose tip(const JointVector& theta, Posture& posture)
 /// whose derivative is close to the rigid Jacobian at the returned pose. Redundant arms move their
 /// joints as little as possible. Does not allocate.
+/// With Orientation::kNearest, converges if the position is reached and the step vanishes.
 /// @param theta  in: the seed, out: the solution [rad] or [m]
 /// @return       `converged` is false after max_iterations or at a singular posture
 template <typename Tip>
@@ -54,19 +92,27 @@ InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip
   constexpr double kLargestStep = 0.5;  // [rad] or [m] in one iteration
   InverseOutcome outcome;
   const int rows = target.rows();
+  const bool nearest = target.orientation == Orientation::kNearest;
   Posture posture;
   Jacobian jacobian;
   Vec6 error;
   for (; outcome.iterations < max_iterations; ++outcome.iterations) {
     const Pose X_BT = tip(theta, posture);
     error = PoseError(target, X_BT);
-    if (error.cwiseAbs().maxCoeff() < kInverseTolerance) {
+    const bool reached = error.head(rows).cwiseAbs().maxCoeff() < kInverseTolerance;
+    if (reached && !nearest) {
       outcome.converged = true;
       break;
     }
     chain.JacobianAt(posture, X_BT.p, jacobian);
-    model::JointVector step = DampedNewtonStep(jacobian, rows, error);
+    OrientRows(target, X_BT.R, jacobian);
+    model::JointVector step =
+        nearest ? NearestStep(jacobian, error) : DampedNewtonStep(jacobian, rows, error);
     const double largest = step.cwiseAbs().maxCoeff();
+    if (reached && largest < kInverseTolerance) {
+      outcome.converged = true;
+      break;
+    }
     if (!std::isfinite(largest)) break;
     if (largest > kLargestStep) step *= kLargestStep / largest;
     theta += step;

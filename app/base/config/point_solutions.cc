@@ -126,10 +126,48 @@ model::JointVector SeedOf(const kinematics::Chain& chain, const correction::Asse
   return middle;
 }
 
+std::string OrientationText(kinematics::Orientation orientation) {
+  switch (orientation) {
+    case kinematics::Orientation::kAxis:
+      return "the arm takes any direction of the tool's axis; the turn about that axis follows "
+             "from "
+             "the position, and no correction changes it";
+    case kinematics::Orientation::kNearest:
+      return "the arm does not take every orientation: corrections hold the position exactly, and "
+             "the orientation as nearly as the joints allow";
+    default:
+      return "";
+  }
+}
+
+namespace {
+
+/// What remains of the demanded orientation at a solved point.
+std::string OrientationLeftText(kinematics::Orientation orientation, bool orientation_free,
+                                const correction::Correction& correction) {
+  if (orientation_free || orientation == kinematics::Orientation::kFixed ||
+      correction.residual_rad < kNoticeableTurn_rad) {
+    return "";
+  }
+  const double left_deg = correction.residual_rad / kRadPerDeg;
+  return orientation == kinematics::Orientation::kAxis
+             ? fmt::format(
+                   "the turn about the tool's axis is {:.3g} deg from rpy_deg: this arm "
+                   "cannot choose it",
+                   left_deg)
+             : fmt::format(
+                   "the orientation is {:.3g} deg from rpy_deg: this arm cannot come nearer",
+                   left_deg);
+}
+
+}  // namespace
+
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress) {
   Machine machine(config);
   const deflection::LoadedArm arm(config.cell);
+  const kinematics::Orientation orientation =
+      kinematics::ReachableOrientation(arm.chain(), deflection::FarthestTip_F(config.cell));
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
     if (progress) progress(k);
@@ -147,6 +185,8 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config,
         if (arm.AtCommanded(solution.correction.q, *load.payload, {}, state)) {
           solution.beyond_linear = BeyondLinearTheory(config.cell, arm, state);
         }
+        solution.orientation_left =
+            OrientationLeftText(orientation, point.orientation_free, solution.correction);
         solution.out_of_range = OutOfRangeText(config.cell, arm, solution.correction, *load.payload,
                                                machine.ConditionsOf(*load.payload));
       }
@@ -204,6 +244,12 @@ std::string FailureAdvice(const correction::Correction& correction,
                           const correction::CorrectionLimits& limits) {
   switch (correction.code) {
     case correction::CorrectionCode::kUnreachable:
+      if (correction.residual_rad > limits.max_rotation_rad) {
+        return fmt::format(
+            "the arm reaches the position, but the nearest orientation that it can take there is "
+            "{:.3g} deg from rpy_deg. Give one that it can take, or orientation = \"free\"",
+            correction.residual_rad / kRadPerDeg);
+      }
       return "no posture reaches it. Check the pose, its frame and the robot's base";
     case correction::CorrectionCode::kJointLimit:
       return "every posture that reaches it violates a joint limit. Check min_deg and max_deg, or "

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/kinematics/inverse.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline::config {
@@ -44,7 +45,8 @@ struct PointSolution {
       correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
   correction::PointPosture posture;  ///< set if correction.q is known
   std::string out_of_range;  ///< inputs outside the fitted range, see OutOfRangeText; empty if none
-  std::string beyond_linear;  ///< what linear beam theory does not describe; empty if nothing
+  std::string beyond_linear;     ///< what linear beam theory does not describe; empty if nothing
+  std::string orientation_left;  ///< what the arm cannot take of the orientation; empty if nothing
 };
 
 /// Solves every point under each of its payloads, in configured order, like Machine::Prepare().
@@ -52,6 +54,9 @@ struct PointSolution {
 /// @param progress  called with the number of solved points before each point; may be empty
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress = {});
+
+/// The orientations that an arm cannot take; empty if it takes all.
+std::string OrientationText(kinematics::Orientation orientation);
 
 /// The frame that points are in: the cell's, or the instrument's.
 std::string PointFrameText(const model::CellModel& cell);

@@ -183,4 +183,175 @@ TEST_CASE("a thermal effect without a temperature is extrapolated and widens the
   CHECK(unknown.uncertainty_m > std::hypot(warm.uncertainty_m, 1.5e-4));
 }
 
+namespace {
+
+/// The heavy arm without its last axis: it cannot turn the tool about its own axis.
+model::CellModel WithoutRoll() {
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.joints.pop_back();
+  return cell;
+}
+
+/// Base, shoulder, elbow, pitch and roll of the tool, as small five-axis arms have.
+model::CellModel PitchAndRoll() {
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.joints[2].a_m = 1.2;
+  cell.robot.joints[2].alpha_rad = 0;
+  cell.robot.joints.erase(cell.robot.joints.begin() + 3);
+  return cell;
+}
+
+/// Two upright axes, a spindle and a fourth upright axis.
+model::CellModel Scara() {
+  model::CellModel cell = test::HeavyArm();
+  const auto row = [](double a_m, double d_m, double mass_kg, double compliance) {
+    return test::MakeJoint(a_m, 0, d_m, 0, -150, 150, mass_kg, {-a_m / 2, 0, 0}, compliance);
+  };
+  cell.robot.joints = {row(0.4, 0.5, 10, 2e-6), row(0.3, 0, 6, 4e-6), row(0, 0, 2, 0),
+                       row(0, 0, 1, 5e-6)};
+  cell.robot.joints[1].alpha_rad = std::numbers::pi;
+  cell.robot.joints[2].type = model::JointType::kPrismatic;
+  cell.robot.joints[2].compliance_rad_per_Nm.reset();
+  cell.robot.joints[2].min = 0;
+  cell.robot.joints[2].max = 0.3;
+  // A base that leans turns a SCARA's weight about its axes.
+  cell.robot.X_WB.R = Eigen::AngleAxisd(0.02, Vec3::UnitX()).toRotationMatrix();
+  cell.tool.segments.front().length_m = 0.3;
+  cell.tool.tcp_F = Vec3(0, 0, 0.3);
+  cell.payload_cog_F = Vec3(0.1, 0, 0.3);
+  return cell;
+}
+
+/// Where the loaded tool point is at the corrected command.
+Pose Attained(const model::CellModel& cell, const Correction& correction, const Vec3& p_TP,
+              double payload_kg) {
+  const deflection::LoadedArm arm(cell);
+  deflection::LoadedState state;
+  REQUIRE(arm.AtCommanded(correction.q, {payload_kg, *cell.payload_cog_F}, {}, state));
+  return cell.robot.X_WB * Pose{state.X_BT.R, state.X_BT * p_TP};
+}
+
+}  // namespace
+
+TEST_CASE("each arm is asked for the orientations that it can take") {
+  using kinematics::Orientation;
+  const auto of = [](const model::CellModel& cell) { return Corrector(cell, {}).orientation(); };
+  CHECK(of(test::HeavyArm()) == Orientation::kFixed);
+  CHECK(of(WithoutRoll()) == Orientation::kAxis);
+  CHECK(of(PitchAndRoll()) == Orientation::kNearest);
+  CHECK(of(Scara()) == Orientation::kNearest);
+  // A column below a SCARA does what its spindle does; a rail beside a five-axis arm lets it take
+  // every orientation.
+  model::Joint rail;
+  rail.type = model::JointType::kPrismatic;
+  rail.min = -2;
+  rail.max = 2;
+  model::CellModel cell = Scara();
+  cell.robot.joints.insert(cell.robot.joints.begin(), rail);
+  CHECK(of(cell) == Orientation::kNearest);
+  cell = PitchAndRoll();
+  rail.alpha_rad = 0.5 * std::numbers::pi;
+  cell.robot.joints.insert(cell.robot.joints.begin(), rail);
+  CHECK(of(cell) == Orientation::kFixed);
+}
+
+TEST_CASE("an arm without roll is corrected in position and direction of the tool's axis") {
+  std::mt19937 random(23);
+  const model::CellModel cell = WithoutRoll();
+  const Vec3 p_TP(0.02, -0.1, 0.05);
+  int corrected = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const model::JointVector q = test::RandomPosture(cell, random);
+    AssemblyPoint point = PointAt(cell, q, p_TP);
+    // Turned about the tool's axis by an angle that the arm cannot reach there.
+    const double turn = trial % 2 == 0 ? 0 : 0.5;
+    point.X_WP.R = point.X_WP.R * Eigen::AngleAxisd(turn, Vec3::UnitZ()).toRotationMatrix();
+    const Correction correction = Solve(cell, point, q, {0.05, 0.2, 0.02, {}});
+    if (correction.code == CorrectionCode::kSingular) continue;
+    CAPTURE(trial, Describe(correction.code));
+    REQUIRE(correction.code == CorrectionCode::kOk);
+    ++corrected;
+    const Pose attained = Attained(cell, correction, p_TP, 60);
+    CHECK((attained.p - point.X_WP.p).norm() < 1e-6);
+    CHECK(attained.R.col(2).cross(point.X_WP.R.col(2)).norm() < 1e-6);
+    const double left = VectorFromRotation(point.X_WP.R * attained.R.transpose()).norm();
+    CHECK(correction.residual_rad == Approx(left).margin(1e-8));
+    if (turn > 0) CHECK(left > 0.1);
+    CHECK(correction.rotation_B.norm() < 0.2);
+  }
+  CHECK(corrected > 80);
+}
+
+TEST_CASE("an arm with pitch and roll comes as near to the orientation as it can") {
+  std::mt19937 random(26);
+  const model::CellModel cell = PitchAndRoll();
+  int corrected = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const model::JointVector q = test::RandomPosture(cell, random);
+    const AssemblyPoint point = PointAt(cell, q);
+    const Correction correction = Solve(cell, point, q, {0.2, 0.2, 0.02, {}});
+    if (correction.code != CorrectionCode::kOk) continue;
+    ++corrected;
+    const Pose attained = Attained(cell, correction, Vec3::Zero(), 60);
+    CHECK((attained.p - point.X_WP.p).norm() < 1e-6);
+    // No joint motion that leaves the tip there comes nearer.
+    const deflection::LoadedArm arm(cell);
+    kinematics::Posture posture;
+    kinematics::Jacobian jacobian;
+    arm.chain().Evaluate(correction.q, posture);
+    arm.chain().JacobianAt(posture, posture.X_BF() * arm.X_FT().p, jacobian);
+    const Eigen::MatrixXd in_place = Eigen::MatrixXd(jacobian.topRows<3>()).fullPivLu().kernel();
+    const Vec3 left_B =
+        cell.robot.X_WB.R.transpose() * VectorFromRotation(point.X_WP.R * attained.R.transpose());
+    const Eigen::VectorXd gain = (jacobian.bottomRows<3>() * in_place).transpose() * left_B;
+    CHECK(gain.norm() < 0.05 * left_B.norm() + 1e-6);
+    CHECK(correction.residual_rad == Approx(left_B.norm()).margin(1e-8));
+  }
+  CHECK(corrected > 40);
+}
+
+TEST_CASE("a SCARA is corrected in position, and its turn about the vertical") {
+  std::mt19937 random(24);
+  const model::CellModel cell = Scara();
+  int corrected = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const model::JointVector q = test::RandomPosture(cell, random);
+    AssemblyPoint point = PointAt(cell, q);
+    const Correction correction = Solve(cell, point, q, {}, 5);
+    if (correction.code != CorrectionCode::kOk) continue;
+    ++corrected;
+    const Pose attained = Attained(cell, correction, Vec3::Zero(), 5);
+    CHECK((attained.p - point.X_WP.p).norm() < 1e-6);
+    const Vec3 left_T =
+        attained.R.transpose() * VectorFromRotation(point.X_WP.R * attained.R.transpose());
+    CHECK(std::abs(left_T.z()) < 1e-5);     // reached
+    CHECK(left_T.head<2>().norm() > 1e-6);  // the bending tool tilts; the arm cannot
+    CHECK(correction.residual_rad == Approx(left_T.norm()).margin(1e-8));
+    // A target that is tilted much farther is out of reach, and that is said.
+    point.X_WP.R = point.X_WP.R * Eigen::AngleAxisd(0.4, Vec3::UnitX()).toRotationMatrix();
+    const Correction tilted = Solve(cell, point, q, {}, 5);
+    CHECK(tilted.code == CorrectionCode::kUnreachable);
+    CHECK(tilted.residual_rad > 0.3);
+    point.orientation_free = true;
+    CHECK(Solve(cell, point, q, {}, 5).code == CorrectionCode::kOk);
+  }
+  CHECK(corrected > 70);
+}
+
+TEST_CASE("a seven-axis arm keeps the posture in which it was taught") {
+  std::mt19937 random(25);
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.joints.insert(cell.robot.joints.begin() + 2,
+                           test::MakeJoint(0, 90, 0, 0, -150, 150, 40, {0, 0, 0.1}, 5e-7));
+  int corrected = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const model::JointVector q = test::RandomPosture(cell, random);
+    const Correction correction = Solve(cell, PointAt(cell, q), q, {0.05, 0.2, 0.02, {}});
+    if (correction.code != CorrectionCode::kOk) continue;
+    ++corrected;
+    CHECK((correction.q - q).cwiseAbs().maxCoeff() < 0.2);
+  }
+  CHECK(corrected > 40);
+}
+
 }  // namespace plumbline::correct_test
