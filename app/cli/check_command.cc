@@ -116,10 +116,15 @@ std::string ControllerText(const config::RobotLinkConfig& robot) {
 /// "A1, zoom by visca".
 std::string CameraText(const config::CameraConfig& camera) {
   const camera::CameraConnection& link = camera.connection;
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(camera.zoom.kind);
+  std::string zoom = kind == nullptr ? "no zoom" : "zoom by " + camera.zoom.kind;
+  if (kind != nullptr && kind->in_network != nullptr && kind->in_network(camera.zoom.connection)) {
+    zoom += " at " + kind->identity(camera.zoom.connection);
+  }
   return fmt::format(
       "{}, {}",
       camera.kind == "recorded" ? "recording " + link.recorded.path : "device " + link.v4l2.device,
-      camera.zoom.kind.empty() ? "no zoom" : "zoom by " + camera.zoom.kind);
+      zoom);
 }
 
 /// Checks the object table of the configuration and whether its mesh files are readable.

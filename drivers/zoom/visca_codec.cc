@@ -7,6 +7,10 @@ namespace {
 
 constexpr std::uint8_t kEnd = 0xFF, kToAll = 0x88;
 
+// Types of datagrams, and contents of the control messages.
+constexpr unsigned kInquiry = 0x0110, kReply = 0x0111, kControl = 0x0200, kControlReply = 0x0201;
+constexpr std::uint8_t kResetSequence = 0x01, kAbnormal = 0x0F, kAbnormalSequence = 0x01;
+
 Request RequestOf(std::initializer_list<std::uint8_t> bytes) {
   Request request;
   std::copy(bytes.begin(), bytes.end(), request.bytes.begin());
@@ -26,6 +30,29 @@ std::optional<std::int32_t> FourNibbles(const std::uint8_t* bytes) {
     value = value << 4 | bytes[i];
   }
   return value;
+}
+
+Datagram DatagramOf(unsigned type, std::span<const std::uint8_t> content, std::uint32_t sequence) {
+  Datagram datagram;
+  const std::array<std::uint8_t, kHeaderBytes> header = {
+      static_cast<std::uint8_t>(type >> 8),
+      static_cast<std::uint8_t>(type & 0xFF),
+      0,
+      static_cast<std::uint8_t>(content.size()),
+      static_cast<std::uint8_t>(sequence >> 24),
+      static_cast<std::uint8_t>(sequence >> 16 & 0xFF),
+      static_cast<std::uint8_t>(sequence >> 8 & 0xFF),
+      static_cast<std::uint8_t>(sequence & 0xFF)};
+  std::copy(content.begin(), content.end(),
+            std::copy(header.begin(), header.end(), datagram.bytes.begin()));
+  datagram.size = header.size() + content.size();
+  return datagram;
+}
+
+/// True if the bytes are a single packet from a camera.
+bool IsPacket(std::span<const std::uint8_t> bytes) {
+  return std::find(bytes.begin(), bytes.end(), kEnd) == bytes.end() - 1 &&
+         ReplyFromPacket(bytes).kind != Reply::Kind::kMalformed;
 }
 
 }  // namespace
@@ -130,6 +157,40 @@ bool LensBlockFrom(const Reply& reply, lens::ZoomReading& reading) {
   reading.motion =
       (reply.bytes[14] & 0x01) != 0 ? lens::LensMotion::kMoving : lens::LensMotion::kSettled;
   return true;
+}
+
+Datagram InquiryDatagram(const Request& inquiry, std::uint32_t sequence) {
+  return DatagramOf(kInquiry, inquiry.span(), sequence);
+}
+
+Datagram SequenceReset() {
+  return DatagramOf(kControl, std::span(&kResetSequence, 1), 0);
+}
+
+DatagramReply ReplyFromDatagram(std::span<const std::uint8_t> datagram) {
+  using Kind = DatagramReply::Kind;
+  DatagramReply found;
+  if (datagram.empty()) return found;
+  if (IsPacket(datagram)) {
+    found.kind = Kind::kWithoutHeader;
+    return found;
+  }
+  if (datagram.size() <= kHeaderBytes) return found;
+  const unsigned type = static_cast<unsigned>(datagram[0] << 8 | datagram[1]);
+  const auto length = static_cast<std::size_t>(datagram[2] << 8 | datagram[3]);
+  for (std::size_t i = 4; i < kHeaderBytes; ++i) found.sequence = found.sequence << 8 | datagram[i];
+  const auto content = datagram.subspan(kHeaderBytes);
+  if (content.size() != length) return found;
+  if (type == kReply && IsPacket(content)) {
+    found.kind = Kind::kReply;
+    found.reply = ReplyFromPacket(content);
+  } else if (type == kControlReply && length == 1 && content[0] == kResetSequence) {
+    found.kind = Kind::kSequenceReset;
+  } else if (type == kControlReply && length == 2 && content[0] == kAbnormal &&
+             content[1] == kAbnormalSequence) {
+    found.kind = Kind::kUnexpectedSequence;
+  }
+  return found;
 }
 
 }  // namespace plumbline::visca

@@ -1,8 +1,14 @@
-// VISCA codec: packets between a controller and cameras on a serial line. Pure.
+// VISCA codec: packets between a controller and cameras, on a serial line or in datagrams. Pure.
 //
 // A packet is a header, 1..14 bytes and FF. Header to camera x: 8x, to all: 88. Header from camera
 // x to the controller: 90 + 10 (x - 1), from 90 for camera 1 to F0 for camera 7 (hexadecimal).
 // [Sony, EVI-D70 Technical Manual, "VISCA RS-232C Commands"]
+//
+// VISCA over IP puts one packet into each UDP datagram, behind a header of 8 bytes: type (0110
+// inquiry, 0111 reply, 0200 control command, 0201 control reply), length of the rest and sequence
+// number, big-endian. A reply has the sequence number of its request. The control command 01 sets
+// the sequence number to 0; the control reply 0F 01 reports one that the camera did not expect.
+// [Sony, BRC-X400 / SRG-X400 Command List, "VISCA over IP"]
 #pragma once
 
 #include <array>
@@ -78,5 +84,35 @@ std::optional<std::int32_t> PositionFrom(const Reply& reply);
 /// now.
 /// @return  false if the reply is not a lens block; `reading` is then unchanged
 bool LensBlockFrom(const Reply& reply, lens::ZoomReading& reading);
+
+inline constexpr int kUdpPort = 52381, kTcpPort = 5678;
+inline constexpr std::size_t kHeaderBytes = 8;
+
+/// A datagram to send.
+struct Datagram {
+  std::array<std::uint8_t, kHeaderBytes + 6> bytes{};
+  std::size_t size = 0;
+  std::span<const std::uint8_t> span() const { return {bytes.data(), size}; }
+};
+
+Datagram InquiryDatagram(const Request& inquiry, std::uint32_t sequence);
+Datagram SequenceReset();
+
+/// One received datagram.
+struct DatagramReply {
+  enum class Kind : std::uint8_t {
+    kReply,
+    kSequenceReset,       ///< reply to SequenceReset()
+    kUnexpectedSequence,  ///< the camera rejects the sequence number of a request
+    kWithoutHeader,       ///< a packet as on a serial line: not VISCA over IP
+    kMalformed,
+  };
+  Kind kind = Kind::kMalformed;
+  std::uint32_t sequence = 0;  ///< of the request
+  Reply reply;                 ///< for kReply
+};
+
+/// Decodes one datagram; anything that is not a reply is kMalformed.
+DatagramReply ReplyFromDatagram(std::span<const std::uint8_t> datagram);
 
 }  // namespace plumbline::visca

@@ -1,17 +1,9 @@
 #include "drivers/zoom/visca_zoom.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
-#include <array>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
-#include "drivers/files/open_failure.h"
 #include "drivers/os/serial_line.h"
 #include "drivers/zoom/registry.h"
 
@@ -20,17 +12,47 @@ namespace {
 
 using visca::Reply;
 
-std::string_view BaudFault(ZoomConnection& to) {
+using visca::Transport;
+
+std::string BaudFault(ZoomConnection& to) {
   return to.visca.baud == 9600 || to.visca.baud == 38400 ? "" : "is not 9600 or 38400";
+}
+
+/// Of the key `device`, which is read before `transport`.
+std::string DeviceFault(ZoomConnection& to) {
+  if (to.visca.device.empty()) return "";  // reported as missing
+  const auto address = visca::AddressFrom(to.visca.device, "");
+  return address ? "" : address.error();
+}
+
+std::string TransportFault(ZoomConnection& to) {
+  const ViscaOptions& visca = to.visca;
+  if (visca.device.empty() || !visca::AddressFrom(visca.device, "")) return "";
+  const auto address = visca::AddressFrom(visca.device, visca.transport);
+  return address ? "" : fmt::format("does not suit device: {} {}", visca.device, address.error());
+}
+
+/// Faultless options only.
+visca::Address AddressOf(const ViscaOptions& options) {
+  const auto address = visca::AddressFrom(options.device, options.transport);
+  return address ? *address : visca::Address{};
 }
 
 constexpr ZoomOption kViscaOptions[] = {
     {.key = "device",
      .value = [](ZoomConnection& to) -> std::string& { return to.visca.device; },
-     .description = "for \"visca\", like the next four, and \"v4l2\": device",
+     .description = "for \"visca\", like the next five, and \"v4l2\": device, or the address of a "
+                    "camera with VISCA over IP",
      .example = "\"/dev/serial/by-id/...\"",
      .default_text = "for \"v4l2\": the camera's",
-     .required = true},
+     .required = true,
+     .fault = DeviceFault},
+    {.key = "transport",
+     .value = [](ZoomConnection& to) -> std::string& { return to.visca.transport; },
+     .description = "\"udp\" or \"tcp\" (without header) for an address in the network, \"serial\"",
+     .example = "\"tcp\"",
+     .default_text = "\"serial\" for a path, \"udp\" for an address",
+     .fault = TransportFault},
     {.key = "baud",
      .value = [](ZoomConnection& to) -> int& { return to.visca.baud; },
      .min = 9600,
@@ -55,15 +77,6 @@ constexpr ZoomOption kViscaOptions[] = {
      .description = "end of the optical range; the digital zoom beyond it is never calibrated"},
 };
 
-/// Waits for at most `left_s` until the descriptor is ready. @return the result of poll()
-int WaitFor(int fd, short events, double left_s) {
-  pollfd wait{.fd = fd, .events = events, .revents = 0};
-  const int ready = poll(&wait, 1, std::max(0, static_cast<int>(std::ceil(1e3 * left_s))));
-  if (ready <= 0 || (wait.revents & events) != 0) return ready;
-  errno = EIO;  // hung up with nothing to read
-  return -1;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& options, Clock clock) {
@@ -76,46 +89,53 @@ Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& option
   if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
     return Error{fmt::format("visca: timeout {} s is outside 0.01..10", options.timeout_s)};
   }
-  return std::unique_ptr<ZoomSensor>(new ViscaZoom(options, clock));
+  const auto address = visca::AddressFrom(options.device, options.transport);
+  if (!address) return Error{fmt::format("visca: device {} {}", options.device, address.error())};
+  return std::unique_ptr<ZoomSensor>(new ViscaZoom(options, *address, clock));
 }
 
-ViscaZoom::ViscaZoom(ViscaOptions options, Clock clock)
-    : options_(std::move(options)), clock_(clock) {}
+ViscaZoom::ViscaZoom(const ViscaOptions& options, const visca::Address& address, Clock clock)
+    : options_(options),
+      address_(address),
+      clock_(clock),
+      link_(MakeViscaLink(address, options.baud, clock)) {}
 
 ZoomResult ViscaZoom::Fail(ZoomResult result, const std::string& why) {
-  problem_ = fmt::format("{}: camera {}: {}", options_.device, options_.address, why);
+  problem_ = fmt::format("{}: camera {}: {}", address_.Text(), options_.address, why);
   return result;
 }
 
 ZoomResult ViscaZoom::Disconnect(const std::string& why) {
-  fd_.Reset();
+  link_->Close();
   back_off_.Failed(clock_());
   return Fail(ZoomResult::kLost, why);
 }
 
-bool ViscaZoom::Open() {
-  fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!fd_ || !os::ConfigureSerialLine(fd_.get(), {.baud = options_.baud})) {
-    Disconnect(files::OpenErrorText(errno, files::kSerialLine));
+bool ViscaZoom::Open(double deadline_s) {
+  if (!link_->Open(deadline_s)) {
+    Disconnect(link_->problem());
     return false;
   }
-  receiver_.Clear();
-  addressed_ = false;
+  addressed_ = address_.transport != Transport::kSerial;
+  has_block_ = has_focus_ = true;
   return true;
 }
 
 ZoomResult ViscaZoom::Read(lens::ZoomReading& reading) {
   const double deadline_s = clock_() + options_.timeout_s;
-  if (!fd_) {
+  if (!link_->is_open()) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
-    if (!Open()) return ZoomResult::kLost;
+    if (!Open(deadline_s)) return ZoomResult::kLost;
   }
   ZoomResult result = Drain();
   if (result == ZoomResult::kOk && !addressed_) result = AssignAddresses(deadline_s);
   lens::ZoomReading found;
   if (result == ZoomResult::kOk) result = ReadLens(found, deadline_s);
   if (result != ZoomResult::kOk) {
-    if (result != ZoomResult::kRefused) addressed_ = false;
+    if (result != ZoomResult::kRefused) {
+      addressed_ = address_.transport != Transport::kSerial;
+      has_block_ = has_focus_ = true;  // another camera may answer next
+    }
     return result;
   }
   back_off_.Well();
@@ -125,22 +145,24 @@ ZoomResult ViscaZoom::Read(lens::ZoomReading& reading) {
   return ZoomResult::kOk;
 }
 
-/// Discards pending input; only a network change is evaluated.
+/// Discards pending input, unless the link recognises what it answers; only a network change is
+/// evaluated.
 ZoomResult ViscaZoom::Drain() {
-  std::array<std::uint8_t, 256> bytes;
+  if (link_->identifies_answers()) return ZoomResult::kOk;
+  const double now_s = clock_();
   for (;;) {
-    const ssize_t size = read(fd_.get(), bytes.data(), bytes.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size < 0 && errno == EAGAIN) break;
-    if (size <= 0) return Disconnect(size == 0 ? "hung up" : std::strerror(errno));
-    for (ssize_t i = 0; i < size; ++i) {
-      const auto reply = receiver_.Push(bytes[static_cast<std::size_t>(i)]);
-      if (reply && reply->kind == Reply::Kind::kNetworkChange) addressed_ = false;
-    }
-    if (size < static_cast<ssize_t>(bytes.size())) break;
+    Reply reply;
+    const Arrival arrival = link_->Receive(now_s, reply);
+    if (arrival == Arrival::kLost) return Disconnect(link_->problem());
+    if (arrival == Arrival::kNone) return ZoomResult::kOk;
+    NoteNetworkChange(reply);
   }
-  receiver_.Clear();
-  return ZoomResult::kOk;
+}
+
+void ViscaZoom::NoteNetworkChange(const Reply& reply) {
+  if (reply.kind == Reply::Kind::kNetworkChange && address_.transport == Transport::kSerial) {
+    addressed_ = false;
+  }
 }
 
 ZoomResult ViscaZoom::AssignAddresses(double deadline_s) {
@@ -190,81 +212,64 @@ ZoomResult ViscaZoom::QueryPosition(const visca::Request& request, double deadli
   return counts ? ZoomResult::kOk : Fail(ZoomResult::kProtocol, "invalid position");
 }
 
-bool ViscaZoom::Send(const visca::Request& request, double deadline_s) {
-  std::span<const std::uint8_t> rest = request.span();
-  while (!rest.empty()) {
-    const ssize_t written = write(fd_.get(), rest.data(), rest.size());
-    if (written > 0) {
-      rest = rest.subspan(static_cast<std::size_t>(written));
-      continue;
-    }
-    if (written < 0 && errno != EAGAIN && errno != EINTR) return false;
-    if (WaitFor(fd_.get(), POLLOUT, deadline_s - clock_()) <= 0) return false;
-  }
-  return true;
-}
-
 ZoomResult ViscaZoom::Query(const visca::Request& request, std::size_t length, double deadline_s,
                             Reply& answer) {
-  if (!Send(request, deadline_s)) return Disconnect("cannot write to the line");
+  if (!link_->Send(request, deadline_s)) return Disconnect(link_->problem());
   return Wait(length, deadline_s, answer);
 }
 
 ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer) {
   int malformed = 0, other = 0;  // other: address of another camera that answered
   for (;;) {
-    const double left_s = deadline_s - clock_();
-    const int ready = left_s > 0 ? WaitFor(fd_.get(), POLLIN, left_s) : 0;
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready < 0) return Disconnect("hung up");
-    if (ready == 0) break;
-    // One byte at a time: anything after the answer is left for the next Drain().
-    std::uint8_t byte = 0;
-    const ssize_t size = read(fd_.get(), &byte, 1);
-    if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-    if (size <= 0) return Disconnect(size == 0 ? "hung up" : std::strerror(errno));
-    const std::optional<Reply> reply = receiver_.Push(byte);
-    if (!reply) continue;
-    const bool mine = reply->address == options_.address;
-    if (reply->kind == Reply::Kind::kMalformed) ++malformed;
-    if (reply->kind == Reply::Kind::kNetworkChange) addressed_ = false;
-    if (length == 0 && reply->kind == Reply::Kind::kAddressed) {
-      answer = *reply;
+    Reply reply;
+    const Arrival arrival = link_->Receive(deadline_s, reply);
+    if (arrival == Arrival::kLost) return Disconnect(link_->problem());
+    if (arrival == Arrival::kNone) break;
+    const bool mine = reply.address == options_.address;
+    if (reply.kind == Reply::Kind::kMalformed) ++malformed;
+    NoteNetworkChange(reply);
+    if (length == 0 && reply.kind == Reply::Kind::kAddressed) {
+      answer = reply;
       return ZoomResult::kOk;
     }
-    if (!mine && reply->kind == Reply::Kind::kAnswer) other = reply->address;
+    if (!mine && reply.kind == Reply::Kind::kAnswer) other = reply.address;
     if (length == 0 || !mine) continue;
-    if (reply->kind == Reply::Kind::kAnswer && reply->size == length) {
-      answer = *reply;
+    if (reply.kind == Reply::Kind::kAnswer && reply.size == length) {
+      answer = reply;
       return ZoomResult::kOk;
     }
-    if (reply->kind == Reply::Kind::kError) {
-      answer = *reply;
+    if (reply.kind == Reply::Kind::kError) {
+      answer = reply;
       return Fail(ZoomResult::kRefused, fmt::format("reports an error: {} ({:02X})",
-                                                    visca::ErrorText(reply->error), reply->error));
+                                                    visca::ErrorText(reply.error), reply.error));
     }
   }
-  if (malformed > 0) {
-    return Fail(ZoomResult::kProtocol,
-                fmt::format("{} invalid packets. Check that the camera is set to {} baud.",
-                            malformed, options_.baud));
-  }
+  const std::string silence = link_->SilenceText(options_.timeout_s);
+  link_->OnTimeout();
+  if (!link_->is_open()) back_off_.Failed(clock_());
+  if (malformed > 0) return Fail(ZoomResult::kProtocol, link_->GarbageText(malformed));
   if (other > 0) {
     problem_ =
         fmt::format("{}: camera {} does not answer, but camera {} does. Check camera.zoom.address.",
-                    options_.device, options_.address, other);
+                    address_.Text(), options_.address, other);
     return ZoomResult::kTimeout;
   }
-  return Fail(ZoomResult::kTimeout,
-              fmt::format("no answer within {:.0f} ms. Check that it is on and set to {} baud.",
-                          1e3 * options_.timeout_s, options_.baud));
+  return Fail(ZoomResult::kTimeout, silence);
 }
 
 const ZoomKind kViscaKind{
     .name = "visca",
     .make = [](const ZoomConnection& to) { return ViscaZoom::Create(to.visca, to.clock); },
-    .identity = [](const ZoomConnection& to) { return to.visca.device; },
-    .device = [](const ZoomConnection& to) { return Result<std::string>(to.visca.device); },
+    .identity = [](const ZoomConnection& to) { return AddressOf(to.visca).Text(); },
+    .device =
+        [](const ZoomConnection& to) {
+          const visca::Address address = AddressOf(to.visca);
+          return Result<std::string>(address.transport == Transport::kSerial ? address.host : "");
+        },
+    .in_network =
+        [](const ZoomConnection& to) {
+          return AddressOf(to.visca).transport != Transport::kSerial;
+        },
     .remedy = "plug in the adapter; add the user to the group dialout",
     .options = kViscaOptions};
 

@@ -39,7 +39,7 @@ struct ZoomOption {
   bool camera_device = false;  ///< the default is the device of the camera
   /// What is wrong with a value inside the range, for example "is not 9600 or 38400"; empty if
   /// nothing is. Null if every value inside the range is allowed.
-  std::string_view (*fault)(ZoomConnection&) = nullptr;
+  std::string (*fault)(ZoomConnection&) = nullptr;
 };
 
 struct ZoomKind {
@@ -50,6 +50,9 @@ struct ZoomKind {
   std::string (*identity)(const ZoomConnection&) = nullptr;
   /// Device file that will be opened, or why there is none; empty if it is not known in advance.
   Result<std::string> (*device)(const ZoomConnection&) = nullptr;
+  /// True if the sensor is reached through the network: there is no device file, only an answer
+  /// shows that it is there. Null if it never is.
+  bool (*in_network)(const ZoomConnection&) = nullptr;
   /// Remedy if that file is missing or cannot be opened.
   const char* remedy = "";
   double period_s = kZoomPeriod_s;  ///< reading period, unless configured

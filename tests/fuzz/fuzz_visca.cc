@@ -1,7 +1,8 @@
-// Fuzzer: arbitrary bytes on a VISCA line.
+// Fuzzer: arbitrary bytes on a VISCA line, in a datagram, and as the address of a camera.
 #include <cstdint>
 #include <cstdlib>
 
+#include "drivers/zoom/visca_address.h"
 #include "drivers/zoom/visca_codec.h"
 
 namespace {
@@ -26,6 +27,23 @@ void Judge(const visca::Reply& reply) {
   Require(!block || (*reading.zoom_counts <= 0xFFFF && *reading.focus_counts <= 0xFFFF));
 }
 
+void JudgeDatagram(const visca::DatagramReply& found) {
+  using Kind = visca::DatagramReply::Kind;
+  Require((found.kind == Kind::kReply) == (found.reply.kind != visca::Reply::Kind::kMalformed));
+  Judge(found.reply);
+}
+
+/// An accepted address has a host and a port, and its text is the same address.
+void JudgeAddress(std::string_view text) {
+  const auto address = visca::AddressFrom(text, "");
+  if (!address) return Require(!address.error().empty());
+  Require(!address->host.empty());
+  if (address->transport == visca::Transport::kSerial) return;
+  Require(address->port >= 1 && address->port <= 65535);
+  const auto again = visca::AddressFrom(address->Text(), "");
+  Require(again && again->Text() == address->Text());
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -36,5 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (reply) Judge(*reply);
   }
   Judge(visca::ReplyFromPacket({data, size}));
+  JudgeDatagram(visca::ReplyFromDatagram({data, size}));
+  JudgeAddress({reinterpret_cast<const char*>(data), size});
   return 0;
 }

@@ -41,7 +41,7 @@ void ListOption(Settings& keys, const zoom::ZoomOption& option, bool required,
   } else if (const auto* flag = std::get_if<zoom::FlagOption>(&option.value)) {
     keys.Add(option.key, (*flag)(connection), doc);
   }
-  const std::string_view fault = option.fault == nullptr ? "" : option.fault(connection);
+  const std::string fault = option.fault == nullptr ? "" : option.fault(connection);
   if (!fault.empty()) keys.AddFault(option.key, fault);
 }
 

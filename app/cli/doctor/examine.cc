@@ -11,10 +11,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <thread>
 
 #include "app/base/config/daemon_config_reader.h"
 #include "app/base/service/utc_clock.h"
@@ -24,6 +26,7 @@
 #include "app/cell/view_link/view_client.h"
 #include "app/cli/doctor/robot_reading.h"
 #include "app/plant/broker_link.h"
+#include "drivers/clock.h"
 #include "drivers/display/registry.h"
 #include "drivers/files/package_paths.h"
 #include "drivers/hid/hid_device.h"
@@ -96,7 +99,7 @@ std::string AccessProblem(const Account& account, const std::string& path, bool 
 
 namespace {
 
-constexpr double kStateWait_s = 2, kBrokerWait_s = 5;
+constexpr double kStateWait_s = 2, kBrokerWait_s = 5, kZoomWait_s = 2;
 
 CheckResult CheckDevice(const std::string& subject, const std::string& path, const Account& account,
                         const char* remedy) {
@@ -207,10 +210,40 @@ CheckResult CheckCamera(const config::CameraConfig& camera, const Account& accou
   return found;
 }
 
+namespace {
+
+/// Asks the sensor, as the daemon does.
+CheckResult AskZoomSensor(const std::string& subject, const zoom::ZoomKind& kind,
+                          const config::ZoomConfig& zoom) {
+  const auto sensor = kind.make(zoom.connection);
+  if (!sensor) return {Health::kFault, subject, sensor.error(), "fix [camera.zoom]"};
+  const double give_up_s = MonotonicSeconds() + kZoomWait_s;
+  do {
+    lens::ZoomReading reading;
+    if ((*sensor)->Read(reading) == zoom::ZoomResult::kOk) {
+      return {Health::kGood,
+              subject,
+              fmt::format("{} answers, zoom at {} counts", kind.identity(zoom.connection),
+                          reading.zoom_counts.value_or(0)),
+              {}};
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  } while (MonotonicSeconds() < give_up_s);
+  const std::string problem((*sensor)->problem());
+  const std::size_t end = std::min(problem.find(". "), problem.size());  // of what happened
+  return {Health::kFault, subject, problem.substr(0, end),
+          problem.substr(std::min(end + 2, problem.size()))};
+}
+
+}  // namespace
+
 CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account) {
   constexpr const char* kSubject = "zoom sensor";
   const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
   if (kind == nullptr) return {Health::kNotChecked, kSubject, "none: a lens without zoom", {}};
+  if (kind->in_network != nullptr && kind->in_network(zoom.connection)) {
+    return AskZoomSensor(kSubject, *kind, zoom);
+  }
   const Result<std::string> device = kind->device(zoom.connection);
   if (!device) return {Health::kFault, kSubject, device.error(), kind->remedy};
   if (!device->empty()) return CheckDevice(kSubject, *device, account, kind->remedy);

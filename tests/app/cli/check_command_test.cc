@@ -108,6 +108,15 @@ TEST_CASE("Two cameras are listed separately; sharing a device is a fault") {
     CHECK(good.out.find("camera side  device A1, zoom by v4l2\n") != std::string::npos);
     CHECK(good.out.find("camera rear  device B2, no zoom\n") != std::string::npos);
   }
+  {
+    std::string network = text;
+    const std::string by_v4l2 = "kind = \"v4l2\"\n[[camera]]";
+    network.replace(network.find(by_v4l2), by_v4l2.size(),
+                    "kind = \"visca\"\ndevice = \"192.168.1.9\"\n[[camera]]");
+    const TemporaryFile file(network);
+    CHECK(RunCheck(file.path()).out.find("device A1, zoom by visca at udp://192.168.1.9:52381\n") !=
+          std::string::npos);
+  }
   const TemporaryFile file(text.replace(text.find("\"B2\""), 4, "\"A1\""));
   const test::Answer faulty = RunCheck(file.path());
   CHECK(faulty.exit_code == 1);

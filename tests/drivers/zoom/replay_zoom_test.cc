@@ -89,6 +89,7 @@ TEST_CASE("rows follow the clock; the last one is held; motion between two readi
 TEST_CASE("the registry lists and creates each kind") {
   ZoomConnection connection;
   connection.replay = {ZoomRow{}};
+  connection.visca.device = "/dev/null";
   HidExchange exchange;
   exchange.answer_bytes = 2;
   exchange.fields = {HidField{}};

@@ -152,4 +152,50 @@ TEST_CASE("any bytes: packets stay within the maximum size and values within the
   }
 }
 
+TEST_CASE("datagrams, byte by byte") {
+  const auto bytes = [](const Datagram& datagram) {
+    return Bytes(datagram.span().begin(), datagram.span().end());
+  };
+  CHECK(bytes(InquiryDatagram(ZoomPosition(1), 0x01020304)) ==
+        Bytes{0x01, 0x10, 0, 5, 1, 2, 3, 4, 0x81, 0x09, 0x04, 0x47, 0xFF});
+  CHECK(bytes(InquiryDatagram(LensBlock(1), 0xFFFFFFFF)) ==
+        Bytes{0x01, 0x10, 0, 6, 0xFF, 0xFF, 0xFF, 0xFF, 0x81, 0x09, 0x7E, 0x7E, 0x00, 0xFF});
+  CHECK(bytes(SequenceReset()) == Bytes{0x02, 0x00, 0, 1, 0, 0, 0, 0, 0x01});
+}
+
+TEST_CASE("each kind of datagram, and malformed ones") {
+  using DatagramKind = DatagramReply::Kind;
+  struct Case {
+    Bytes datagram;
+    DatagramKind kind;
+    std::uint32_t sequence;
+  };
+  const Case cases[] = {
+      {{1, 0x11, 0, 3, 0, 0, 1, 2, 0x90, 0x41, 0xFF}, DatagramKind::kReply, 258},
+      {{1, 0x11, 0, 4, 0xFF, 0xFF, 0xFF, 0xFF, 0x90, 0x60, 0x02, 0xFF},
+       DatagramKind::kReply,
+       0xFFFFFFFF},
+      {{2, 1, 0, 1, 0, 0, 0, 0, 1}, DatagramKind::kSequenceReset, 0},
+      {{2, 1, 0, 2, 0, 0, 0, 9, 0x0F, 1}, DatagramKind::kUnexpectedSequence, 9},
+      {{2, 1, 0, 2, 0, 0, 0, 9, 0x0F, 2}, DatagramKind::kMalformed, 9},  // of the message
+      {{0x90, 0x41, 0xFF}, DatagramKind::kWithoutHeader, 0},
+      {{0x90, 0x50, 1, 2, 3, 4, 0xFF}, DatagramKind::kWithoutHeader, 0},
+      {{1, 0x11, 0, 4, 0, 0, 0, 2, 0x90, 0x41, 0xFF}, DatagramKind::kMalformed, 2},  // length
+      {{1, 0x10, 0, 3, 0, 0, 0, 2, 0x90, 0x41, 0xFF}, DatagramKind::kMalformed, 2},  // an inquiry
+      {{1, 0x11, 0, 6, 0, 0, 0, 2, 0x90, 0x41, 0xFF, 0x90, 0x51, 0xFF},              // two packets
+       DatagramKind::kMalformed,
+       2},
+      {{1, 0x11, 0, 3, 0, 0, 0, 2, 0x81, 0x41, 0xFF}, DatagramKind::kMalformed, 2},
+      {{1, 0x11, 0, 0, 0, 0, 0, 2}, DatagramKind::kMalformed, 0},
+      {{}, DatagramKind::kMalformed, 0},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.datagram);
+    const DatagramReply found = ReplyFromDatagram(c.datagram);
+    CHECK(found.kind == c.kind);
+    CHECK(found.sequence == c.sequence);
+    CHECK((found.reply.kind == Kind::kMalformed) == (c.kind != DatagramKind::kReply));
+  }
+}
+
 }  // namespace plumbline::visca_codec_test

@@ -10,7 +10,7 @@ using namespace plumbline::config;
 
 namespace {
 
-std::string_view LineFault(zoom::ZoomConnection& to) {
+std::string LineFault(zoom::ZoomConnection& to) {
   return to.gpio.line == 13 ? "is used by the brake" : "";
 }
 

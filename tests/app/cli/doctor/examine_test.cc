@@ -98,6 +98,20 @@ TEST_CASE("a camera that is not connected is a fault with a remedy") {
   CHECK_THAT(camera->remedy, Catch::Contains("plumbline cameras"));
 }
 
+TEST_CASE("a zoom camera in the network is asked; the remedy speaks of the network") {
+  for (const auto& [transport, port] : {std::pair("udp", "UDP"), {"tcp", "TCP"}}) {
+    config::ZoomConfig zoom;
+    zoom.kind = "visca";
+    zoom.connection.visca.device = "127.0.0.1:1";  // nobody listens
+    zoom.connection.visca.transport = transport;
+    const CheckResult found = CheckZoomSensor(zoom, AccountByName("root"));
+    CHECK(found.health == Health::kFault);
+    CHECK_THAT(found.finding, Catch::Contains("127.0.0.1:1") &&
+                                  Catch::Contains(std::string("refuses ") + port + " port 1"));
+    CHECK_THAT(found.remedy, Catch::Contains("Enable VISCA over IP in the camera"));
+  }
+}
+
 TEST_CASE("a HID gauge that is not connected is a fault with a remedy") {
   config::GaugeConfig gauge;
   gauge.artefact = "dial";
