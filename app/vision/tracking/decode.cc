@@ -12,25 +12,27 @@ constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since bl
 constexpr double kTinyCell_px = 1.9;    // and even smaller ones twice as much
 constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
 constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
-constexpr int kMaxCells = 11;          // per side, including the surrounding ring
+constexpr int kMaxCells = 13;          // per side, including the surrounding ring
 
 /// Grey levels of all cells and of a ring around them.
 class Cells {
  public:
   /// Samples the border and the ring around it.
-  Cells(const image::LumaView& image, const Corners& corners, int cells)
-      : image_(image), map_(MapOfUnitSquare(corners)), cells_(cells) {
+  Cells(const image::LumaView& image, const Corners& corners, int cells, int border)
+      : image_(image), map_(MapOfUnitSquare(corners)), cells_(cells), border_(border) {
     for (int r = -1; r <= cells; ++r) {
-      const bool whole_row = r <= 0 || r >= cells - 1;
       for (int c = -1; c <= cells; ++c) {
-        if (whole_row || c <= 0 || c >= cells - 1) Sample(r, c);
+        if (!IsData(r, c)) Sample(r, c);
       }
     }
   }
   void SampleData() {
-    for (int r = 1; r < cells_ - 1; ++r) {
-      for (int c = 1; c < cells_ - 1; ++c) Sample(r, c);
+    for (int r = border_; r < cells_ - border_; ++r) {
+      for (int c = border_; c < cells_ - border_; ++c) Sample(r, c);
     }
+  }
+  bool IsData(int r, int c) const {
+    return std::min(r, c) >= border_ && std::max(r, c) < cells_ - border_;
   }
   double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1]; }
   double At(int r, int c) const {
@@ -80,7 +82,7 @@ class Cells {
 
   const image::LumaView& image_;
   const Mat3 map_;
-  int cells_;
+  int cells_, border_;
   std::array<double, std::size_t{kMaxCells} * kMaxCells> grey_{};
 };
 
@@ -105,9 +107,10 @@ lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
 }
 
 std::optional<CellReading> ReadCells(const image::LumaView& image, const target::TagFamily& family,
-                                     const Corners& corners, double min_contrast) {
-  const int n = family.cells();
-  Cells cells(image, corners, n);
+                                     int border_cells, const Corners& corners,
+                                     double min_contrast) {
+  const int n = family.data_cells + 2 * border_cells;
+  Cells cells(image, corners, n, border_cells);
   const Vec3 dark = cells.PlaneOfRing(0), bright = cells.PlaneOfRing(-1);
   const Vec3 middle(1, 0.5 * (n - 1), 0.5 * (n - 1));
   CellReading reading;
@@ -128,7 +131,7 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
       if (cells.OnRing(r, c, -1)) {
         ++around;
         dark_around += cells.At(r, c) < level_at(r, c) ? 1 : 0;
-      } else if (cells.OnRing(r, c, 0)) {
+      } else if (!cells.IsData(r, c)) {
         ++border;
         bright_border += cells.At(r, c) > level_at(r, c) ? 1 : 0;
       }
@@ -138,8 +141,8 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
   if (family.strict && (bright_border > 0 || dark_around > 0)) return std::nullopt;
   cells.SampleData();
   double margin = reading.contrast;  // smallest distance of a data cell from its threshold
-  for (int r = 1; r < n - 1; ++r) {
-    for (int c = 1; c < n - 1; ++c) {
+  for (int r = border_cells; r < n - border_cells; ++r) {
+    for (int c = border_cells; c < n - border_cells; ++c) {
       const double grey = sharpening > 0 ? cells.Sharpened(r, c, sharpening) : cells.At(r, c);
       reading.bits = (reading.bits << 1) | (grey > level_at(r, c) ? 1 : 0);
       margin = std::min(margin, std::abs(grey - level_at(r, c)));

@@ -45,9 +45,10 @@ struct CellReading {
 /// in 14 border cells may be bright, and one in 6 of the surrounding samples dark. For a strict
 /// family none may be, and each data cell must differ from its threshold by a fifth of the
 /// contrast.
+/// @param border        width of the border in cells
 /// @param min_contrast  [grey levels]
 /// @return              nullopt if the quadrilateral has no such border
 std::optional<CellReading> ReadCells(const image::LumaView& image, const target::TagFamily& family,
-                                     const Corners& corners, double min_contrast);
+                                     int border, const Corners& corners, double min_contrast);
 
 }  // namespace plumbline::vision

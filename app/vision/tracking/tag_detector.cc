@@ -200,6 +200,24 @@ TagDetector::TagDetector(target::TagFamily family, const DetectorSettings& setti
   family_.strict &= settings.strict;
 }
 
+struct TagDetector::Decoded {
+  target::TagCode code;
+  double contrast;
+};
+
+/// Random cells have a border of two cells more seldom than one of one, so this adds no false tags.
+std::optional<TagDetector::Decoded> TagDetector::Decode(const image::LumaView& image,
+                                                        const Corners& corners,
+                                                        int most_wrong_bits) const {
+  for (const int border : {1, 2}) {
+    const auto cells = ReadCells(image, family_, border, corners, threshold_.min_range());
+    if (!cells) return std::nullopt;
+    const auto code = target::NearestTag(family_, cells->bits, most_wrong_bits);
+    if (code) return Decoded{*code, cells->contrast};
+  }
+  return std::nullopt;
+}
+
 /// Verifies and decodes one quadrilateral.
 std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double reach_px,
                                           Corners corners, const lens::Lens* lens) const {
@@ -208,26 +226,20 @@ std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double r
   edges.reach_px = reach_px;
   if (!SnapToEdges(image, edges, corners)) return std::nullopt;
   const bool small = ShortestSide(corners) < kFewPixels * family_.cells();
-  const double contrast = threshold_.min_range();
-  auto cells = ReadCells(image, family_, corners, contrast);
-  if (!cells) return std::nullopt;
-  auto code = target::NearestTag(family_, cells->bits);
-  if (!code && !(small && target::NearestTag(family_, cells->bits, kMostWrongBits)))
-    return std::nullopt;
+  auto decoded = Decode(image, corners, family_.correctable_bits);
+  if (!decoded && !(small && Decode(image, corners, kMostWrongBits))) return std::nullopt;
   auto refined = RefineCorners(image, corners, family_.cells(), lens);
   if (!refined) {
-    if (!small || !code) return std::nullopt;
+    if (!small || !decoded) return std::nullopt;
     // A small tag may have too few pixels for the fit.
     refined = RefinedCorners{corners, kSnapped_px * kSnapped_px * CornersCovariance::Identity()};
   }
-  if (!code) {
-    cells = ReadCells(image, family_, refined->corners, contrast);
-    if (cells) code = target::NearestTag(family_, cells->bits);
-  }
-  if (!code) return std::nullopt;
+  if (!decoded) decoded = Decode(image, refined->corners, family_.correctable_bits);
+  if (!decoded) return std::nullopt;
+  const target::TagCode& code = decoded->code;
   return Turned(
-      {code->id, code->wrong_bits, refined->corners, refined->covariance, cells->contrast},
-      code->turns);
+      {code.id, code.wrong_bits, refined->corners, refined->covariance, decoded->contrast},
+      code.turns);
 }
 
 void TagDetector::Search(const image::LumaView& image, const Part& part, bool whole,

@@ -37,8 +37,10 @@ struct SeenTags {
   bool limited = false;  ///< more than max_regions dark regions: the smaller ones were skipped
 };
 
-/// Pipeline: dark regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its
-/// buffers; use one detector per thread.
+/// Also reads tags with a border of two cells, as calibration boards of Kalibr have (and OpenCV's
+/// with borderBits = 2); the side of a tag is that of its black square in any case. Pipeline: dark
+/// regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its buffers; use one
+/// detector per thread.
 class TagDetector {
  public:
   TagDetector(target::TagFamily family, const DetectorSettings& settings);
@@ -58,8 +60,11 @@ class TagDetector {
   const target::TagFamily& family() const { return family_; }
 
  private:
+  struct Decoded;
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
+  std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
+                                int most_wrong_bits) const;
   std::optional<SeenTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
                                const lens::Lens* lens) const;
 

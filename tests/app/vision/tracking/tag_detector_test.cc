@@ -63,6 +63,7 @@ struct Look {
   DetectorSettings settings;
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
   const char* family = "36h11";
+  int border = 1;
 };
 
 Score Scored(const Look& look, int scenes) {
@@ -71,7 +72,7 @@ Score Scored(const Look& look, int scenes) {
   Score score;
   for (int seed = 0; seed < scenes; ++seed) {
     TagScene scene = SixTags(family, SmallCamera(look.focal_px + 700 * seed), look.side_px,
-                             look.most_tilt, seed);
+                             look.most_tilt, seed, look.border);
     const auto image = renderer::Render(scene.camera, scene.sheets, look.light, seed, look.motion);
     if (!look.motion.isApprox(Eigen::Isometry3d::Identity())) {
       // Corners refer to the middle of the exposure.
@@ -196,6 +197,23 @@ TEST_CASE("Other families") {
     CHECK(score.found == score.tags);
     CHECK(score.strange == 0);
     CHECK(score.rmse() < 0.03);
+  }
+}
+
+TEST_CASE("A border of two cells, as on boards of Kalibr and with borderBits = 2 of OpenCV") {
+  for (const char* family : {"36h11", "25h9", "aruco-6x6-250"}) {
+    for (const double side_px : {80, 30}) {
+      Look look;
+      look.family = family;
+      look.side_px = side_px;
+      look.most_tilt = 0.5;
+      look.border = 2;
+      const Score score = Scored(look, 5);
+      CAPTURE(family, side_px, score.found, score.rmse(), score.z());
+      CHECK(score.found >= score.tags - (side_px < 50 ? 2 : 0));
+      CHECK(score.strange == 0);
+      CHECK(score.rmse() < 0.1);
+    }
   }
 }
 

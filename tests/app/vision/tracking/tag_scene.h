@@ -14,11 +14,11 @@
 namespace plumbline::test {
 
 /// The cells of a tag, row by row, 1 white, with its black border.
-inline std::vector<bool> CellsOf(const target::TagFamily& family, int id) {
+inline std::vector<bool> CellsOf(const target::TagFamily& family, int id, int border = 1) {
   const int n = family.data_cells;
   std::vector<bool> white;
-  for (int r = -1; r <= n; ++r) {
-    for (int c = -1; c <= n; ++c) {
+  for (int r = -border; r < n + border; ++r) {
+    for (int c = -border; c < n + border; ++c) {
       const bool data = r >= 0 && c >= 0 && r < n && c < n;
       white.push_back(data && ((family.codes[id] >> (n * n - 1 - (r * n + c))) & 1) != 0);
     }
@@ -28,9 +28,10 @@ inline std::vector<bool> CellsOf(const target::TagFamily& family, int id) {
 
 /// A tag at a pose, with a white margin of one cell.
 inline renderer::Sheet TagSheet(const target::TagFamily& family, int id, double side_m,
-                                const Eigen::Isometry3d& X_CM) {
+                                const Eigen::Isometry3d& X_CM, int border = 1) {
   renderer::Sheet sheet;
-  sheet.print = renderer::SquareTag(family.cells(), CellsOf(family, id), side_m);
+  sheet.print =
+      renderer::SquareTag(family.data_cells + 2 * border, CellsOf(family, id, border), side_m);
   sheet.X_CK = X_CM;
   sheet.half_width_m = sheet.half_height_m = 0.5 * side_m * (1 + 2.0 / family.cells());
   return sheet;
@@ -62,13 +63,14 @@ inline Eigen::Vector3d PointAt(const renderer::Camera& c, double u, double v, do
 struct TagScene {
   renderer::Camera camera;
   double side_m = 0.08;
+  int border = 1;  ///< in cells
   std::vector<int> ids;
   std::vector<renderer::Sheet> sheets;
   std::vector<vision::Corners> corners;  ///< the truth [px]
 
   void Add(const target::TagFamily& family, int id, const Eigen::Isometry3d& X_CM) {
     ids.push_back(id);
-    sheets.push_back(TagSheet(family, id, side_m, X_CM));
+    sheets.push_back(TagSheet(family, id, side_m, X_CM, border));
     vision::Corners at;
     const auto own = TagCorners(side_m);
     for (int k = 0; k < 4; ++k) at[k] = renderer::PixelOf(camera, X_CM * own[k]);
@@ -78,11 +80,12 @@ struct TagScene {
 
 /// Six randomly placed tags of 80 mm, about `side_px` large and tilted by up to `most_tilt`.
 inline TagScene SixTags(const target::TagFamily& family, const renderer::Camera& camera,
-                        double side_px, double most_tilt, std::uint64_t seed) {
+                        double side_px, double most_tilt, std::uint64_t seed, int border = 1) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   TagScene scene;
   scene.camera = camera;
+  scene.border = border;
   const double depth = camera.fx * scene.side_m / side_px;
   for (int k = 0; k < 6; ++k) {
     const double u = camera.width * (0.5 + (k % 3 - 1) * 0.3 + 0.04 * uniform(random));
