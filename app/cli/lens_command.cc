@@ -21,6 +21,7 @@
 #include "app/vision/lens/calibration.h"
 #include "app/vision/lens/lens_json.h"
 #include "app/vision/lens_files/lens_files.h"
+#include "app/vision/lens_files/lens_fold.h"
 #include "app/vision/lens_store/lens_store.h"
 #include "app/vision/lens_store/stored_views.h"
 
@@ -123,6 +124,8 @@ int Export(const LensListOptions& options) {
   }
   if (!WriteOutput(options.out, *content, "file")) return kExitUsage;
   std::cout << fmt::format("lens {} written to {}\n", options.id, options.out);
+  const std::string fold = vision::FoldNote(stored->lens, stored->size);
+  if (!fold.empty()) std::cerr << fmt::format("lens {}: note: {}\n", options.id, fold);
   return kExitOk;
 }
 

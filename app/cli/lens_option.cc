@@ -5,6 +5,7 @@
 #include "app/base/config/body_reader.h"
 #include "app/base/config/required_file.h"
 #include "app/cli/failure.h"
+#include "app/vision/lens_files/lens_fold.h"
 
 namespace plumbline::cli {
 
@@ -25,6 +26,8 @@ std::optional<vision::LensFile> ReadUsableLens(const std::string& path, bool for
                     path));
     return std::nullopt;
   }
+  const std::string fold = vision::FoldNote(lens->lens, lens->size);
+  if (!fold.empty()) std::cerr << fmt::format("{}: note: {}\n", path, fold);
   return *lens;
 }
 
