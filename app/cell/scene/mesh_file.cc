@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstring>
+#include <limits>
 
 #include "drivers/clock.h"
 #include "drivers/files/open_failure.h"
@@ -22,6 +24,14 @@ namespace {
 constexpr int kReaderNice = 5;
 constexpr double kEndTimeout_s = 1;
 constexpr std::size_t kPiece = 1 << 20;  ///< bytes read at a time
+
+constexpr double kCoarsest = 0.01;  ///< rounding that is not worth a warning [mm]
+
+/// Distance of neighbouring single-precision numbers.
+double PrecisionAt(double value) {
+  const auto low = static_cast<float>(value);
+  return std::nextafter(low, std::numeric_limits<float>::infinity()) - low;
+}
 
 double Mebibytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
@@ -125,7 +135,18 @@ Result<MeshFile> MeshReader::Finish() {
   found_.other_elements = raw.other_elements;
   found_.outside = std::move(raw.outside);
   found_.outside_count = raw.outside_count;
+  found_.largest_m = unit_m_ * raw.largest_coordinate;
+  found_.precision_m = unit_m_ * PrecisionAt(raw.largest_coordinate);
   return std::move(found_);
+}
+
+std::string PrecisionProblem(const MeshFile& file, double scale, std::string_view unit) {
+  if (!(scale * file.precision_m > kCoarsest)) return "";
+  return fmt::format(
+      "its coordinates reach {:.4g} {} from the origin, where single precision has steps of {:.2g} "
+      "{}, to which the shape is rounded: export it near the origin, and give its place in "
+      "objects.toml",
+      scale * file.largest_m, unit, scale * file.precision_m, unit);
 }
 
 std::optional<Result<MeshFile>> MeshReader::Poll(double wait_s) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/cell/scene/mesh_format.h"
@@ -27,7 +28,15 @@ struct MeshFile {
   std::uint64_t other_elements = 0;  ///< as in RawMesh
   std::vector<std::string> outside;  ///< as in RawMesh
   std::uint64_t outside_count = 0;
+  double largest_m = 0;    ///< largest coordinate, before or after any transformation
+  double precision_m = 0;  ///< distance of neighbouring single-precision numbers there
 };
+
+/// "its coordinates reach ...", with the remedy, if the shape is rounded to more than 0.01 mm;
+/// empty otherwise.
+/// @param scale  from metres to the unit of the text
+std::string PrecisionProblem(const MeshFile& file, double scale = 1e3,
+                             std::string_view unit = "mm");
 
 /// Reads one file at a time through `program`. In addition to its wait, Poll() checks a mesh that
 /// has arrived, which takes about two seconds for two million triangles. The kernel kills the child

@@ -9,7 +9,7 @@
 namespace plumbline::cell {
 namespace {
 
-constexpr std::uint32_t kGood = 0x314D4C50, kRefused = 0x304D4C50;  // "PLM1", "PLM0"
+constexpr std::uint32_t kGood = 0x324D4C50, kRefused = 0x304D4C50;  // "PLM2", "PLM0"
 
 static_assert(sizeof(Vec3f) == 12 && sizeof(scene::Triangle) == 12);
 
@@ -81,6 +81,7 @@ std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer) {
   PutNumber(bytes, kGood);
   PutNumber(bytes, answer->other_elements);
   PutNumber(bytes, answer->outside_count);
+  PutNumber(bytes, answer->largest_coordinate);
   const std::size_t names = std::min(answer->outside.size(), kMaxReferences);
   PutNumber(bytes, static_cast<std::uint32_t>(names));
   for (std::size_t i = 0; i < names; ++i) PutText(bytes, answer->outside[i], kMaxReferenceLength);
@@ -111,6 +112,8 @@ std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> 
   RawMesh raw;
   raw.other_elements = in.Number<std::uint64_t>();
   raw.outside_count = in.Number<std::uint64_t>();
+  raw.largest_coordinate = in.Number<double>();
+  if (!(raw.largest_coordinate >= 0)) return std::nullopt;
   const auto names = in.Number<std::uint32_t>();
   if (!in.good || names > kMaxReferences || names > raw.outside_count) return std::nullopt;
   for (std::uint32_t i = 0; i < names; ++i) raw.outside.push_back(in.Text(kMaxReferenceLength));

@@ -52,6 +52,9 @@ struct RawMesh {
   std::uint64_t other_elements = 0;  ///< number of points and lines, which have no surface
   std::vector<std::string> outside;  ///< references to other files and addresses; never opened
   std::uint64_t outside_count = 0;   ///< number of references; `outside` has the first of them
+  /// Largest coordinate before or after any transformation: the parsers compute in single
+  /// precision.
+  double largest_coordinate = 0;
 };
 
 inline constexpr std::size_t kMaxReferences = 8, kMaxReferenceLength = 200, kLongestReason = 1000;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace plumbline::cell {
 
@@ -22,6 +23,15 @@ Error TooManyTriangles(std::uint64_t count, std::uint64_t most) {
       fmt::format("at least {} triangles; the limit is {}: simplify the model, or export it with a "
                   "coarser mesh",
                   count, most)};
+}
+
+void NoteCoordinates(RawMesh& raw, float x, float y, float z) {
+  for (const float value : {x, y, z}) {
+    if (std::isfinite(value)) {
+      raw.largest_coordinate =
+          std::max(raw.largest_coordinate, std::abs(static_cast<double>(value)));
+    }
+  }
 }
 
 void NoteOutside(RawMesh& raw, const std::string& name) {

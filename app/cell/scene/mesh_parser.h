@@ -26,6 +26,9 @@ Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t>
 /// "12345 triangles or more; the limit is 2000000: ..."
 Error TooManyTriangles(std::uint64_t count, std::uint64_t most);
 
+/// Notes a coordinate, or an offset of a transformation, in `largest_coordinate`.
+void NoteCoordinates(RawMesh& raw, float x, float y, float z);
+
 /// Adds a reference to `outside`, unless it is already listed.
 void NoteOutside(RawMesh& raw, const std::string& name);
 

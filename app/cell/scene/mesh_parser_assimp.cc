@@ -89,6 +89,8 @@ class Gatherer {
       return Error{"too many nodes, or nested too deeply: flatten the model, or export it again"};
     }
     const aiMatrix4x4 X = X_parent * node.mTransformation;
+    NoteCoordinates(raw_, node.mTransformation.a4, node.mTransformation.b4,
+                    node.mTransformation.c4);
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       if (node.mMeshes[i] >= scene_.mNumMeshes)
         return Error{"a node refers to a missing mesh: export it again"};
@@ -111,7 +113,10 @@ class Gatherer {
                                all.vertices_O.size() + mesh.mNumVertices, count)};
     }
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      const aiVector3D p = X * mesh.mVertices[i];
+      const aiVector3D& stored = mesh.mVertices[i];
+      const aiVector3D p = X * stored;
+      NoteCoordinates(raw_, stored.x, stored.y, stored.z);
+      NoteCoordinates(raw_, p.x, p.y, p.z);
       all.vertices_O.emplace_back(p.x, p.y, p.z);
     }
     const bool mirrored = X.Determinant() < 0;

@@ -11,15 +11,20 @@
 #include <Inventor/VRMLnodes/SoVRMLImageTexture.h>
 #include <Inventor/VRMLnodes/SoVRMLIndexedFaceSet.h>
 #include <Inventor/VRMLnodes/SoVRMLInline.h>
+#include <Inventor/VRMLnodes/SoVRMLTransform.h>
 #include <Inventor/actions/SoCallbackAction.h>
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoReadError.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/nodes/SoShape.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "app/cell/scene/mesh_parser.h"
 
@@ -29,10 +34,10 @@ namespace {
 struct VrmlReading {
   RawMesh raw;
   std::uint64_t most_triangles = 0, nodes = 0;
-  bool clockwise = false;  ///< vertex order of the present shape's faces
-  std::string refusal;     ///< why the traversal was aborted
-  std::string read_error;  ///< first error reported by Coin
-  std::string missing;     ///< geometry in another file
+  bool clockwise = false;            ///< vertex order of the present shape's faces
+  std::string refusal;               ///< why the traversal was aborted
+  std::string read_error;            ///< first error reported by Coin
+  std::vector<std::string> missing;  ///< geometry in other files
 };
 
 void KeepFirstError(const SoError* error, void* data) {
@@ -47,7 +52,9 @@ void KeepFirstError(const SoError* error, void* data) {
 void IgnoreError(const SoError*, void*) {}
 
 void NoteMissing(VrmlReading& reading, const std::string& what) {
-  if (reading.missing.empty()) reading.missing = what;
+  std::vector<std::string>& missing = reading.missing;
+  const bool known = std::find(missing.begin(), missing.end(), what) != missing.end();
+  if (!known && missing.size() < kMaxReferences) missing.push_back(what);
 }
 
 /// Coin does not check indices and would read beyond the coordinates.
@@ -88,6 +95,22 @@ SoProto* RefuseExternProto(SoInput*, const SbString* urls, const int count, void
   return nullptr;
 }
 
+/// Coin may stop at the first such reference, so all of them are looked up in the text.
+Error MissingError(VrmlReading& reading, std::string_view text) {
+  for (const std::string_view key : {"EXTERNPROTO", "Inline"}) {
+    for (auto at = text.find(key); at != text.npos; at = text.find(key, at + key.size())) {
+      const auto first = text.find('"', at), last = text.find('"', first + 1);
+      if (first == text.npos || last == text.npos) break;
+      const auto url = text.substr(first + 1, std::min(last - first - 1, kMaxReferenceLength));
+      NoteMissing(reading, fmt::format("{} \"{}\"", key, url));
+    }
+  }
+  return Error{fmt::format(
+      "it refers to geometry in other files, which are never opened: {}; export everything into "
+      "one file",
+      fmt::join(reading.missing, ", "))};
+}
+
 void NoteUrls(RawMesh& raw, const SoMFString& urls) {
   for (int i = 0; i < urls.getNum(); ++i) NoteOutside(raw, urls[i].getString());
 }
@@ -103,6 +126,13 @@ SoCallbackAction::Response AtNode(void* data, SoCallbackAction* action, const So
   } else if (reading.raw.mesh.triangles.size() > reading.most_triangles) {
     reading.refusal =
         TooManyTriangles(reading.raw.mesh.triangles.size(), reading.most_triangles).message;
+  }
+  if (node->isOfType(SoVRMLTransform::getClassTypeId())) {
+    const auto& transform = *static_cast<const SoVRMLTransform*>(node);
+    for (const SoSFVec3f* offset : {&transform.translation, &transform.center}) {
+      const SbVec3f& p = offset->getValue();
+      NoteCoordinates(reading.raw, p[0], p[1], p[2]);
+    }
   }
   if (node->isOfType(SoVRMLIndexedFaceSet::getClassTypeId())) {
     CheckIndices(reading, *static_cast<const SoVRMLIndexedFaceSet*>(node));
@@ -130,8 +160,11 @@ void AtTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a
   const SbMatrix& X = action->getModelMatrix();
   const auto first = static_cast<std::uint32_t>(mesh.vertices_O.size());
   for (const SoPrimitiveVertex* vertex : {a, b, c}) {
+    const SbVec3f& stored = vertex->getPoint();
     SbVec3f p;
-    X.multVecMatrix(vertex->getPoint(), p);
+    X.multVecMatrix(stored, p);
+    NoteCoordinates(reading.raw, stored[0], stored[1], stored[2]);
+    NoteCoordinates(reading.raw, p[0], p[1], p[2]);
     mesh.vertices_O.emplace_back(p[0], p[1], p[2]);
   }
   // Coin does not reverse clockwise faces; a mirroring transformation reverses faces once more.
@@ -157,12 +190,20 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   constexpr std::string_view kHeader = "#VRML V2.0 utf8";
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.substr(0, kHeader.size()) != kHeader) {
-    const bool older = text.substr(0, 10) == "#VRML V1.0";
-    const bool packed = text.substr(0, 2) == "\x1f\x8b";
+    constexpr std::pair<std::string_view, const char*> kOthers[] = {
+        {"#VRML V1.0", "; it is VRML 1.0: export it as VRML 2.0 (VRML97)"},
+        {"#Inventor",
+         "; it is Open Inventor (Coin, SGI): export it as VRML 2.0 (VRML97), STL or OBJ from the "
+         "program that wrote it"},
+        {"#X3D", "; it is X3D: export it as VRML 2.0 (VRML97)"},
+        {"<?xml", "; it is XML, for example X3D: export it as VRML 2.0 (VRML97)"},
+        {"\x1f\x8b", "; it is compressed: unpack it with gunzip"},
+    };
+    const auto* const other =
+        std::find_if(std::begin(kOthers), std::end(kOthers),
+                     [text](const auto& known) { return text.starts_with(known.first); });
     return Error{fmt::format("not VRML97: it does not start with \"{}\"{}", kHeader,
-                             older    ? "; it is VRML 1.0: export it as VRML 2.0 (VRML97)"
-                             : packed ? "; it is compressed: unpack it with gunzip"
-                                      : "")};
+                             other == std::end(kOthers) ? "" : other->second)};
   }
   VrmlReading reading;
   reading.most_triangles = most_triangles;
@@ -175,6 +216,7 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   input.setBuffer(bytes.data(), bytes.size());
   SoVRMLGroup* const root = SoDB::readAllVRML(&input);
   if (root == nullptr) {
+    if (!reading.missing.empty()) return MissingError(reading, text);
     return Error{fmt::format("not readable as VRML97: {}", reading.read_error)};
   }
   root->ref();  // never released: deleting a malicious scene could exhaust the stack
@@ -186,12 +228,7 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   walk.apply(root);
 
   if (!reading.refusal.empty()) return Error{reading.refusal};
-  if (!reading.missing.empty()) {
-    return Error{
-        fmt::format("it refers to geometry in another file, which is never opened: {}; export "
-                    "everything into one file",
-                    reading.missing)};
-  }
+  if (!reading.missing.empty()) return MissingError(reading, text);
   if (!reading.read_error.empty()) {
     return Error{fmt::format("damaged VRML97: {}", reading.read_error)};
   }

@@ -50,6 +50,8 @@ std::vector<std::string> MeshWarnings(const MeshFile& file,
     warnings.push_back(fmt::format("the largest side is {:.4g} mm: is {} the right unit?",
                                    1e3 * largest_m, *unit));
   }
+  std::string coarse = PrecisionProblem(file, ShownScale(unit), unit ? "mm" : "file units");
+  if (!coarse.empty()) warnings.push_back(std::move(coarse));
   if (facts.degenerate > 0) {
     warnings.push_back(
         fmt::format("{} degenerate triangles were omitted, which is harmless", facts.degenerate));

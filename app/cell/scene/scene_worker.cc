@@ -119,7 +119,9 @@ bool SceneLoader::FinishReading() {
     return true;
   }
   MeshFile file = std::move(*answer).value();
-  loaded->second.problem.clear();
+  const std::string coarse = PrecisionProblem(file);
+  loaded->second.problem = coarse.empty() ? "" : fmt::format("{}: {}", name, coarse);
+  if (!coarse.empty()) sink_(EntryAbout(log::Event::kViewFault, loaded->second.problem));
   sink_(EntryAbout(log::Event::kViewNote,
                    fmt::format("{}: {} triangles", name, file.checked.mesh.triangles.size())));
   loaded->second.mesh = std::make_shared<const scene::CheckedMesh>(std::move(file.checked));

@@ -94,6 +94,37 @@ TEST_CASE("VRML97: transforms, mirrors, DEF and USE, the ready shapes, clockwise
   CHECK(read->checked.facts.facing() == scene::Facing::kInwards);
 }
 
+TEST_CASE("a shape far from its origin is rounded to single precision, which is reported") {
+  const MeshFolder files;
+  const std::string box = "children Shape { geometry Box { size 100 60 40 } }";
+  struct Case {
+    std::string scene, words;
+  };
+  for (const auto& [scene, words] : {
+           Case{"Transform { translation 4700123.4 5300456.7 812.3 " + box + " }",
+                "reach 5.3e+06 mm from the origin, where single precision has steps of 0.5 mm"},
+           Case{"Transform { translation -4700123 0 0 children Transform { translation 4700123 0 "
+                "0 " +
+                    box + " } }",
+                "steps of 0.5 mm"},  // it ends at the origin, but has been rounded
+           Case{"Transform { translation 100000 0 0 " + box + " }", ""},
+       }) {
+    CAPTURE(scene);
+    const auto read = files.Read("a.wrl", Vrml(scene), 1e-3);
+    REQUIRE(read);
+    CHECK_THAT(PrecisionProblem(*read), Catch::Contains(words));
+    CHECK(PrecisionProblem(*read).empty() == words.empty());
+  }
+  scene::TriangleMesh far = Cuboid({100, 60, 40});
+  for (Vec3f& p : far.vertices_O) p.x() += 4700123.5F;
+  for (const auto format : {MeshFormat::kStl, MeshFormat::kObj, MeshFormat::kPly}) {
+    const auto read =
+        files.Read(fmt::format("far.{}", WordOf(format)), MeshFileText(far, format), 1e-3);
+    REQUIRE(read);
+    CHECK_THAT(PrecisionProblem(*read), Catch::Contains("export it near the origin"));
+  }
+}
+
 TEST_CASE("references to other files are reported and never opened") {
   const MeshFolder files;
   files.Write("other.wrl", Vrml(kBox));
@@ -104,6 +135,10 @@ TEST_CASE("references to other files are reported and never opened") {
     CHECK_THAT(why, Catch::Contains("never opened: Inline \"" + url));
   }
   CHECK(files.Why("a.wrl", Vrml("EXTERNPROTO X [ ] \"" + other + "\" X { }")) != "read");
+  CHECK_THAT(files.Why("a.wrl", Vrml("EXTERNPROTO Lib [ ] \"library.wrl#Lib\"\n"
+                                     "Inline { url \"part_b.wrl\" }\n" +
+                                     kBox)),
+             Catch::Contains("EXTERNPROTO \"library.wrl#Lib\", Inline \"part_b.wrl\""));
   const auto textured = files.Read(
       "a.wrl",
       Vrml("Shape { appearance Appearance { texture ImageTexture { url \"wood.png\" } } geometry "
@@ -144,6 +179,8 @@ TEST_CASE("malicious VRML97 is refused: cycles, doubling, depth, indices, grids"
   CHECK(files.Why("a.wrl", Vrml("Shape { geometry ElevationGrid { xDimension 2000000000 zDimension "
                                 "2000000000 height [ 0 0 0 0 ] } }")) != "read");
   CHECK_THAT(files.Why("a.wrl", "#VRML V1.0 ascii\nCube { }\n"), Catch::Contains("VRML 1.0"));
+  CHECK_THAT(files.Why("a.wrl", "#Inventor V2.1 ascii\nSeparator { }\n"),
+             Catch::Contains("it is Open Inventor (Coin, SGI): export it as VRML 2.0"));
   CHECK_THAT(files.Why("a.wrl", "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord"),
              Catch::Contains("not readable as VRML97"));
 }

@@ -15,6 +15,7 @@ TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   raw.other_elements = 5;
   raw.outside = {"wood.png", "x.mtl"};
   raw.outside_count = 9;
+  raw.largest_coordinate = 4700123.4;
   const auto bytes = EncodeMeshResponse(raw);
   CHECK(bytes.size() <= MaxMeshResponseBytes({.triangles = 12}));
   const auto answer = DecodeMeshResponse(bytes, {});
@@ -25,6 +26,7 @@ TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   CHECK(back.mesh.triangles == raw.mesh.triangles);
   CHECK(back.outside == raw.outside);
   CHECK(back.outside_count == 9);
+  CHECK(back.largest_coordinate == 4700123.4);
   CHECK(back.other_elements == 5);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     CHECK_FALSE(DecodeMeshResponse(std::span(bytes).first(size), {}));
