@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "app/vision/hand_eye/hand_eye_fit.h"
+#include "app/vision/hand_eye/pose_readings.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -31,31 +31,6 @@ Vec3 CentreOf(const HandEyeView& view) {
   return sum / static_cast<double>(std::max<std::size_t>(1, view.points_K.size()));
 }
 
-/// What a size ratio says that only a wrong unit explains, or empty. A target is not measured
-/// wrongly by half; lengths in another unit are wrong by a known factor.
-std::string WrongUnit(double ratio, double ratio_sd) {
-  constexpr double kLargest = 1.5;
-  constexpr std::array<std::pair<double, const char*>, 3> kUnits = {
-      {{10, "centimetres"}, {25.4, "inches"}, {1000, "metres"}}};
-  const double off = std::abs(std::log(ratio));
-  const double tolerance = std::max(0.1, kSizeContradiction_sd * ratio_sd / ratio);
-  if (!(off > std::log(kLargest)) || tolerance > std::log(2.0)) return "";
-  const char* const larger = ratio > 1 ? "larger" : "smaller";
-  const double times = std::exp(off);
-  for (const auto& [factor, unit] : kUnits) {
-    if (std::abs(off - std::log(factor)) > tolerance) continue;
-    return fmt::format(
-        "by the robot's motion the target is {:.4g} times {} than declared: {} probably in {}, not "
-        "in millimetres (ratio {:g})",
-        times, larger, ratio > 1 ? "the size of the target is" : "the positions of the poses are",
-        unit, factor);
-  }
-  return fmt::format(
-      "by the robot's motion the target is {:.4g} times {} than declared: no target is measured "
-      "that wrongly. Check the units of its size and of the poses, and that it is the declared one",
-      times, larger);
-}
-
 /// State of one calibration run.
 class Calibration {
  public:
@@ -68,6 +43,8 @@ class Calibration {
  private:
   void LocateTargets();
   bool Initialize();
+  int TargetTurn(const HandEyePoses& poses, std::size_t k, double position_m,
+                 double rotation_rad) const;
   void Adjust();
   HandEyePrior Prior() const { return MakePrior(lens_, options_, joints()); }
   bool ExcludeWorst();
@@ -87,6 +64,7 @@ class Calibration {
   lens::KnownLens lens_;
   HandEyeOptions options_;
   std::vector<PosePairing> pairings_;  // of views_
+  std::vector<Pose> targets_;          // in C, of the views that Initialize() was given
   HandEyeState state_;
   HandEyeNoise noise_;
   HandEyeFit fit_;
@@ -113,6 +91,7 @@ void Calibration::LocateTargets() {
     const Pose X_BF = FlangePose(options_, views_[k], {});
     const bool to_hand = options_.setup == HandEyeSetup::kEyeToHand;
     pairings_.push_back({to_hand ? X_BF : X_BF.Inverse(), *B});
+    targets_.push_back(*B);
     ++k;
   }
   if (!options_.half_turn_symmetric || views_.empty()) return;
@@ -124,6 +103,21 @@ void Calibration::LocateTargets() {
     for (Vec3& p : views_[k].points_K)
       p = Vec3(2 * centre.x() - p.x(), 2 * centre.y() - p.y(), p.z());
   }
+}
+
+/// Quarter turns of the target about its centre by which a view would agree with the others [deg];
+/// 0 if none does.
+int Calibration::TargetTurn(const HandEyePoses& poses, std::size_t k, double position_m,
+                            double rotation_rad) const {
+  const Vec3 centre = CentreOf(views_[k]);
+  for (const int turn_deg : {180, 90, 270}) {
+    Pose turn;
+    turn.R = RotationFromVector(Vec3(0, 0, turn_deg * std::numbers::pi / 180));
+    turn.p = centre - turn.R * centre;
+    const PairingMisfit misfit = MisfitOf(poses, {pairings_[k].A, pairings_[k].B * turn});
+    if (misfit.position_m < position_m && misfit.rotation_rad < rotation_rad) return turn_deg;
+  }
+  return 0;
 }
 
 bool Calibration::Initialize() {
@@ -141,10 +135,15 @@ bool Calibration::Initialize() {
     if (consistent[k] ||
         (misfit.position_m < kGrossPosition_m && misfit.rotation_rad < kGrossRotation_rad))
       continue;
-    Remove(k,
-           fmt::format("contradicts the other images by {:.1f} mm and {:.1f} deg: the pose belongs "
-                       "to another image, or the robot was still moving",
-                       1e3 * misfit.position_m, misfit.rotation_rad * 180 / std::numbers::pi));
+    const int turned_deg = TargetTurn(*poses, k, kGrossPosition_m, kGrossRotation_rad);
+    Remove(k, turned_deg > 0
+                  ? fmt::format("fits if the target is turned by {} deg about its normal: mount it "
+                                "the same way in all images",
+                                turned_deg)
+                  : fmt::format(
+                        "contradicts the other images by {:.1f} mm and {:.1f} deg: the pose "
+                        "belongs to another image, or the robot was still moving",
+                        1e3 * misfit.position_m, misfit.rotation_rad * 180 / std::numbers::pi));
   }
   return views_.size() >= 3;
 }
@@ -334,7 +333,10 @@ void Calibration::Judge() {
                     1e3 * result_.point_sd_m, 1e3 * options_.acceptable_m));
   }
   const double off = std::abs(result_.size_ratio - 1);
-  const std::string unit = WrongUnit(result_.size_ratio, result_.size_ratio_sd);
+  const double tolerance =
+      std::max(0.1, kSizeContradiction_sd * result_.size_ratio_sd / result_.size_ratio);
+  const std::string unit =
+      tolerance > std::log(2.0) ? "" : WrongUnitText(result_.size_ratio, tolerance);
   if (!unit.empty()) refuse(unit);
   if (unit.empty() && !options_.free_size && off > kMinSizeDifference &&
       off > kSizeContradiction_sd * result_.size_ratio_sd) {
@@ -353,6 +355,12 @@ void Calibration::Judge() {
 
 HandEye Calibration::Run() {
   LocateTargets();
+  if (const std::string misread = BetterReadingText(views_, targets_, options_); !misread.empty()) {
+    for (const HandEyeView& view : views_) result_.used.push_back(view.name);
+    result_.second_axis_rad = SecondAxisRotation(pairings_);
+    result_.reasons.push_back(misread);
+    return result_;
+  }
   const bool started = views_.size() >= 3 && Initialize();
   if (started) {
     Adjust();

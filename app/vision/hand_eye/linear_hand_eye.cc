@@ -45,7 +45,7 @@ std::vector<double> MisfitsOf(const HandEyePoses& poses, const std::vector<PoseP
 
 }  // namespace
 
-std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings) {
+std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings, bool free_scale) {
   constexpr double kMinSecond = 1e-4;  // rotation about the second axis, squared [rad^2]
   if (pairings.size() < 3) return std::nullopt;
   const double second = SecondAxisRotation(pairings);
@@ -68,23 +68,31 @@ std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings
   poses.X.R = NearestRotation(X);
   poses.Y.R = NearestRotation(Y);
   const auto n = static_cast<Eigen::Index>(pairings.size());
-  Eigen::MatrixXd M(3 * n, 6);
+  // A.R X.p - Y.p + scale A.p = Y.R B.p
+  Eigen::MatrixXd M(3 * n, free_scale ? 7 : 6);
   Eigen::VectorXd b(3 * n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const PosePairing& pairing = pairings[k];
     M.block<3, 3>(3 * k, 0) = pairing.A.R;
     M.block<3, 3>(3 * k, 3) = -Mat3::Identity();
-    b.segment<3>(3 * k) = poses.Y.R * pairing.B.p - pairing.A.p;
+    b.segment<3>(3 * k) = poses.Y.R * pairing.B.p;
+    if (free_scale) {
+      M.block<3, 1>(3 * k, 6) = pairing.A.p;
+    } else {
+      b.segment<3>(3 * k) -= pairing.A.p;
+    }
   }
   const Eigen::VectorXd positions = M.colPivHouseholderQr().solve(b);
-  poses.X.p = positions.head<3>();
-  poses.Y.p = positions.tail<3>();
   if (!positions.allFinite()) return std::nullopt;
+  poses.X.p = positions.head<3>();
+  poses.Y.p = positions.segment<3>(3);
+  if (free_scale) poses.scale = positions[6];
+  if (!(poses.scale > 0)) return std::nullopt;
   return poses;
 }
 
 std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pairings,
-                                              std::vector<bool>& consistent) {
+                                              std::vector<bool>& consistent, bool free_scale) {
   constexpr int kMaxTriples = 400;
   constexpr double kConsistent = 4 * 1.4826;  // of the median misfit
   const std::size_t n = pairings.size();
@@ -104,7 +112,7 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
       best = poses;
     }
   };
-  judge(SolveLinear(pairings));
+  judge(SolveLinear(pairings, free_scale));
   // An evenly spaced, deterministic selection of all triples.
   const std::size_t all = n * (n - 1) * (n - 2) / 6;
   const std::size_t stride = std::max<std::size_t>(1, all / kMaxTriples);
@@ -112,7 +120,8 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
       for (std::size_t k = j + 1; k < n; ++k) {
-        if (number++ % stride == 0) judge(SolveLinear({pairings[i], pairings[j], pairings[k]}));
+        if (number++ % stride == 0)
+          judge(SolveLinear({pairings[i], pairings[j], pairings[k]}, free_scale));
       }
     }
   }
@@ -123,12 +132,13 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
     consistent[k] = misfits[k] <= kConsistent * least + 1e-9;
     if (consistent[k]) chosen.push_back(pairings[k]);
   }
-  const auto refined = SolveLinear(chosen);
+  const auto refined = SolveLinear(chosen, free_scale);
   return refined ? refined : best;
 }
 
 PairingMisfit MisfitOf(const HandEyePoses& poses, const PosePairing& pairing) {
-  const Pose from_robot = pairing.A * poses.X, from_camera = poses.Y * pairing.B;
+  const Pose A{pairing.A.R, poses.scale * pairing.A.p};
+  const Pose from_robot = A * poses.X, from_camera = poses.Y * pairing.B;
   return {(from_robot.p - from_camera.p).norm(), Angle(from_robot.R.transpose() * from_camera.R)};
 }
 

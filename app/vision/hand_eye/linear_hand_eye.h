@@ -12,6 +12,7 @@ namespace plumbline::vision {
 /// A = X_BF^-1 (eye in hand); B = X_CK in both cases.
 struct HandEyePoses {
   Pose Y, X;
+  double scale = 1;  ///< of A's positions; 1 unless it is estimated
 };
 
 /// A view as a pair of poses.
@@ -21,15 +22,18 @@ struct PosePairing {
 
 /// Rotations from the singular vectors of sum R_B (x) R_A, then positions by least squares
 /// [M. Shah, J. Mechanisms Robotics 5 (2013) 031007].
+/// @param free_scale  estimate the unit of A's positions too
 /// @return  nullopt for fewer than three pairings, or if all rotations are about one axis
-std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings);
+std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings,
+                                        bool free_scale = false);
 
 /// The same if some pairings are wrong: takes the solution from three pairings that has the least
 /// median misfit over all pairings, and refines it with the pairings consistent with it.
 /// Deterministic.
 /// @param consistent  output: for each pairing, whether it is consistent with the solution
 std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pairings,
-                                              std::vector<bool>& consistent);
+                                              std::vector<bool>& consistent,
+                                              bool free_scale = false);
 
 /// Difference between A X and Y B: distance of the target's origins [m] and rotation angle [rad].
 struct PairingMisfit {
