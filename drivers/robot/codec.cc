@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "firmware-like/geometry/rotation.h"
+#include "drivers/robot/reported_rotation.h"
 
 namespace plumbline::robot {
 namespace {
@@ -215,22 +215,6 @@ std::optional<std::string> FaultOf(const RobotProfile& profile) {
     if (bit.bit < 0 || bit.bit > 15) return fmt::format("mode bit {} is not 0..15", bit.bit);
   }
   return std::nullopt;
-}
-
-Mat3 RotationFromReported(const Vec3& angles, ReportedOrientation convention) {
-  switch (convention) {
-    case ReportedOrientation::kRotationVector:
-      return RotationFromVector(angles);
-    case ReportedOrientation::kRollPitchYaw:
-      return RotationFromRollPitchYaw(angles);
-    case ReportedOrientation::kAbc:
-      return RotationFromRollPitchYaw(angles.reverse());
-    case ReportedOrientation::kZyz:
-      break;
-  }
-  return (Eigen::AngleAxisd(angles[0], Vec3::UnitZ()) *
-          Eigen::AngleAxisd(angles[1], Vec3::UnitY()) * Eigen::AngleAxisd(angles[2], Vec3::UnitZ()))
-      .toRotationMatrix();
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/robot/host_name.h"
+#include "drivers/robot/register_probe.h"
 
 namespace plumbline::robot {
 namespace {
@@ -282,8 +283,9 @@ LinkResult ModbusClient::Exchange(Bytes pdu, Bytes* data) {
   if (result != LinkResult::kOk) return result;
   if (check.state == State::kMismatch) return Fail(LinkResult::kProtocol, TextOf(check, serial_));
   if (check.state == State::kException) {
-    return Fail(ResultOfException(check.exception),
-                modbus_strerror(MODBUS_ENOBASE + check.exception));
+    return Fail(
+        ResultOfException(check.exception),
+        fmt::format("exception {:02} ({})", check.exception, ExceptionText(check.exception)));
   }
   if (data != nullptr) *data = Bytes(response_).subspan(check.data);
   return LinkResult::kOk;

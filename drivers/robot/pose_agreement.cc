@@ -1,0 +1,266 @@
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "drivers/robot/decoding_parts.h"
+#include "drivers/robot/reported_rotation.h"
+
+namespace plumbline::robot {
+namespace {
+
+constexpr double kPoseTolerance_m = 0.010, kPoseTolerance_rad = 0.02;  // of the plausibility filter
+constexpr double kMinDistance_m = 0.05;  // of a tool from the origin of the base
+constexpr int kMaxOrientationGap = 16;
+
+struct PositionPlace {
+  int first = 0, stride = 0;
+  Encoding encoding{};
+  double scale = 1, m = 1;
+  const char* unit = "";
+  Vec3 p = Vec3::Zero();
+};
+
+struct LengthUnit {
+  const char* unit;
+  double scale, m;
+  bool real;
+};
+constexpr LengthUnit kLengths[] = {{"mm", 1, 1e-3, true},     {"m", 1, 1, true},
+                                   {"mm", 1, 1e-3, false},    {"mm", 0.1, 1e-4, false},
+                                   {"mm", 0.01, 1e-5, false}, {"mm", 0.001, 1e-6, false}};
+
+/// Positions by cells of a grid.
+class PositionGrid {
+ public:
+  PositionGrid(const RegisterImage& image, double reach_m) {
+    for (const Encoding& encoding : Encodings()) {
+      if (encoding.type == RegisterType::kUint16) continue;
+      const RawValues raw(image, encoding);
+      for (const LengthUnit& unit : kLengths) {
+        if (unit.real != (encoding.type == RegisterType::kFloat32)) continue;
+        for (const auto& [first, word] : image.words) {
+          for (const int stride : kStrides) {
+            if (stride < WordsOf(encoding.type)) continue;
+            const Vec3 p = unit.m * Vec3(raw[first], raw[first + stride], raw[first + 2 * stride]);
+            if (!p.allFinite() || p.norm() < kMinDistance_m || p.norm() > reach_m) continue;
+            cells_[KeyOf(p, 0, 0, 0)].push_back(static_cast<int>(places_.size()));
+            places_.push_back({first, stride, encoding, unit.scale, unit.m, unit.unit, p});
+          }
+        }
+      }
+    }
+  }
+  std::size_t size() const { return places_.size(); }
+
+  template <typename Use>
+  void ForEachNear(const Vec3& p, Use use) const {
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          const auto cell = cells_.find(KeyOf(p, x, y, z));
+          if (cell == cells_.end()) continue;
+          for (const int place : cell->second) use(places_[static_cast<std::size_t>(place)]);
+        }
+      }
+    }
+  }
+
+  static constexpr double kCell_m = 0.025;
+
+ private:
+  static std::int64_t KeyOf(const Vec3& p, int x, int y, int z) {
+    const auto index = [](double value, int more) {
+      return static_cast<std::int64_t>(std::floor(value / kCell_m)) + more + (1 << 20);
+    };
+    return (index(p.x(), x) << 42) | (index(p.y(), y) << 21) | index(p.z(), z);
+  }
+
+  std::vector<PositionPlace> places_;
+  std::unordered_map<std::int64_t, std::vector<int>> cells_;
+};
+
+struct PoseTolerance {
+  double distance_m = kPoseTolerance_m, angle_rad = kPoseTolerance_rad;
+};
+
+/// What rounding of the joint registers adds to the tolerance of a tool at p_B.
+PoseTolerance ToleranceOf(const JointDecoding& decoding, const kinematics::Chain& chain,
+                          const kinematics::Posture& posture, const Vec3& p_B) {
+  PoseTolerance tolerance;
+  for (int j = 0; j < chain.size(); ++j) {
+    const auto place = static_cast<std::size_t>(j);
+    const double half = 0.5 * StepOf(decoding, chain, j);
+    const bool turns = chain.type(j) == model::JointType::kRevolute;
+    tolerance.distance_m +=
+        half * (turns ? posture.axis_B[place].cross(p_B - posture.point_B[place]).norm() : 1);
+    tolerance.angle_rad += turns ? half : 0;
+  }
+  return tolerance;
+}
+
+std::optional<Pose> PoseIn(const RegisterImage& image, const PoseDecoding& pose) {
+  Vec3 position, angles;
+  for (int k = 0; k < 3; ++k) {
+    const auto place = static_cast<std::size_t>(k);
+    const auto length = RawAt(image, pose.type, pose.order, pose.position[place]);
+    const auto angle = RawAt(image, pose.type, pose.order, pose.orientation[place]);
+    if (!length || !angle) return std::nullopt;
+    position[k] = pose.length_m * *length;
+    angles[k] = pose.angle_rad * *angle;
+  }
+  if (!position.allFinite() || !angles.allFinite() || angles.cwiseAbs().maxCoeff() > 2 * kWholeTurn)
+    return std::nullopt;
+  return Pose{RotationFromReported(angles, pose.convention), position};
+}
+
+struct PoseFit {
+  bool agrees = false;
+  double distance_m = 0, angle_rad = 0;
+  double misfit = 0;
+  double chance = 1;  ///< that a random pose within reach agrees as well, at all postures together
+};
+
+PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const Pose& X_FT,
+                  const kinematics::Chain& chain, const std::vector<RegisterImage>& images,
+                  double reach_m) {
+  PoseFit fit;
+  model::JointVector counted;
+  for (const RegisterImage& image : images) {
+    const auto q = Decoded(joints, chain, image);
+    const auto reported = PoseIn(image, pose);
+    if (!q || !reported) return fit;
+    kinematics::Posture posture;
+    chain.Evaluate(*q, posture);
+    const Pose X_BT = posture.X_BF() * X_FT;
+    const PoseTolerance tolerance = ToleranceOf(joints, chain, posture, X_BT.p);
+    const double distance_m = (X_BT.p - reported->p).norm();
+    const double angle_rad = VectorFromRotation(X_BT.R * reported->R.transpose()).norm();
+    if (distance_m > tolerance.distance_m + pose.length_m ||
+        angle_rad > tolerance.angle_rad +
+                        2 * pose.angle_rad * (pose.type == RegisterType::kFloat32 ? 0 : 1)) {
+      return fit;
+    }
+    fit.distance_m = std::max(fit.distance_m, distance_m);
+    fit.angle_rad = std::max(fit.angle_rad, angle_rad);
+    if (counted.size() == 0 || (*q - counted).cwiseAbs().maxCoeff() > 2 * kOffZero) {
+      counted = *q;
+      const double near_m =
+          std::max(distance_m, 0.3 * (tolerance.distance_m - kPoseTolerance_m) + 1e-4);
+      const double near_rad =
+          std::max(angle_rad, 0.3 * (tolerance.angle_rad - kPoseTolerance_rad) + 1e-4);
+      fit.chance *= std::min(1.0, std::pow(near_m / reach_m, 3)) *
+                    std::min(1.0, std::pow(near_rad, 3) / (6 * std::numbers::pi));
+    }
+  }
+  fit.agrees = true;
+  fit.misfit = std::hypot(fit.distance_m / kPoseTolerance_m, fit.angle_rad / kPoseTolerance_rad);
+  return fit;
+}
+
+struct AngleUnit {
+  const char* unit;
+  double scale, rad;
+  bool real;
+};
+constexpr AngleUnit kAngles[] = {{"deg", 1, kRadPerDeg, true},
+                                 {"rad", 1, 1, true},
+                                 {"mrad", 1, 1e-3, false},
+                                 {"deg", 0.1, 0.1 * kRadPerDeg, false},
+                                 {"deg", 0.01, 0.01 * kRadPerDeg, false},
+                                 {"deg", 0.001, 0.001 * kRadPerDeg, false},
+                                 {"mrad", 0.1, 1e-4, false},
+                                 {"urad", 1, 1e-6, false}};
+
+/// Calls use(PoseDecoding) for every orientation that may belong to a position.
+template <typename Use>
+void ForEachOrientation(const PositionPlace& place, Use use) {
+  PoseDecoding pose;
+  pose.type = place.encoding.type;
+  pose.order = place.encoding.order;
+  pose.length_unit = place.unit;
+  pose.length_scale = place.scale;
+  pose.length_m = place.m;
+  for (int k = 0; k < 3; ++k)
+    pose.position[static_cast<std::size_t>(k)] = place.first + k * place.stride;
+  for (int gap = 0; gap <= kMaxOrientationGap; ++gap) {
+    for (int k = 0; k < 3; ++k) {
+      pose.orientation[static_cast<std::size_t>(k)] = place.first + (3 + k) * place.stride + gap;
+    }
+    for (const AngleUnit& unit : kAngles) {
+      if (unit.real != (pose.type == RegisterType::kFloat32)) continue;
+      pose.angle_unit = unit.unit;
+      pose.angle_scale = unit.scale;
+      pose.angle_rad = unit.rad;
+      for (const ReportedOrientation convention :
+           {ReportedOrientation::kRotationVector, ReportedOrientation::kRollPitchYaw,
+            ReportedOrientation::kAbc, ReportedOrientation::kZyz}) {
+        pose.convention = convention;
+        use(pose);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& all,
+                                         const kinematics::Chain& chain,
+                                         const DecodingEvidence& evidence, double& expected) {
+  std::vector<Pose> tools = {Pose()};
+  tools.insert(tools.end(), evidence.tools.begin(), evidence.tools.end());
+  double reach_m = chain.Reach() + 0.05;
+  for (const Pose& X_FT : tools) reach_m = std::max(reach_m, chain.Reach() + X_FT.p.norm() + 0.05);
+  const RegisterImage& image = evidence.images.front();
+  const PositionGrid grid(image, reach_m);
+  std::vector<DecodingCandidate> found;
+  double best_chance = 1, best_misfit = std::numeric_limits<double>::infinity();
+  std::size_t orientations = 1;
+  for (const DecodingCandidate& one : all) {
+    const auto q = Decoded(one.joints, chain, image);
+    kinematics::Posture posture;
+    chain.Evaluate(*q, posture);
+    std::optional<DecodingCandidate> best;
+    double best_fit = std::numeric_limits<double>::infinity();
+    bool conventions_differ = false;
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      const Pose X_BT = posture.X_BF() * tools[t];
+      const double near_m = ToleranceOf(one.joints, chain, posture, X_BT.p).distance_m;
+      grid.ForEachNear(X_BT.p, [&](const PositionPlace& place) {
+        if ((place.p - X_BT.p).norm() > near_m + place.m) return;
+        std::size_t tried = 0;
+        ForEachOrientation(place, [&](PoseDecoding pose) {
+          ++tried;
+          const auto reported = PoseIn(image, pose);
+          if (!reported) return;
+          pose.of_flange = t == 0;
+          const PoseFit fit =
+              FitOfPose(one.joints, pose, tools[t], chain, evidence.images, reach_m);
+          if (!fit.agrees) return;
+          const bool same_place = best && best->pose->orientation == pose.orientation &&
+                                  best->pose->convention != pose.convention;
+          if (same_place && std::abs(fit.misfit - best_fit) < kRivalFloor)
+            conventions_differ = true;
+          if (fit.misfit >= best_fit) return;
+          best = one;
+          best->pose = pose;
+          best->distance_m = fit.distance_m;
+          best->misfit = std::hypot(one.misfit, fit.misfit);
+          best_fit = fit.misfit;
+          if (fit.misfit < best_misfit) {
+            best_misfit = fit.misfit;
+            best_chance = fit.chance;
+          }
+        });
+        orientations = std::max(orientations, tried);
+      });
+    }
+    if (!best) continue;
+    if (conventions_differ) best->pose.reset();  // the joints are confirmed, the angles are not
+    found.push_back(*best);
+  }
+  expected = best_chance * static_cast<double>(all.size()) * static_cast<double>(grid.size()) *
+             static_cast<double>(tools.size() * orientations);
+  return found;
+}
+
+}  // namespace plumbline::robot

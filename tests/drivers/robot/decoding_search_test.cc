@@ -1,0 +1,263 @@
+// Search for the decoding of unknown registers: what decides, and what must stay open.
+#include "drivers/robot/decoding_search.h"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+
+#include "firmware-like/geometry/units.h"
+
+namespace plumbline::robot {
+namespace {
+
+using State = DecodingVerdict::State;
+
+model::Robot Arm(double limit_deg = 360) {
+  model::Robot robot;
+  const double rows[6][3] = {{0, 90, 0.1273}, {-0.612, 0, 0},   {-0.5723, 0, 0},
+                             {0, 90, 0.1639}, {0, -90, 0.1157}, {0, 0, 0.0922}};
+  for (const auto& row : rows) {
+    model::Joint joint;
+    joint.a_m = row[0];
+    joint.alpha_rad = row[1] * kRadPerDeg;
+    joint.d_m = row[2];
+    joint.min = -limit_deg * kRadPerDeg;
+    joint.max = limit_deg * kRadPerDeg;
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+model::JointVector Deg(std::initializer_list<double> values) {
+  model::JointVector q(static_cast<int>(values.size()));
+  int j = 0;
+  for (const double value : values) q[j++] = value * kRadPerDeg;
+  return q;
+}
+
+const model::JointVector kPosture = Deg({12.53, -95.27, 88.4, -61.71, -90.56, 170.13});
+
+void SetFloat(RegisterImage& image, int address, double value, modbus::WordOrder order) {
+  image.Set(address, modbus::RegistersFromFloat(static_cast<float>(value), order));
+}
+
+RegisterImage FloatImage(const model::JointVector& q, modbus::WordOrder order, int first,
+                         double unit = kRadPerDeg, int size = 60) {
+  RegisterImage image;
+  for (int a = 0; a < size; ++a) image.words[a] = 0;
+  for (int j = 0; j < q.size(); ++j) SetFloat(image, first + 2 * j, q[j] / unit, order);
+  return image;
+}
+
+void SetPose(RegisterImage& image, const kinematics::Chain& chain, const model::JointVector& q,
+             int first, modbus::WordOrder order) {
+  kinematics::Posture posture;
+  chain.Evaluate(q, posture);
+  const Vec3 angles = VectorFromRotation(posture.X_BF().R);
+  for (int k = 0; k < 3; ++k) {
+    SetFloat(image, first + 2 * k, 1e3 * posture.X_BF().p[k], order);
+    SetFloat(image, first + 6 + 2 * k, angles[k], order);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("plausible numbers alone decide nothing") {
+  const kinematics::Chain chain(Arm());
+  const DecodingVerdict verdict =
+      SearchDecoding(chain, {{FloatImage(kPosture, modbus::WordOrder::kCdab, 8)}});
+  REQUIRE(verdict.state == State::kUndecided);
+  CHECK_THAT(verdict.open, Catch::Contains("--joints") && Catch::Contains("--confirm"));
+  CHECK_THAT(TextOf(verdict.candidates.front().joints), Catch::Contains("float32"));
+}
+
+TEST_CASE("a pose that equals forward kinematics decides place, order and unit") {
+  const kinematics::Chain chain(Arm());
+  for (const modbus::WordOrder order : {modbus::WordOrder::kAbcd, modbus::WordOrder::kCdab,
+                                        modbus::WordOrder::kBadc, modbus::WordOrder::kDcba}) {
+    for (const double unit : {1.0, kRadPerDeg}) {
+      RegisterImage image = FloatImage(kPosture, order, 7, unit);
+      SetPose(image, chain, kPosture, 21, order);
+      const DecodingVerdict verdict = SearchDecoding(chain, {{image}});
+      REQUIRE(verdict.state == State::kDecided);
+      const DecodingCandidate& found = verdict.candidates.front();
+      CHECK(found.joints.addresses == std::vector{7, 9, 11, 13, 15, 17});
+      CHECK(found.joints.order == order);
+      CHECK((found.q - kPosture).cwiseAbs().maxCoeff() < 1e-6);
+      REQUIRE(found.pose);
+      CHECK(found.pose->position == std::array{21, 23, 25});
+      CHECK(found.pose->convention == ReportedOrientation::kRotationVector);
+      CHECK(found.pose->of_flange);
+    }
+  }
+}
+
+TEST_CASE("the teach pendant decides, unless its values agree with nothing") {
+  const kinematics::Chain chain(Arm());
+  DecodingEvidence evidence;
+  evidence.images = {FloatImage(kPosture, modbus::WordOrder::kDcba, 3)};
+  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  CHECK(SearchDecoding(chain, evidence).state == State::kDecided);
+  evidence.pendant[0].q[2] += 0.1;
+  const DecodingVerdict none = SearchDecoding(chain, evidence);
+  CHECK(none.state == State::kNone);
+  CHECK_THAT(none.open, Catch::Contains("stated values"));
+}
+
+TEST_CASE("without a joint below zero it is open how negative angles are counted") {
+  const kinematics::Chain chain(Arm());
+  const model::JointVector q = Deg({12.5, 95.3, 88.4, 61.7, 90.6, 170.1});
+  DecodingEvidence evidence;
+  evidence.images = {FloatImage(q, modbus::WordOrder::kAbcd, 0)};
+  evidence.pendant = {{0, q, 0.02 * kRadPerDeg}};
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  CHECK(verdict.state == State::kUndecided);
+  CHECK_THAT(verdict.open, Catch::Contains("below zero"));
+}
+
+TEST_CASE("angles modulo one turn, with the registers of whole turns") {
+  const kinematics::Chain chain(Arm());
+  RegisterImage image;
+  for (int a = 0; a < 200; ++a) image.words[a] = 0;
+  for (int j = 0; j < 6; ++j) {
+    const double turn = 2 * std::numbers::pi;
+    const double turns = std::floor(kPosture[j] / turn);
+    image.words[70 + j] =
+        static_cast<std::uint16_t>(std::lround(1e3 * (kPosture[j] - turns * turn)));
+    image.words[120 + j] = static_cast<std::uint16_t>(static_cast<std::int16_t>(turns));
+  }
+  DecodingEvidence evidence;
+  evidence.images = {image};
+  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  REQUIRE(verdict.state == State::kDecided);
+  const JointDecoding& joints = verdict.candidates.front().joints;
+  CHECK(joints.addresses.front() == 70);
+  CHECK(joints.wrap == JointWrap::kRevolutions);
+  CHECK(joints.revolutions.front() == 120);
+  CHECK(joints.type == RegisterType::kUint16);
+}
+
+TEST_CASE("moves of every axis find joints at addresses without a rule") {
+  const kinematics::Chain chain(Arm());
+  const int places[] = {3, 6, 12, 15, 22, 24};
+  DecodingEvidence evidence;
+  model::JointVector q = kPosture;
+  const auto add = [&] {
+    RegisterImage image;
+    for (int a = 0; a < 40; ++a) image.words[a] = static_cast<std::uint16_t>(37 * a);
+    for (int j = 0; j < 6; ++j) {
+      const auto count = static_cast<std::int32_t>(std::lround(1e3 * kDegPerRad * q[j]));
+      image.Set(places[j], modbus::RegistersFromU32(static_cast<std::uint32_t>(count),
+                                                    modbus::WordOrder::kCdab));
+    }
+    evidence.images.push_back(image);
+  };
+  add();
+  for (int j = 0; j < 6; ++j) {
+    evidence.moves.push_back({evidence.images.size() - 1, j, 10 * kRadPerDeg});
+    q[j] += 10.1 * kRadPerDeg;
+    add();
+  }
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  INFO(verdict.open);
+  REQUIRE(verdict.state == State::kDecided);
+  const JointDecoding& joints = verdict.candidates.front().joints;
+  CHECK(joints.addresses == std::vector<int>(std::begin(places), std::end(places)));
+  CHECK(joints.order == modbus::WordOrder::kCdab);
+  CHECK(joints.unit->text == std::string("0.001 deg"));
+}
+
+TEST_CASE("two rows with the same joints stay open") {
+  const kinematics::Chain chain(Arm());
+  DecodingEvidence evidence;
+  RegisterImage image = FloatImage(kPosture, modbus::WordOrder::kAbcd, 0);
+  for (int j = 0; j < 6; ++j)
+    SetFloat(image, 30 + 2 * j, kPosture[j] / kRadPerDeg, modbus::WordOrder::kAbcd);
+  evidence.images = {image};
+  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  CHECK(verdict.state == State::kUndecided);
+  CHECK_THAT(verdict.open, Catch::Contains("two places"));
+}
+
+TEST_CASE("empty registers hold no joints") {
+  const kinematics::Chain chain(Arm());
+  RegisterImage image;
+  for (int a = 0; a < 300; ++a) image.words[a] = 0;
+  CHECK(SearchDecoding(chain, {{image}}).state == State::kNone);
+  CHECK(SearchDecoding(chain, {}).state == State::kNone);
+}
+
+namespace {
+
+RobotProfile Profile() {
+  RobotProfile profile;
+  profile.blocks = {{RegisterTable::kHolding, 0, 12}};
+  for (int j = 0; j < 6; ++j) {
+    JointSignal joint;
+    joint.value = {RegisterTable::kHolding,  2 * j,      RegisterType::kFloat32,
+                   modbus::WordOrder::kAbcd, kRadPerDeg, 0};
+    profile.joints.push_back(joint);
+  }
+  return profile;
+}
+
+}  // namespace
+
+TEST_CASE("the smallest change of a profile that makes its joints plausible") {
+  const kinematics::Chain chain(Arm());
+  struct Case {
+    RegisterImage image;
+    const char *what, *change;
+  };
+  const Case cases[] = {
+      {FloatImage(kPosture, modbus::WordOrder::kCdab, 0), "words are swapped: word order CDAB",
+       "word_order = \"CDAB\""},
+      {FloatImage(kPosture, modbus::WordOrder::kDcba, 0), "word order DCBA gives",
+       "word_order = \"DCBA\""},
+  };
+  for (const Case& one : cases) {
+    const auto remedies = RemediesOf(Profile(), chain, one.image, {});
+    REQUIRE_FALSE(remedies.empty());
+    CHECK_THAT(remedies.front().what, Catch::Contains(one.what) &&
+                                          Catch::Contains("plausible joints (12.53, -95.27, 88.4"));
+    CHECK(remedies.front().change == one.change);
+  }
+  CHECK(RemediesOf(Profile(), chain, RegisterImage{}, {}).empty());
+}
+
+TEST_CASE("a reported pose decides between changes of a profile") {
+  const kinematics::Chain chain(Arm());
+  RegisterImage image = FloatImage(kPosture, modbus::WordOrder::kAbcd, 1);
+  SetPose(image, chain, kPosture, 20, modbus::WordOrder::kAbcd);
+  RobotProfile profile = Profile();
+  PoseSignal pose;
+  for (int k = 0; k < 3; ++k) {
+    const auto place = static_cast<std::size_t>(k);
+    pose.position[place] = {RegisterTable::kHolding,  20 + 2 * k, RegisterType::kFloat32,
+                            modbus::WordOrder::kAbcd, 1e-3,       0};
+    pose.orientation[place] = {RegisterTable::kHolding,  26 + 2 * k, RegisterType::kFloat32,
+                               modbus::WordOrder::kAbcd, 1,          0};
+  }
+  profile.tcp = pose;
+  const auto remedies = RemediesOf(profile, chain, image, {});
+  REQUIRE(remedies.size() == 1);
+  CHECK_THAT(remedies.front().what, Catch::Contains("address + 1 gives plausible joints") &&
+                                        Catch::Contains("agree with the tool pose"));
+}
+
+TEST_CASE("blocks stay within what one request may read") {
+  RegisterImage image;
+  for (int a = 0; a < 40; ++a) image.words[a] = 0;
+  image.words.erase(20);
+  image.starts.insert(30);
+  const auto blocks = BlocksFor({{0, 2}, {2, 2}, {18, 2}, {22, 2}, {28, 2}, {30, 2}}, image, 12);
+  CHECK(blocks == std::vector<RegisterBlock>{{RegisterTable::kHolding, 0, 4},
+                                             {RegisterTable::kHolding, 18, 2},
+                                             {RegisterTable::kHolding, 22, 8},
+                                             {RegisterTable::kHolding, 30, 2}});
+}
+
+}  // namespace plumbline::robot
