@@ -8,6 +8,7 @@
 #include "app/base/text/json_text.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
+#include "app/cli/registers_scan.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline::cli {
@@ -257,11 +258,15 @@ nlohmann::json AsJson() {
 }  // namespace
 
 void AddRegistersCommand(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("registers", "The Modbus register map as a document");
+  CLI::App* command = app.add_subcommand(
+      "registers", "The Modbus register map as a document; scan: that of a controller");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "For programs that generate PLC tags");
   command->footer("Example:\n  plumbline registers > register-map.md");
-  command->callback([json, &exit_code] {
+  command->require_subcommand(0, 1);
+  AddRegistersScan(*command, exit_code);
+  command->callback([command, json, &exit_code] {
+    if (!command->get_subcommands().empty()) return;
     std::cout << (*json ? text::JsonText(AsJson(), 1) + "\n" : RegisterMapMarkdown());
     exit_code = kExitOk;
   });

@@ -180,6 +180,10 @@ CheckResults CheckDaemon(const config::DaemonConfig& config) {
        trusted                      ? ""
        : state.robot_remedy.empty() ? "plumbline log --level error --explain; plumbline status"
                                     : state.robot_remedy}};
+  if (!trusted) {
+    const CheckResult seen = CheckRobot(config);  // with what to change, where it finds it
+    if (seen.health == Health::kFault) found.back() = seen;
+  }
   const CheckResults alarms = AlarmResults(state);
   found.insert(found.end(), alarms.begin(), alarms.end());
   return found;

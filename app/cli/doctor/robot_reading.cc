@@ -1,10 +1,13 @@
 #include "app/cli/doctor/robot_reading.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/clock.h"
+#include "drivers/robot/register_survey.h"
 #include "drivers/robot/registry.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/joint_columns.h"
@@ -77,11 +80,99 @@ Reading ReadUntilTrusted(robot::RobotDevice& robot, const config::DaemonConfig& 
 }
 
 /// What is wrong with a reading of a robot that answers.
-std::string_view WhyUntrusted(InputFault fault) {
-  return fault == InputFault::kMissing ? "it was not refreshed" : Describe(fault);
+std::string WhyUntrusted(InputFault fault, const model::RobotState& state) {
+  if (fault == InputFault::kMissing) return "it was not refreshed";
+  if (fault != InputFault::kNotFinite || state.q.allFinite()) return Describe(fault);
+  std::vector<int> joints;
+  for (int j = 0; j < state.q.size(); ++j) {
+    if (!std::isfinite(state.q[j])) joints.push_back(j + 1);
+  }
+  return fmt::format("joint {} is not a number", fmt::join(joints, ", "));
+}
+
+robot::RegisterProbe ProbeOf(const config::RobotLinkConfig& link) {
+  return robot::RegisterProbe({link.connection.tcp.host, link.connection.tcp.port,
+                               std::max(1.0, link.connection.timeout_s), 0.01, 200});
+}
+
+constexpr int kAround = 4;  // registers before and behind a block, in which shifted joints may lie
+
+/// The registers of the joints' table that the profile reads, and those around them.
+robot::RegisterImage ImageOf(const config::RobotLinkConfig& link) {
+  const robot::RobotProfile& profile = link.connection.profile;
+  robot::RegisterProbe probe = ProbeOf(link);
+  robot::RegisterImage image;
+  image.table = profile.joints.front().value.table;
+  bool answers = true;
+  const auto read = [&](int first, int count) {
+    if (!answers || first < 0 || first + count > 65536) return;
+    const auto answer = probe.Read(link.connection.unit_id, {image.table, first, count});
+    if (answer.ok()) image.Set(first, answer.words);
+    answers = answer.ok() || answer.kind == robot::ProbeAnswer::Kind::kException;
+  };
+  for (const robot::RegisterBlock& block : profile.blocks) {
+    if (block.table != image.table) continue;
+    read(block.first, block.count);
+    for (int k = 1; k <= kAround; ++k) {
+      read(block.first - k, 1);
+      read(block.first + block.count + k - 1, 1);
+    }
+  }
+  return image;
+}
+
+/// What would make the joints plausible; the general remedy if nothing does.
+std::string RemedyOfReading(const config::RobotLinkConfig& link, const deflection::LoadedArm& arm,
+                            InputFault fault, const model::RobotState& state) {
+  const std::string general = RemedyOf(fault);
+  const bool of_decoding = fault == InputFault::kNotFinite || fault == InputFault::kTooSmall ||
+                           fault == InputFault::kJointLimit || fault == InputFault::kAllZero ||
+                           fault == InputFault::kTcpMismatch;
+  if (!of_decoding || link.transport != "tcp") return general;
+  std::vector<Pose> tools;
+  for (int tool = 0; tool < arm.tools(); ++tool) tools.push_back(arm.X_FT(tool));
+  const auto remedies =
+      robot::RemediesOf(link.connection.profile, arm.chain(), ImageOf(link), tools);
+  std::string text;
+  for (const robot::ProfileRemedy& remedy : remedies) {
+    // Plausible joints that contradict the pose as well are no explanation.
+    if (fault == InputFault::kTcpMismatch && !remedy.agrees) break;
+    text += fmt::format("{}{}: set {}", text.empty() ? "" : "; or ", remedy.what, remedy.change);
+  }
+  if (text.empty()) {
+    if (fault == InputFault::kNotFinite && !state.q.allFinite()) {
+      return "no other decoding gives plausible joints, so the controller itself may hold no "
+             "number "
+             "there: check the program that fills its registers, and the profile's addresses";
+    }
+    if (fault == InputFault::kAllZero)
+      return "the robot was never referenced, or the addresses are wrong: " + general;
+    return general + "; plumbline registers scan searches for the joints";
+  }
+  return text + (remedies.size() > 1 ? "; compare with the teach pendant which of them it is"
+                                     : "; then compare the joints with the teach pendant");
+}
+
+/// Why the device does not give the blocks of the profile; nullopt if it does or does not answer.
+std::optional<CheckResult> LinkFault(const config::RobotLinkConfig& link) {
+  if (link.transport != "tcp") return std::nullopt;
+  robot::RegisterProbe probe = ProbeOf(link);
+  const robot::LinkRemedyText found =
+      robot::ExamineLink(probe, link.connection.unit_id, link.connection.profile.blocks);
+  if (found.what.empty()) return std::nullopt;
+  return CheckResult{Health::kFault, "robot", fmt::format("{}: {}", PlaceOf(link), found.what),
+                     found.remedy};
 }
 
 }  // namespace
+
+std::optional<CheckResult> ExamineRegisters(const config::DaemonConfig& config, InputFault fault) {
+  if (auto found = LinkFault(config.robot)) return found;
+  const std::string remedy =
+      RemedyOfReading(config.robot, deflection::LoadedArm(config.machine.cell), fault, {});
+  if (remedy.empty() || remedy == RemedyOf(fault)) return std::nullopt;
+  return CheckResult{Health::kFault, "robot", Describe(fault), remedy};
+}
 
 CheckResult CheckRobot(const config::DaemonConfig& config) {
   const config::RobotLinkConfig& link = config.robot;
@@ -92,8 +183,13 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   const deflection::LoadedArm arm(config.machine.cell);
   const Reading reading = ReadUntilTrusted(*robot.value(), config, arm);
+  robot.value().reset();  // a controller may accept one connection only
   const std::string place = PlaceOf(link);
   if (reading.state.sequence == 0 || !reading.problem.empty()) {
+    if (reading.failed != robot::LinkResult::kRefused &&
+        reading.failed != robot::LinkResult::kUnknownName) {
+      if (const auto found = LinkFault(link)) return *found;
+    }
     const std::string_view remedy = robot::LinkRemedy(reading.failed);
     return {Health::kFault, "robot",
             reading.problem.empty() ? place + " does not answer" : reading.problem,
@@ -105,8 +201,8 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   }
   return {Health::kFault, "robot",
           fmt::format("{} answers, but its reading is not trusted: {}. {}", place,
-                      WhyUntrusted(reading.fault), joints),
-          RemedyOf(reading.fault)};
+                      WhyUntrusted(reading.fault, reading.state), joints),
+          RemedyOfReading(link, arm, reading.fault, reading.state)};
 }
 
 }  // namespace plumbline::cli

@@ -72,7 +72,7 @@ TEST_CASE("a robot that answers is good only if the daemon would trust it") {
        {std::pair{Checked(kJoints, 0, true), "too small to be readings"},
         {Checked(kJoints, 1), "too small to be readings"},
         {Checked(nan),
-         "not a number. q1 12.5 deg (-360 to 360), q2 -95.25 deg (-360 to 360), q3 "
+         "joint 3 is not a number. q1 12.5 deg (-360 to 360), q2 -95.25 deg (-360 to 360), q3 "
          "nan deg"},
         {Checked(outside), "outside its limits"},
         {Checked({0, 0, 0, 0, 0, 0}), "all joints exactly zero"}}) {
@@ -82,6 +82,50 @@ TEST_CASE("a robot that answers is good only if the daemon would trust it") {
                                   Catch::Contains(why));
     CHECK_FALSE(found.remedy.empty());
   }
+}
+
+TEST_CASE("a decoding that gives plausible joints is named, with what to change") {
+  const cli::CheckResult swapped = Checked(kJoints, 0, true), late = Checked(kJoints, 1);
+  CHECK_THAT(swapped.remedy,
+             Catch::Contains("word order CDAB gives plausible joints (12.5, -95.25") &&
+                 Catch::Contains("set word_order = \"CDAB\""));
+  CHECK_THAT(late.remedy, Catch::Contains("address + 1 gives plausible joints (12.5, -95.25") &&
+                              Catch::Contains("set address = [1, 3, 5, 7, 9, 11]"));
+}
+
+TEST_CASE("a request that the controller refuses is explained") {
+  using Exchange = robot::FakeController::Exchange;
+  robot::FakeController controller;
+  SetJoints(controller, kJoints);
+  int allowed = 125, unit = -1;
+  std::string what, remedy;
+  SECTION("a request that is too long") {
+    allowed = 8;
+    what = "a request of 14 registers is refused, 8 are answered", remedy = "split [[read]]";
+  }
+  SECTION("another unit id") {
+    unit = 255;
+    what =
+        "exception 0x0B (no device behind the gateway answers to this unit id) from unit 1: "
+        "unit 255 answers";
+    remedy = "set unit_id = 255";
+  }
+  controller.Behave([&](Exchange& exchange) {
+    const int count = exchange.request[10] << 8 | exchange.request[11];
+    const int code = unit >= 0 && exchange.request[6] != unit ? 0x0B : count > allowed ? 3 : 0;
+    if (code == 0) return robot::FakeController::Then::kAnswer;
+    exchange.answer.resize(9);
+    exchange.answer[4] = 0;
+    exchange.answer[5] = 3;
+    exchange.answer[7] = 0x83;
+    exchange.answer[8] = static_cast<std::uint8_t>(code);
+    return robot::FakeController::Then::kAnswer;
+  });
+  const cli::CheckResult found = Found(controller);
+  INFO(found.finding << '\n' << found.remedy);
+  CHECK(found.health == cli::Health::kFault);
+  CHECK_THAT(found.finding, Catch::Contains(what));
+  CHECK_THAT(found.remedy, Catch::Contains(remedy));
 }
 
 TEST_CASE("readings that the daemon would call stale are not good") {
