@@ -57,16 +57,28 @@ class Cell:
         self.text = open(path).read()
         robot = tomllib.loads(self.text)["robot"]
         self.joints, self.proximal = robot["joint"], robot["convention"] == "mdh"
+        self.coupling = robot.get("coupling", [])
         comment = self.text.partition("\nschema")[0]
         self.title = re.match(r"# (.*?), nominal", comment).group(1)
         self.comment = re.sub(r"\n#? *", " ", comment)
         self.checked = re.search(CHECKED, self.comment)
 
     def limits(self):
-        return np.array([(j.get("min_deg", -180.0), j.get("max_deg", 180.0)) for j in self.joints])
+        """Of the axes; a coupled one turns freely, since its limits are those of the reading."""
+        limits = np.array([(j.get("min_deg", -180.0), j.get("max_deg", 180.0)) for j in self.joints])
+        for pair in self.coupling:
+            limits[pair["joint"] - 1] = -180.0, 180.0
+        return limits
+
+    def readings(self, q_deg):
+        """What the controller reports when the axes are at q_deg."""
+        read = q_deg.copy()
+        for pair in self.coupling:
+            read[:, pair["joint"] - 1] -= pair["ratio"] * q_deg[:, pair["of"] - 1]
+        return read
 
     def frames(self, q_deg):
-        """The frame after each joint, [m]; postures (N, n)."""
+        """The frame after each joint, [m], for the axes at q_deg (N, n)."""
         X, frames = np.eye(4), []
         for joint, q in zip(self.joints, np.radians(q_deg).T):
             z = shift([0, 0, joint["d_mm"] / 1e3]) @ turn(
@@ -192,7 +204,7 @@ def faults_of(cell, product, folder, readme):
         copy, poses, out = (os.path.join(folder, name) for name in ("cell.toml", "poses.csv", "out.csv"))
         with open(copy, "w") as file:
             file.write(cell.text.replace(PLAIN_TOOL, "tcp_mm = [%s, %s, %s]" % TIP_MM))
-        np.savetxt(poses, q, "%.5f", ",", comments="",
+        np.savetxt(poses, cell.readings(q), "%.5f", ",", comments="",
                    header=",".join(f"q{i + 1}_deg" for i in range(q.shape[1])))
         subprocess.run([product, "predict", copy, poses, "--out", out], check=True, capture_output=True)
         found = np.genfromtxt(out, delimiter=",", names=True)
