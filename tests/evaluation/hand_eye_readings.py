@@ -122,7 +122,7 @@ KINDS = {
     "positions in centimetres": (scaled(0.1), "positions of the poses are probably in centimetres", 1, False),
     "positions in inches": (scaled(1 / 25.4), "positions of the poses are probably in inches", 1, False),
     "positions in feet": (scaled(1 / 304.8), "positions of the poses are probably in feet", 1, False),
-    "positions in micrometres": (scaled(1e3), "positions of the poses in micrometres", 1, False),
+    "positions in micrometres": (scaled(1e3), "in micrometres", 1, False),
     "squares in centimetres": (RIGHT, "size of the target is probably in centimetres", 0.1, False),
     "squares in inches": (RIGHT, "size of the target is probably in inches", 1 / 25.4, False),
     "quaternions x y z w": (permuted(1, 2, 3, 0), "in the order x, y, z, w", 1, False),

@@ -35,7 +35,7 @@ std::optional<double> NumberOf(std::string_view field) {
   double number = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   if (error != std::errc() || end != field.data() + field.size()) return std::nullopt;
-  if (!(std::abs(number) <= kLargestNumber)) return std::nullopt;
+  if (!std::isfinite(number)) return std::nullopt;
   return number;
 }
 
@@ -59,6 +59,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
   std::vector<int> columns;
   std::vector<std::string> names;
   bool by_joints = false, good = true;
+  bool too_far = false;  // reported once: it is the unit of all rows
   int image = -1;
   for (int line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
@@ -100,6 +101,16 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
       const auto number = at < fields.size() ? NumberOf(fields[at]) : std::nullopt;
       if (!number) {
         fault(line, fmt::format("{} is missing or not a number", names[k]));
+        good = false;
+        break;
+      }
+      if (std::abs(*number) > kLargestNumber) {
+        if (!too_far)
+          fault(line,
+                fmt::format("{} is {:g}: no robot reaches or turns that far; are the positions "
+                            "in micrometres?",
+                            names[k], *number));
+        too_far = true;
         good = false;
         break;
       }

@@ -141,6 +141,13 @@ TEST_CASE("Too few images, no board and faulty pose tables are reported") {
   CHECK(answer.err.find("z_mm") != std::string::npos);
   files.rows[2] = "shot2.pgm,1,2,3,2,0,0,0\n";
   CHECK(files.Calibrate("").err.find("not a unit quaternion") != std::string::npos);
+  files.rows[2] = "shot2.pgm,1,-2000000,3,1,0,0,0\n";
+  files.rows[3] = "shot3.pgm,1,2000000,3,1,0,0,0\n";
+  answer = files.Calibrate("");
+  CHECK(answer.err.find("poses.csv:4: y_mm is -2e+06: no robot") != std::string::npos);
+  CHECK(answer.err.find("are the positions in micrometres?") != std::string::npos);
+  CHECK(answer.err.find("poses.csv:5") == std::string::npos);  // once for all rows
+  files.rows[3] = rows[3];
   files.rows[2] = rows[1];
   CHECK(files.Calibrate("").err.find("is listed twice") != std::string::npos);
   files.header = "image,x_mm,y_mm,qw,qx,qy,qz\n";
