@@ -352,10 +352,12 @@ std::string ReportText(const ScanReport& report, const Scan& scan, const kinemat
       text += fmt::format("  {}: {}\n", TextOf(one.joints), robot::JointsText(chain, one.q));
     text += fmt::format("{}\nno profile is written\n", verdict.open);
   } else if (report.map.unit && report.problem.empty()) {
-    text += verdict.open.empty()
-                ? "no decoding gives plausible joints: the robot may not be referenced (all "
-                  "zero), or its joints may lie outside these registers (--range)\n"
-                : verdict.open + "\n";
+    text +=
+        verdict.open.empty()
+            ? "no decoding gives plausible joints: the robot may not be referenced (all "
+              "zero), or its joints may lie outside these registers (--range) or behind another "
+              "unit id (--unit)\n"
+            : verdict.open + "\n";
   }
   if (!report.problem.empty()) text += report.problem + "\n";
   return text;

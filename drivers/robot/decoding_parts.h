@@ -14,7 +14,9 @@ inline constexpr double kWholeTurn = 2 * std::numbers::pi;
 inline constexpr double kZeroJoint = 1e-9;  // below it a joint counts as zero
 inline constexpr double kTinyJoint = 1e-6;  // no controller reports such a joint, but zero
 inline constexpr double kOffZero = 0.5 * kRadPerDeg;
-inline constexpr double kRivalRatio = 3, kRivalFloor = 0.02;  // of misfits that count as equal
+// Misfits of a pose that count as equal. What a person states decides only whether a decoding
+// agrees: commanded joints may lie nearer to rounded or unmoved numbers than noisy actual ones.
+inline constexpr double kRivalRatio = 3, kRivalFloor = 0.02;
 inline constexpr int kStrides[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32};
 
 /// Type and word order of a number.

@@ -24,10 +24,11 @@ bool AnyNegative(const DecodingCandidate& one, const kinematics::Chain& chain,
 }
 
 bool SameValues(const DecodingCandidate& a, const DecodingCandidate& b,
-                const kinematics::Chain& chain, const DecodingEvidence& evidence) {
+                const kinematics::Chain& chain, const DecodingEvidence& evidence,
+                double tolerance = kZeroJoint) {
   return std::all_of(evidence.images.begin(), evidence.images.end(), [&](const auto& image) {
     const auto qa = Decoded(a.joints, chain, image), qb = Decoded(b.joints, chain, image);
-    return qa && qb && (*qa - *qb).cwiseAbs().maxCoeff() < 1e-9;
+    return qa && qb && (*qa - *qb).cwiseAbs().maxCoeff() < tolerance;
   });
 }
 
@@ -130,10 +131,27 @@ std::string ResolveWrap(const kinematics::Chain& chain, const DecodingEvidence& 
          "again with --joints";
 }
 
+/// With the candidates that are worth showing: of those that read most of the same registers in the
+/// same way, the best one.
 DecodingVerdict Undecided(DecodingVerdict verdict, std::string open) {
   verdict.state = DecodingVerdict::State::kUndecided;
   verdict.open = std::move(open);
-  if (verdict.candidates.size() > kMaxShown) verdict.candidates.resize(kMaxShown);
+  std::vector<DecodingCandidate> shown;
+  for (DecodingCandidate& one : verdict.candidates) {
+    const auto overlaps = [&](const DecodingCandidate& other) {
+      if (other.joints.type != one.joints.type || other.joints.order != one.joints.order ||
+          other.joints.unit != one.joints.unit) {
+        return false;
+      }
+      const std::set<int> taken(other.joints.addresses.begin(), other.joints.addresses.end());
+      const auto common = std::count_if(one.joints.addresses.begin(), one.joints.addresses.end(),
+                                        [&](int address) { return taken.contains(address); });
+      return 2 * common >= static_cast<std::ptrdiff_t>(one.joints.addresses.size());
+    };
+    if (shown.size() < kMaxShown && std::none_of(shown.begin(), shown.end(), overlaps))
+      shown.push_back(std::move(one));
+  }
+  verdict.candidates = std::move(shown);
   return verdict;
 }
 
@@ -163,13 +181,12 @@ DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvi
     DecodingCandidate one;
     one.joints = decoding;
     if (!evidence.pendant.empty()) {
-      one.misfit = PendantMisfit(decoding, chain, evidence);
-      if (one.misfit > 1) continue;
+      if (PendantMisfit(decoding, chain, evidence) > 1) continue;
     }
     if (!evidence.moves.empty()) {
       const auto misfit = MoveMisfit(decoding, chain, evidence);
       if (!misfit) continue;
-      one.misfit = std::hypot(one.misfit, *misfit);
+      one.unrest = *misfit;
     }
     one.q = *Decoded(decoding, chain, evidence.images.back());
     left.push_back(one);
@@ -216,7 +233,8 @@ DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvi
   std::vector<DecodingCandidate> rivals;
   const bool negative = AnyNegative(best, chain, evidence);
   for (const DecodingCandidate& one : verdict.candidates) {
-    if (one.misfit > kRivalRatio * best.misfit + kRivalFloor) break;
+    if (one.misfit > kRivalRatio * best.misfit + kRivalFloor) continue;
+    if (one.unrest > kRivalRatio * best.unrest + 1) continue;
     if (one.joints == best.joints) continue;
     if (SameValues(one, best, chain, evidence)) {
       // The low word alone, where the high word only continues the sign.
@@ -238,13 +256,17 @@ DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvi
     std::vector<DecodingCandidate> shown = {best};
     shown.insert(shown.end(), rivals.begin(), rivals.end());
     verdict.candidates = shown;
-    const bool same = SameValues(best, rivals.front(), chain, evidence);
+    constexpr double kSameJoints = 0.1 * kRadPerDeg;  // commanded and actual ones
+    const bool apart = best.joints.addresses.back() < rivals.front().joints.addresses.front() ||
+                       rivals.front().joints.addresses.back() < best.joints.addresses.front();
+    const bool same = SameValues(best, rivals.front(), chain, evidence) ||
+                      (apart && SameValues(best, rivals.front(), chain, evidence, kSameJoints));
     return Undecided(
         std::move(verdict),
         !same ? "several decodings agree with the evidence: scan again with --joints, with two "
                 "decimals, "
                 "in a posture whose joints all differ and are far from zero"
-        : negative
+        : negative || apart
             ? "two places hold the same joints, perhaps the commanded and the actual ones: see the "
               "controller's manual"
             : "the same numbers can be read in two ways while no joint is below zero: move one "

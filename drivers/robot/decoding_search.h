@@ -125,9 +125,10 @@ struct DecodingEvidence {
 struct DecodingCandidate {
   JointDecoding joints{};
   std::optional<PoseDecoding> pose{};  ///< agrees with the joints by forward kinematics
-  double misfit = 0;       ///< of the evidence, in its tolerances; comparable within one search
-  double distance_m = 0;   ///< largest, of forward kinematics from the pose
-  model::JointVector q{};  ///< in the last image
+  double misfit = 0;                   ///< of the pose, in tolerances; comparable within one search
+  double unrest = 0;                   ///< change of the joints that were not moved, in tolerances
+  double distance_m = 0;               ///< largest, of forward kinematics from the pose
+  model::JointVector q{};              ///< in the last image
 };
 
 /// Result of a search.

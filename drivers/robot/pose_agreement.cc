@@ -244,7 +244,7 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
           best = one;
           best->pose = pose;
           best->distance_m = fit.distance_m;
-          best->misfit = std::hypot(one.misfit, fit.misfit);
+          best->misfit = fit.misfit;
           best_fit = fit.misfit;
           if (fit.misfit < best_misfit) {
             best_misfit = fit.misfit;

@@ -16,6 +16,7 @@ constexpr int kUsualLast = 1023;     // every register up to here is tried
 constexpr int kMarkDistance = 1000;  // beyond, the first two registers of each thousand
 constexpr int kIsland = 512;         // registers that are tried around a mark that answers
 constexpr double kMarks_s = 4;       // time for the marks of one table
+constexpr int kStages = 4;           // of the progress: ranges and marks of two tables
 constexpr RegisterTable kTables[] = {RegisterTable::kHolding, RegisterTable::kInput};
 
 bool AnswersUnit(const ProbeAnswer& answer) {
@@ -57,11 +58,13 @@ class TableSurvey {
   bool stopped() const { return stopped_; }
   bool lost() const { return lost_; }
   RegisterImage& image() { return image_; }
+  void Begin(int stage) { stage_ = stage; }
 
   /// @param one_island  end at the first register that is missing
   void Range(int first, int end, bool one_island) {
     int at = first;
-    while (at < end && Going(at, end)) {
+    if (!one_island) from_ = first, to_ = end;
+    while (at < end && Going(at)) {
       const int count = std::min(max_count_, end - at);
       if (Read(at, count)) {
         at += count;
@@ -86,30 +89,36 @@ class TableSurvey {
 
   /// The first two registers of each thousand, and what lies behind those that answer.
   void Marks(double until_s) {
+    from_ = kMarkDistance, to_ = 65536;
     for (int mark = kMarkDistance; mark < 65500; mark += kMarkDistance) {
       if (MonotonicSeconds() > until_s) {
         stopped_ = true;
         return;
       }
-      if (!Going(mark, 65536)) return;
+      if (!Going(mark)) return;
       for (const int first : {mark, mark + 1}) {
         if (image_.words.contains(first) || !Read(first, 2)) continue;
         Range(first, std::min(first + max_count_, 65536), true);
-        const bool empty = std::all_of(image_.words.lower_bound(first), image_.words.end(),
+        const auto from = image_.words.lower_bound(first);
+        const bool empty = std::all_of(from, image_.words.end(),
                                        [](const auto& word) { return word.second == 0; });
-        if (!empty) Range(first + max_count_, std::min(first + kIsland, 65536), true);
+        if (empty) {
+          image_.words.erase(from, image_.words.end());
+        } else {
+          Range(first + max_count_, std::min(first + kIsland, 65536), true);
+        }
         break;
       }
     }
   }
 
  private:
-  bool Going(int at, int end) {
+  bool Going(int at) {
     if (stopped_ || lost_) return false;
+    const double share = static_cast<double>(at - from_) / (to_ - from_);
     const bool goes_on =
-        !options_.progress ||
-        options_.progress(static_cast<double>(at) / end,
-                          fmt::format("{} registers, {} of {}", NameOf(image_.table), at, end));
+        !options_.progress || options_.progress((stage_ + std::clamp(share, 0.0, 1.0)) / kStages,
+                                                fmt::format("{} registers", NameOf(image_.table)));
     stopped_ = !goes_on || MonotonicSeconds() > until_s_ ||
                probe_.requests() >= probe_.options().max_requests;
     return !stopped_;
@@ -140,7 +149,7 @@ class TableSurvey {
   int NextIsland(int first, int end) {
     // Odd, so that values which are only read whole are met at an even and at an odd address.
     const int step = std::max(3, options_.joints - 1 - options_.joints % 2);
-    for (int at = first; at + 1 < end && Going(at, end); at += step) {
+    for (int at = first; at + 1 < end && Going(at); at += step) {
       if (!Read(at, 2)) continue;
       // By pairs first: a device may refuse half of a 32-bit value.
       int start = at;
@@ -157,6 +166,7 @@ class TableSurvey {
   int& max_count_;
   double until_s_;
   RegisterImage image_;
+  int from_ = 0, to_ = 1, stage_ = 0;
   int silent_in_a_row_ = 0;
   bool unknown_function_ = false, stopped_ = false, lost_ = false;
 };
@@ -206,10 +216,13 @@ DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
     tables.emplace_back(probe, options, *map.unit, table, map.max_count, until_s);
     std::vector<std::pair<int, int>> ranges = options.ranges;
     if (ranges.empty()) ranges = {{0, kUsualLast}};
+    tables.back().Begin(static_cast<int>(tables.size()) - 1);
     for (const auto& [first, last] : ranges) tables.back().Range(first, last + 1, false);
   }
   if (options.ranges.empty()) {
+    int stage = static_cast<int>(tables.size());
     for (TableSurvey& table : tables) {
+      table.Begin(stage++);
       if (table.unknown_function()) continue;
       table.Marks(std::min(until_s, MonotonicSeconds() + kMarks_s));
     }

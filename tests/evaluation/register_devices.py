@@ -116,7 +116,7 @@ class Device:
         self.pairs_from = None    # first register of an area that is only read in whole pairs
         self.expected = None      # words of a note that must appear instead of a profile
         self.may_stay_open = False
-        self.tool, self.errors = np.eye(4), None
+        self.tool, self.base, self.errors = np.eye(4), np.eye(4), None
         self.noise_deg = 0.0
         self.start_s, self.lock = time.monotonic(), threading.Lock()
         self.requests = 0
@@ -238,7 +238,7 @@ def joints(addresses, kind, unit, order="ABCD"):
 def pose_field(device, first, kind, stride, order, length, angle, convention):
     """length: counts per metre; angle: counts per radian."""
     def fill(q, qd):
-        pose = device.arm.flange(q, device.errors) @ device.tool
+        pose = device.base @ device.arm.flange(q, device.errors) @ device.tool
         numbers = list(pose[:3, 3] * length) + list(angles_of(pose[:3, :3], convention) * angle)
         words = {}
         for j, value in enumerate(numbers):
@@ -276,13 +276,16 @@ def width(kind):
 
 
 def add_pose(device, first, kind, order, rng):
-    """The pose of the flange; at times of a tool that the cell does not declare, at times of an arm that
-    differs from the nominal one as real arms do."""
+    """The pose of the flange; at times of a tool or in a frame that the cell does not declare, at times of
+    an arm that differs from the nominal one as real arms do."""
     chance = rng.random()
     if chance < 0.2:
         device.tool = np.eye(4)
         device.tool[:3, 3] = rng.uniform(-0.15, 0.15, 3)
-    elif chance < 0.5:
+    elif chance < 0.3:
+        device.base = np.eye(4)
+        device.base[:3, 3] = rng.uniform(-0.5, 0.5, 3)
+    elif chance < 0.6:
         device.errors = rng.normal(0, 1, (len(device.q), 3)) * [0.4, 0.4, 0.03]
     if kind == "float32":
         length, angle = pick(rng, [(1e3, 180 / math.pi), (1.0, 1.0), (1e3, 1.0)])
@@ -535,7 +538,51 @@ def commanded_and_actual(arm, rng):
     return device
 
 
+def following_error(arm, rng):
+    """The commanded joints, exact, and the actual ones with a following error and noise."""
+    device = plain(arm, rng, *pick(rng, [("float32", "deg"), ("float32", "rad"), ("int32", "0.001 deg")]), first=100)
+    kind, unit, order, _, stride = device.form
+    lag, device.noise_deg = rng.choice([-1, 1], len(device.q)) * rng.uniform(0.01, 0.03, len(device.q)), 0.002
+
+    def commanded(q, qd):
+        # Without the noise of the actual joints.
+        return joints(spread(pick_first, len(q), stride), kind, unit, order)(np.round((q + lag) / 0.01) * 0.01, qd)
+    pick_first = int(rng.choice([20, 300]))
+    device.fields.append(commanded)
+    device.may_stay_open = True
+    return device
+
+
+def two_arms(arm, rng):
+    """The joints and the flange of a second arm of the same model behind those of the first."""
+    device = plain(arm, rng, *pick(rng, FORMS[:4]), first=0, pose=True)
+    kind, unit, order, _, stride = device.form
+    other = Device(arm, rng)
+    add_pose(other, 560, kind, order, rng)
+    device.fields.append(lambda q, qd: joints(spread(500, len(other.q), stride), kind, unit, order)(other.q, qd))
+    device.fields.append(lambda q, qd: other.fields[0](other.q, qd))
+    for one in (device, other):  # both poses are as the cell has them
+        one.tool, one.base, one.errors = np.eye(4), np.eye(4), None
+    return device
+
+
+def two_units(arm, rng):
+    """The joints in degrees and in radians."""
+    device = plain(arm, rng, "float32", "deg", pose=False)
+    order = device.form[2]
+    device.fields.append(joints(spread(600, len(device.q), 2), "float32", "rad", order))
+    device.may_stay_open = True
+    return device
+
+
+def modulo_with_flags(arm, rng):
+    """Joints modulo one turn, among words that look like whole turns."""
+    device = modulo_with_turns(arm, rng)
+    device.static.update({500 + k: int(rng.choice([0, 0, 1, 65535])) for k in range(60)})
+    return device
+
+
 KINDS = [float_deg, float_rad, int32_milli_degree, int32_micro_radian, int16_tenth_degree, modulo_with_turns,
          modulo_without_turns, pose_first, interleaved, gaps, irregular, noise, moving, slow, closing, rtu_gateway,
          no_transaction, zeros, offset_one, decoys, small_requests, holes, islands, unit_255, input_only, whole_pairs,
-         far_away, mirrored, commanded_and_actual]
+         far_away, mirrored, commanded_and_actual, following_error, two_arms, two_units, modulo_with_flags]
