@@ -74,7 +74,7 @@ bool ReadPlace(const std::string& address, Scan& scan) {
 /// "12.5, -95.25, .." in degrees or mm. @return why not; empty if all is well
 std::string ReadPendant(const std::string& text, const kinematics::Chain& chain, Scan& scan) {
   model::JointVector q(chain.size());
-  int count = 0, decimals = 9;
+  int count = 0, decimals = 0;
   std::string_view rest = text;
   while (!rest.empty()) {
     const auto end = std::min(rest.find_first_of(", ;"), rest.size());
@@ -85,8 +85,8 @@ std::string ReadPendant(const std::string& text, const kinematics::Chain& chain,
     if (!number) return fmt::format("\"{}\" is not a number", word);
     if (count >= chain.size()) break;
     const auto point = word.find('.');
-    decimals =
-        std::min(decimals, point == word.npos ? 0 : static_cast<int>(word.size() - point - 1));
+    if (point != word.npos)  // people leave out the zeros at the end of a number
+      decimals = std::max(decimals, static_cast<int>(word.size() - point - 1));
     const bool turns = chain.type(count) == model::JointType::kRevolute;
     q[count++] = *number * (turns ? kRadPerDeg : kMetrePerMm);
   }
@@ -507,7 +507,8 @@ void AddRegistersScan(CLI::App& registers, int& exit_code) {
       "  plumbline registers scan 192.168.0.2 --cell cell.toml --output robot.toml\n"
       "  plumbline registers scan 192.168.0.2:1502 --cell cell.toml \\\n"
       "      --joints=12.5,-95.25,88,-61.75,-90.5,170.12 --output robot.toml\n"
-      "  plumbline registers scan 192.168.0.2 --cell cell.toml --confirm --output robot.toml\n\n"
+      "  plumbline registers scan 192.168.0.2 --cell cell.toml --confirm \\\n"
+      "      --output robot.toml\n\n"
       "Exit codes: 0 the decoding is decided, 1 it is not, or faulty input, 2 wrong arguments or\n"
       "unwritable output.");
   scan->callback([options, &exit_code] { exit_code = RunScan(*options); });

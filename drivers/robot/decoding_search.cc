@@ -53,9 +53,9 @@ double Oddness(const DecodingCandidate& one) {
 
 /// Registers of whole turns: as many as joints in a row, each a small number that brings its joint
 /// within the limits, at least one not 0. Sets wrap and registers if exactly one such row brings
-/// each joint within half a turn, or agrees with the pendant.
-bool FindRevolutions(const kinematics::Chain& chain, const DecodingEvidence& evidence,
-                     JointDecoding& joints) {
+/// each joint within half a turn, or agrees with the pendant. @return number of such rows
+std::size_t FindRevolutions(const kinematics::Chain& chain, const DecodingEvidence& evidence,
+                            JointDecoding& joints) {
   const int n = chain.size();
   const std::set<int> strides = {1, n > 1 ? joints.addresses[1] - joints.addresses[0] : 1};
   const auto fits = [&](const JointDecoding& turned) {
@@ -90,9 +90,8 @@ bool FindRevolutions(const kinematics::Chain& chain, const DecodingEvidence& evi
       }
     }
   }
-  if (found.size() != 1) return false;
-  joints = found.front();
-  return true;
+  if (found.size() == 1) joints = found.front();
+  return found.size();
 }
 
 /// Decides how a joint below zero is counted. @return what is open; empty if nothing
@@ -116,10 +115,15 @@ std::string ResolveWrap(const kinematics::Chain& chain, const DecodingEvidence& 
       lower = std::min(lower, Lower(chain, j));
     }
   }
-  const bool whole_turns = FindRevolutions(chain, evidence, best.joints);
-  if (whole_turns && best.joints.type == RegisterType::kInt16)
+  const std::size_t rows = FindRevolutions(chain, evidence, best.joints);
+  if (rows == 1 && best.joints.type == RegisterType::kInt16)
     best.joints.type = RegisterType::kUint16;  // a turn may have more counts than an int16
-  if (whole_turns) return "";
+  if (rows == 1) return "";
+  if (rows > 1) {
+    return "the joints are counted modulo one turn, and several rows of registers may hold the "
+           "whole "
+           "turns: move other joints below zero, and scan again with --joints";
+  }
   const bool one_turn = upper < std::numbers::pi + 0.1 && lower > -std::numbers::pi - 0.1;
   if (shown_negative || (beyond && one_turn)) {
     best.joints.wrap = JointWrap::kPi;

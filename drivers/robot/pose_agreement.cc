@@ -9,7 +9,7 @@ namespace plumbline::robot {
 namespace {
 
 constexpr double kPoseTolerance_m = 0.010, kPoseTolerance_rad = 0.02;  // of the plausibility filter
-constexpr double kMinDistance_m = 0.05;  // of a tool from the origin of the base
+constexpr double kMinDistance_m = 0.01;  // of a tool from the origin of the base
 constexpr int kMaxOrientationGap = 16;
 
 struct PositionPlace {
