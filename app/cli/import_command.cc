@@ -114,9 +114,9 @@ struct ImportCommandOptions {
 /// "15+6": 15 um + 6 um/m.
 std::optional<measure::PermissibleError> PermissibleErrorOf(const std::string& text) {
   const auto plus = text.find('+');
-  const auto constant = measure::NumberIn(text.substr(0, plus), '.');
+  const auto constant = text::NumberIn(text.substr(0, plus), '.');
   const auto slope = plus == std::string::npos ? std::optional<double>(0)
-                                               : measure::NumberIn(text.substr(plus + 1), '.');
+                                               : text::NumberIn(text.substr(plus + 1), '.');
   if (!constant || !slope || *constant < 0 || *slope < 0) return std::nullopt;
   return measure::PermissibleError{1e-3 * *constant, 1e-3 * *slope};
 }

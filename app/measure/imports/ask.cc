@@ -13,7 +13,7 @@ namespace {
 constexpr int kAttempts = 3;
 
 /// First values of a column, for the question.
-std::string ExampleText(const DelimitedText& layout, std::size_t column) {
+std::string ExampleText(const text::DelimitedText& layout, std::size_t column) {
   std::string text;
   for (std::size_t row = 0; row < layout.records.size() && row < 3; ++row) {
     const auto& fields = layout.records[row].fields;

@@ -25,16 +25,16 @@ struct SignUse {
   std::string ambiguous;  ///< the first unclear value itself
 };
 
-SignUse SignUseOf(const DelimitedText& layout, std::size_t column) {
+SignUse SignUseOf(const text::DelimitedText& layout, std::size_t column) {
   const char own = layout.decimal, other = own == ',' ? '.' : ',';
   SignUse use;
-  for (const Record& record : layout.records) {
+  for (const text::Record& record : layout.records) {
     if (column >= record.fields.size()) continue;
     const std::string& field = record.fields[column];
     const bool has_own = field.find(own) != std::string::npos;
     const bool has_other = field.find(other) != std::string::npos;
-    const bool as_own = NumberIn(field, own).has_value();
-    const bool as_other = NumberIn(field, other).has_value();
+    const bool as_own = text::NumberIn(field, own).has_value();
+    const bool as_other = text::NumberIn(field, other).has_value();
     if (has_own && as_own) use.own.Add(field, record.line);
     if (!has_other) continue;
     if (as_own && as_other) {
@@ -53,7 +53,7 @@ const char* SignName(char sign) {
   return sign == ',' ? "comma" : "point";
 }
 
-std::string ColumnText(const DelimitedText& layout, std::size_t column) {
+std::string ColumnText(const text::DelimitedText& layout, std::size_t column) {
   const std::string& name = layout.names[column];
   return name.empty() ? fmt::format("column {}", column + 1)
                       : fmt::format("column \"{}\"", name.substr(0, 40));
@@ -67,7 +67,7 @@ bool HoldsNumbers(const ColumnMeaning& meaning) {
 /// "81.41 or 81410"
 std::string ReadingsText(const std::string& field) {
   const auto [low, high] =
-      std::minmax({NumberIn(field, ',').value_or(0), NumberIn(field, '.').value_or(0)});
+      std::minmax({text::NumberIn(field, ',').value_or(0), text::NumberIn(field, '.').value_or(0)});
   return fmt::format("{:.10g} or {:.10g}", low, high);
 }
 

@@ -140,7 +140,7 @@ SlashDates SlashDatesOf(const UnderstoodFile& file) {
   SlashDates found;
   for (std::size_t column = 0; column < file.meanings.size(); ++column) {
     if (file.meanings[column].target != "t_s") continue;
-    for (const Record& record : file.layout.records) {
+    for (const text::Record& record : file.layout.records) {
       if (column >= record.fields.size() || !HasSlashDate(record.fields[column])) continue;
       ++found.dates;
       const std::string& field = record.fields[column];
@@ -157,7 +157,7 @@ class RowReader {
   RowReader(const UnderstoodFile& file, const ImportOptions& options)
       : file_(file), options_(options), dates_(SlashDatesOf(file)) {}
 
-  ImportedRow Read(const Record& record, std::string& reason);
+  ImportedRow Read(const text::Record& record, std::string& reason);
   std::optional<double> first_stamp_s() const { return first_stamp_s_; }
   /// What was assumed about dates, and which values were left out.
   void AddNotes(std::vector<std::string>& notes) const;
@@ -210,7 +210,7 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
       return;
     }
   }
-  auto number = NumberIn(field, file_.layout.decimal);
+  auto number = text::NumberIn(field, file_.layout.decimal);
   if (*kind == ValueKind::kTime && number) {
     if (const auto epoch = EpochTimeIn(*number, meaning.unit)) {
       epoch_unit_ = epoch->unit;
@@ -221,7 +221,7 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
   }
   const char other = file_.layout.decimal == ',' ? '.' : ',';
   const bool unclear = number && file_.unclear_decimals.contains(column) &&
-                       field.find(other) != std::string::npos && NumberIn(field, other);
+                       field.find(other) != std::string::npos && text::NumberIn(field, other);
   if (unclear) number.reset();
   const auto scale = ScaleOf(*kind, meaning.unit);
   const bool impossible = number && *number <= 0 && IsUncertainty(meaning.target);
@@ -324,7 +324,7 @@ void RowReader::AddSigma(ImportedRow& row) const {
   if (variance > 0) row.numbers["sigma_mm"] = std::sqrt(variance);
 }
 
-ImportedRow RowReader::Read(const Record& record, std::string& reason) {
+ImportedRow RowReader::Read(const text::Record& record, std::string& reason) {
   ImportedRow row{record.line, {}, {}, {}};
   const std::size_t columns = file_.meanings.size();
   // A missing last field is an empty one; further fields shift the columns.
@@ -351,7 +351,7 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
   RowReader reader(file, options);
   bool from_u95 = false, deviations = false;
   for (const ColumnMeaning& meaning : file.meanings) from_u95 |= meaning.target.starts_with("u95");
-  for (const Record& record : file.layout.records) {
+  for (const text::Record& record : file.layout.records) {
     std::string reason;
     table.rows.push_back(reader.Read(record, reason));
     table.rows.back().file = file.file;

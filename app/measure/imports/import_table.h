@@ -57,7 +57,7 @@ enum class FileRole { kMeasured, kJoints };
 struct UnderstoodFile {
   std::string file;
   std::string encoding;
-  DelimitedText layout;
+  text::DelimitedText layout;
   std::vector<ColumnMeaning> meanings;
   /// Columns of which a value that both decimal signs allow, such as "81,410", is rejected.
   std::set<std::size_t> unclear_decimals{};

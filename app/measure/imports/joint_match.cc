@@ -14,7 +14,7 @@ namespace {
 std::string Key(const ImportedRow& row, const char* column) {
   const auto text = row.texts.find(column);
   if (text == row.texts.end()) return "";
-  const auto number = NumberIn(text->second, '.');
+  const auto number = text::NumberIn(text->second, '.');
   return number && *number == std::round(*number) ? fmt::format("{:.0f}", *number) : text->second;
 }
 

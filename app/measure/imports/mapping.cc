@@ -112,7 +112,7 @@ std::optional<std::size_t> ColumnOf(const MappedColumn& column,
 
 }  // namespace
 
-std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const DelimitedText& layout,
+std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const text::DelimitedText& layout,
                                         const std::string& mapping_file,
                                         config::FaultList& faults) {
   std::vector<ColumnMeaning> meanings = MeaningsOf(layout.names, layout.units);

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "app/base/config/fault.h"
+#include "app/base/text/delimited_text.h"
 #include "app/measure/imports/column_meaning.h"
-#include "app/measure/imports/delimited_text.h"
 
 namespace plumbline::measure {
 
@@ -23,7 +23,7 @@ struct MappedColumn {
 
 /// Decisions that a person made once for a kind of file. They outrank what the file's names say.
 struct Mapping {
-  LayoutHints layout;
+  text::LayoutHints layout;
   std::vector<MappedColumn> columns;
 };
 
@@ -45,7 +45,7 @@ std::string TextOfMapping(const Mapping& mapping);
 
 /// Meanings of the columns of a file after the mapping. An entry whose column the file lacks, or
 /// whose name several columns share, is a fault.
-std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const DelimitedText& layout,
+std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const text::DelimitedText& layout,
                                         const std::string& mapping_file, config::FaultList& faults);
 
 }  // namespace plumbline::measure

@@ -20,7 +20,7 @@ const char* SeparatorName(char separator) {
 }
 
 std::string LayoutText(const UnderstoodFile& file) {
-  const DelimitedText& layout = file.layout;
+  const text::DelimitedText& layout = file.layout;
   std::string text = fmt::format(
       "{}: {}, separator {}, decimal {}{}, {}\n", file.file, file.encoding,
       SeparatorName(layout.separator), layout.decimal == ',' ? "comma" : "point",
@@ -82,7 +82,7 @@ Result<std::string> RobotCalibrationText(std::string_view yaml) {
   std::string parameters, files;
   for (const text::YamlScalar& scalar : *scalars) {
     const bool names_file = scalar.path == "urdf" || scalar.path.ends_with("_info");
-    const auto number = NumberIn(scalar.value, '.');
+    const auto number = text::NumberIn(scalar.value, '.');
     if (names_file) files += fmt::format("  {:<40} {}\n", scalar.path, scalar.value);
     if (number && !names_file) {
       parameters += fmt::format("  {:<40} {:.9g}\n", scalar.path, *number);

@@ -36,7 +36,7 @@ std::optional<Ranks> RanksBy(const ImportedTable& table, KeyOf key_of) {
 std::optional<double> NumberAtEnd(const ImportedRow& row, const char* column) {
   const auto text = row.texts.find(column);
   if (text == row.texts.end()) return std::nullopt;
-  if (const auto number = NumberIn(text->second, '.')) return number;
+  if (const auto number = text::NumberIn(text->second, '.')) return number;
   const std::size_t digits = text->second.find_last_not_of("0123456789") + 1;
   if (digits >= text->second.size() || text->second.size() - digits > 9) return std::nullopt;
   return std::stod(text->second.substr(digits));

@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
+#include "app/base/text/text_encoding.h"
 #include "app/measure/imports/decimal_signs.h"
 #include "app/measure/imports/import_table.h"
-#include "app/measure/imports/text_encoding.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::measure {
@@ -33,19 +33,19 @@ const char* UnitOption(ValueKind kind) {
 }
 
 /// "values from -0.42 to 0.93", for the person who must state the unit of the columns.
-std::string ValuesText(const DelimitedText& layout, const std::vector<std::size_t>& columns) {
+std::string ValuesText(const text::DelimitedText& layout, const std::vector<std::size_t>& columns) {
   double low = 1e300, high = -1e300;
-  for (const Record& record : layout.records) {
+  for (const text::Record& record : layout.records) {
     for (const std::size_t column : columns) {
       if (column >= record.fields.size()) continue;
-      const auto value = NumberIn(record.fields[column], layout.decimal);
+      const auto value = text::NumberIn(record.fields[column], layout.decimal);
       if (value) low = std::min(low, *value), high = std::max(high, *value);
     }
   }
   return low > high ? "no values" : fmt::format("values from {:.6g} to {:.6g}", low, high);
 }
 
-std::string ColumnName(const DelimitedText& layout, std::size_t column) {
+std::string ColumnName(const text::DelimitedText& layout, std::size_t column) {
   const std::string& name = layout.names[column];
   return name.empty() ? std::to_string(column + 1) : fmt::format("\"{}\"", name);
 }
@@ -94,10 +94,10 @@ void CompleteUnits(const ImportOptions& options, UnderstoodFile& file, config::F
 }
 
 /// True if the first column counts the rows from 1.
-bool CountsRows(const DelimitedText& layout) {
+bool CountsRows(const text::DelimitedText& layout) {
   double expected = 0;
-  for (const Record& record : layout.records) {
-    if (record.fields.empty() || NumberIn(record.fields[0], layout.decimal) != ++expected) {
+  for (const text::Record& record : layout.records) {
+    if (record.fields.empty() || text::NumberIn(record.fields[0], layout.decimal) != ++expected) {
       return false;
     }
   }
@@ -105,20 +105,20 @@ bool CountsRows(const DelimitedText& layout) {
 }
 
 /// True if a column holds nothing but numbers without a decimal sign.
-bool HoldsIntegers(const DelimitedText& layout, std::size_t column) {
-  return std::ranges::all_of(layout.records, [&](const Record& record) {
+bool HoldsIntegers(const text::DelimitedText& layout, std::size_t column) {
+  return std::ranges::all_of(layout.records, [&](const text::Record& record) {
     return column < record.fields.size() &&
            record.fields[column].find_first_of(".,eE") == std::string::npos &&
-           NumberIn(record.fields[column], layout.decimal).has_value();
+           text::NumberIn(record.fields[column], layout.decimal).has_value();
   });
 }
 
 /// How many decimals the fields with a decimal sign have. One count only: the writer keeps trailing
 /// zeros, so that a joint at rest has decimals, too. Several: it drops them, and writes 90
 /// for 90.0.
-std::set<std::size_t> DecimalCounts(const DelimitedText& layout) {
+std::set<std::size_t> DecimalCounts(const text::DelimitedText& layout) {
   std::set<std::size_t> counts;
-  for (const Record& record : layout.records) {
+  for (const text::Record& record : layout.records) {
     for (const std::string& field : record.fields) {
       const std::size_t sign = field.find(layout.decimal);
       if (sign != std::string::npos) counts.insert(field.size() - sign);
@@ -127,26 +127,26 @@ std::set<std::size_t> DecimalCounts(const DelimitedText& layout) {
   return counts;
 }
 
-bool HasDifferentFields(const DelimitedText& layout, std::size_t column) {
+bool HasDifferentFields(const text::DelimitedText& layout, std::size_t column) {
   std::set<std::string> fields;
-  return std::ranges::all_of(layout.records, [&](const Record& record) {
+  return std::ranges::all_of(layout.records, [&](const text::Record& record) {
     return column < record.fields.size() && fields.insert(record.fields[column]).second;
   });
 }
 
 /// True if the first column may number the rows: different integers from 0 on.
-bool MayNumberRows(const DelimitedText& layout) {
-  const auto negative = [&](const Record& record) {
-    return NumberIn(record.fields[0], layout.decimal).value_or(0) < 0;
+bool MayNumberRows(const text::DelimitedText& layout) {
+  const auto negative = [&](const text::Record& record) {
+    return text::NumberIn(record.fields[0], layout.decimal).value_or(0) < 0;
   };
   return layout.records.size() > 1 && HoldsIntegers(layout, 0) && HasDifferentFields(layout, 0) &&
          std::ranges::none_of(layout.records, negative);
 }
 
 /// True if no field of the first column is a number, and all differ.
-bool NamesRows(const DelimitedText& layout) {
-  const auto number = [&](const Record& record) {
-    return record.fields[0].empty() || NumberIn(record.fields[0], layout.decimal).has_value();
+bool NamesRows(const text::DelimitedText& layout) {
+  const auto number = [&](const text::Record& record) {
+    return record.fields[0].empty() || text::NumberIn(record.fields[0], layout.decimal).has_value();
   };
   return !layout.records.empty() && HasDifferentFields(layout, 0) &&
          std::ranges::none_of(layout.records, number);
@@ -154,25 +154,25 @@ bool NamesRows(const DelimitedText& layout) {
 
 /// True if every field is as a Keyence LK-G sends it over RS-232: a sign and a number in mm, or a
 /// run of X or F without a value.
-bool IsKeyence(const DelimitedText& layout) {
-  const auto matches = [&](const Record& record) {
+bool IsKeyence(const text::DelimitedText& layout) {
+  const auto matches = [&](const text::Record& record) {
     if (record.fields.size() != 1) return false;
     const std::string& field = record.fields[0];
     if (field.find_first_not_of("+-XF.") == std::string::npos) return true;
-    return field.find_first_of("+-") == 0 && NumberIn(field, layout.decimal).has_value();
+    return field.find_first_of("+-") == 0 && text::NumberIn(field, layout.decimal).has_value();
   };
   return std::ranges::all_of(layout.records, matches);
 }
 
 /// Refuses columns without a name that would be taken for joints, but may be numbers or states.
 void RefuseCounts(const UnderstoodFile& file, config::FaultList& faults) {
-  const DelimitedText& layout = file.layout;
+  const text::DelimitedText& layout = file.layout;
   const std::size_t kinds = DecimalCounts(layout).size();
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
     if (!file.meanings[i].target.starts_with("q") || !HoldsIntegers(layout, i)) continue;
     const bool number = i == 0 && kinds > 1 && MayNumberRows(layout);
     if (kinds != 1 && !number) continue;
-    const Record& first = layout.records.front();
+    const text::Record& first = layout.records.front();
     faults.Add({config::Fault::Severity::kFault, file.file, first.line,
                 fmt::format("column {}", i + 1),
                 fmt::format("holds only integers ({}), the other columns do not: {}. Write a line "
@@ -184,7 +184,7 @@ void RefuseCounts(const UnderstoodFile& file, config::FaultList& faults) {
 }
 
 /// Meanings of columns without names, by their order.
-void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& length_unit,
+void NameInOrder(const text::DelimitedText& layout, FileRole role, const std::string& length_unit,
                  std::vector<ColumnMeaning>& meanings) {
   if (role == FileRole::kMeasured && meanings.size() == 1) {
     meanings[0] = {"gauge_mm", "", "assumed: a single column, readings of a gauge"};
@@ -210,15 +210,15 @@ void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& 
   }
 }
 
-std::string PlaceOf(const DelimitedText& layout, std::size_t column) {
+std::string PlaceOf(const text::DelimitedText& layout, std::size_t column) {
   const std::string& name = layout.names[column];
   return name.empty() ? fmt::format("column {}", column + 1)
                       : fmt::format("column {} \"{}\"", column + 1, name.substr(0, 40));
 }
 
 /// True if any line has different texts in two columns.
-bool Differ(const DelimitedText& layout, std::size_t a, std::size_t b) {
-  return std::ranges::any_of(layout.records, [&](const Record& record) {
+bool Differ(const text::DelimitedText& layout, std::size_t a, std::size_t b) {
+  return std::ranges::any_of(layout.records, [&](const text::Record& record) {
     return std::max(a, b) < record.fields.size() && record.fields[a] != record.fields[b];
   });
 }
@@ -278,10 +278,11 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
     refused.readable = false;
     return refused;
   }
-  DecodedText decoded = DecodedFromBytes(bytes);
-  LayoutHints hints = mapping.layout;
+  text::DecodedText decoded = text::DecodedFromBytes(bytes);
+  text::LayoutHints hints = mapping.layout;
   if (!hints.decimal) hints.decimal = options.decimal;
-  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, hints), {}, {}, true};
+  UnderstoodFile understood{file, decoded.encoding, text::LayoutOf(decoded.text, hints), {}, {},
+                            true};
   if (understood.layout.decimal_assumed) {
     faults.Add({config::Fault::Severity::kFault, file, understood.layout.header_line, "",
                 "the decimal sign is not clear: every comma is followed by three digits, so that "

@@ -75,11 +75,11 @@ TEST_CASE("one typing error in a column rejects its line and every unclear value
 }
 
 TEST_CASE("a group of thousands does not start with a zero") {
-  CHECK_FALSE(NumberIn("0,512", '.'));
-  CHECK_FALSE(NumberIn("-0,512", '.'));
-  CHECK(NumberIn("0,512", ',') == 0.512);
-  CHECK(LayoutOf("a;b\n0,512;2\n", {}).decimal == ',');
-  CHECK_FALSE(LayoutOf("a;b\n0,512;2\n", {}).decimal_assumed);
+  CHECK_FALSE(text::NumberIn("0,512", '.'));
+  CHECK_FALSE(text::NumberIn("-0,512", '.'));
+  CHECK(text::NumberIn("0,512", ',') == 0.512);
+  CHECK(text::LayoutOf("a;b\n0,512;2\n", {}).decimal == ',');
+  CHECK_FALSE(text::LayoutOf("a;b\n0,512;2\n", {}).decimal_assumed);
 }
 
 }  // namespace plumbline::decimal_signs_test

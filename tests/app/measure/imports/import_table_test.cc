@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <tuple>
 
-#include "app/measure/imports/text_encoding.h"
+#include "app/base/text/text_encoding.h"
 #include "app/measure/table/csv.h"
 
 namespace plumbline::import_table_test {
@@ -43,6 +43,22 @@ std::string UnderstandFaults(const std::string& text) {
 }
 
 }  // namespace
+
+TEST_CASE("time stamps as seconds") {
+  const double noon = *SecondsOfTimeStamp("'08.11.2022 12:00:00");
+  CHECK(*SecondsOfTimeStamp("'08.11.2022 12:00:28.353") - noon == Approx(28.353));
+  CHECK(*SecondsOfTimeStamp("2022-11-08T12:00:00") == noon);
+  CHECK(*SecondsOfTimeStamp("11/08/2022 12:00:00 PM") == noon);
+  CHECK(*SecondsOfTimeStamp("11/09/2022 12:00:00 AM") == noon + 43200);
+  CHECK(*SecondsOfTimeStamp("08/11/2022 12:00:00", DateOrder::kDayFirst) == noon);
+  CHECK_FALSE(SecondsOfTimeStamp("13/11/2022 12:00:00"));
+  CHECK(HasSlashDate("13/11/2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("13.11.2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("1/2"));
+  for (const char* wrong : {"", "12.5", "31.02.2022 12:00:00", "08.11.2022", "a.b.c d:e:f"}) {
+    CHECK_FALSE(SecondsOfTimeStamp(wrong));
+  }
+}
 
 TEST_CASE("a file with a line of very many fields is refused before it is split") {
   std::string text = "x;y;z\n1.5";
@@ -330,7 +346,7 @@ TEST_CASE("numbers since 1970 are read in the unit that their size implies, from
 }
 
 TEST_CASE("a minus sign is read as a hyphen") {
-  const DecodedText decoded = DecodedFromBytes("x_mm,y_mm,z_mm\n\u2212123.5,2,3\n");
+  const text::DecodedText decoded = text::DecodedFromBytes("x_mm,y_mm,z_mm\n\u2212123.5,2,3\n");
   const ImportedTable table = RowsOf(Understood(decoded.text), {});
   CHECK(table.rows[0].numbers.at("x_mm") == -123.5);
 }

@@ -1,13 +1,12 @@
-#include "app/measure/imports/delimited_text.h"
+#include "app/base/text/delimited_text.h"
 
 #include <catch2/catch.hpp>
 
-#include "app/measure/imports/import_table.h"
-#include "app/measure/imports/text_encoding.h"
+#include "app/base/text/text_encoding.h"
 
 namespace plumbline::delimited_text_test {
 
-using namespace plumbline::measure;
+using namespace plumbline::text;
 
 TEST_CASE("numbers with a decimal point or comma, signs, groups and exponents") {
   CHECK(NumberIn("1.5", '.') == 1.5);
@@ -81,22 +80,6 @@ TEST_CASE("encodings become UTF-8") {
                                           6))
             .text == "a\xC3\xA4");
   CHECK(DecodedFromBytes("\xFE\xFF\xD8").text.empty());
-}
-
-TEST_CASE("time stamps as seconds") {
-  const double noon = *SecondsOfTimeStamp("'08.11.2022 12:00:00");
-  CHECK(*SecondsOfTimeStamp("'08.11.2022 12:00:28.353") - noon == Approx(28.353));
-  CHECK(*SecondsOfTimeStamp("2022-11-08T12:00:00") == noon);
-  CHECK(*SecondsOfTimeStamp("11/08/2022 12:00:00 PM") == noon);
-  CHECK(*SecondsOfTimeStamp("11/09/2022 12:00:00 AM") == noon + 43200);
-  CHECK(*SecondsOfTimeStamp("08/11/2022 12:00:00", DateOrder::kDayFirst) == noon);
-  CHECK_FALSE(SecondsOfTimeStamp("13/11/2022 12:00:00"));
-  CHECK(HasSlashDate("13/11/2022 12:00:00"));
-  CHECK_FALSE(HasSlashDate("13.11.2022 12:00:00"));
-  CHECK_FALSE(HasSlashDate("1/2"));
-  for (const char* wrong : {"", "12.5", "31.02.2022 12:00:00", "08.11.2022", "a.b.c d:e:f"}) {
-    CHECK_FALSE(SecondsOfTimeStamp(wrong));
-  }
 }
 
 }  // namespace plumbline::delimited_text_test

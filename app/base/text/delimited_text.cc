@@ -1,4 +1,4 @@
-#include "app/measure/imports/delimited_text.h"
+#include "app/base/text/delimited_text.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-namespace plumbline::measure {
+namespace plumbline::text {
 namespace {
 
 constexpr std::size_t kSampledLines = 400;  // for the separator
@@ -141,8 +141,10 @@ struct DecimalVotes {
   }
 };
 
+/// "%time" is the first column of rostopic echo -p.
 bool IsComment(std::string_view line) {
-  return line.starts_with("//") || line.starts_with("%") || line.starts_with("# ") || line == "#";
+  return line.starts_with("//") || (line.starts_with("%") && !line.starts_with("%time,")) ||
+         line.starts_with("# ") || line == "#";
 }
 
 int NumbersIn(const Record& record, char decimal) {
@@ -295,4 +297,4 @@ DelimitedText LayoutOf(std::string_view text, const LayoutHints& hints) {
   return layout;
 }
 
-}  // namespace plumbline::measure
+}  // namespace plumbline::text

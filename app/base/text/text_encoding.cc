@@ -1,9 +1,10 @@
-#include "app/measure/imports/text_encoding.h"
+#include "app/base/text/text_encoding.h"
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 
-namespace plumbline::measure {
+namespace plumbline::text {
 namespace {
 
 void AppendUtf8(std::uint32_t c, std::string& out) {
@@ -47,6 +48,14 @@ std::size_t Utf8Length(std::string_view text) {
 
 bool IsUtf8(std::string_view text) {
   while (!text.empty()) {
+    // Nearly all text is ASCII: eight characters at once.
+    std::uint64_t eight = 0;
+    while (text.size() >= sizeof eight) {
+      std::memcpy(&eight, text.data(), sizeof eight);
+      if ((eight & 0x8080808080808080U) != 0) break;
+      text.remove_prefix(sizeof eight);
+    }
+    if (text.empty()) break;
     const std::size_t length = Utf8Length(text);
     if (length == 0) return false;
     text.remove_prefix(length);
@@ -115,4 +124,4 @@ DecodedText DecodedFromBytes(std::string_view bytes) {
   return {FromWindows1252(bytes), "Windows-1252"};
 }
 
-}  // namespace plumbline::measure
+}  // namespace plumbline::text

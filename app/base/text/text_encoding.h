@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline::measure {
+namespace plumbline::text {
 
 struct DecodedText {
   std::string text;      ///< UTF-8, without byte-order mark
@@ -16,4 +16,4 @@ struct DecodedText {
 /// every input gives a text.
 DecodedText DecodedFromBytes(std::string_view bytes);
 
-}  // namespace plumbline::measure
+}  // namespace plumbline::text

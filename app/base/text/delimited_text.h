@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline::measure {
+namespace plumbline::text {
 
 /// Properties of a layout that a user may state; the others are determined from the text.
 struct LayoutHints {
@@ -45,4 +45,4 @@ DelimitedText LayoutOf(std::string_view text, const LayoutHints& hints);
 /// apostrophe.
 std::optional<double> NumberIn(std::string_view field, char decimal);
 
-}  // namespace plumbline::measure
+}  // namespace plumbline::text
