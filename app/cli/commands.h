@@ -18,6 +18,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code);
 void AddDistanceCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddEffectsCommand(CLI::App& app, int& exit_code);
+void AddExplainCommand(CLI::App& app, int& exit_code);
 void AddExportUrdfCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);
 void AddImportUrdfCommand(CLI::App& app, int& exit_code);

@@ -155,6 +155,7 @@ constexpr Command kCommands[] = {
     {"effects", kMeasuring, AddEffectsCommand},
     {"plan", kMeasuring, AddPlanCommand},
     {"import", kMeasuring, AddImportCommand},
+    {"explain", kCommissioning, AddExplainCommand},
     {"import-urdf", kCommissioning, AddImportUrdfCommand},
     {"export-urdf", kCommissioning, AddExportUrdfCommand},
     {"doctor", kCommissioning, AddDoctorCommand},

@@ -1,0 +1,334 @@
+// Tables of numbers: measured points, readings of joints, exports of instruments.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include "app/base/recognition/kinds.h"
+
+namespace plumbline::recognition {
+namespace {
+
+/// The text as a table, if most of its fields are numbers; else nullptr.
+const text::DelimitedText* TableOf(const Outline& file) {
+  if (!file.table() || file.table()->records.empty()) return nullptr;
+  const text::DelimitedText& table = *file.table();
+  std::size_t numbers = 0, fields = 0, labels = 0;
+  for (const text::Record& record : table.records) {
+    for (const std::string& field : record.fields) {
+      if (field.empty()) continue;
+      ++fields;
+      numbers += text::NumberIn(field, table.decimal) ? 1 : 0;
+    }
+    const std::string& first = record.fields.empty() ? std::string() : record.fields.front();
+    labels += !first.empty() && (first.back() == ':' || first.back() == '=') ? 1 : 0;
+  }
+  const bool sentence =
+      std::ranges::any_of(table.names, [](const std::string& name) { return name.ends_with(':'); });
+  if (labels * 2 > table.records.size() || sentence) return nullptr;
+  // Text with numbers in it has lines of any length.
+  std::map<std::size_t, std::size_t> widths;
+  for (const text::Record& record : table.records) ++widths[record.fields.size()];
+  const auto commonest =
+      std::ranges::max_element(widths, {}, [](const auto& width) { return width.second; });
+  if (commonest->second * 2 <= table.records.size()) return nullptr;
+  const bool named = table.header_line > 0;
+  const bool enough = named ? numbers * 3 >= fields : numbers * 10 >= fields * 6;
+  return numbers > 0 && enough ? &table : nullptr;
+}
+
+std::size_t NumbersIn(const text::Record& record, char decimal) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      record.fields,
+      [decimal](const std::string& field) { return text::NumberIn(field, decimal).has_value(); }));
+}
+
+bool HasName(const text::DelimitedText& table, std::string_view name) {
+  return std::ranges::find(table.names, name) != table.names.end();
+}
+
+/// The first column whose name, in lower case, holds a part.
+const std::string* NameWith(const text::DelimitedText& table, std::string_view part) {
+  for (const std::string& name : table.names) {
+    if (InLowerCase(name).find(part) != std::string::npos) return &name;
+  }
+  return nullptr;
+}
+
+std::optional<Fact> HeaderFact(const text::DelimitedText& table, std::string_view name) {
+  return Fact{"", fmt::format("column {}", Quoted(name)), table.header_line};
+}
+
+/// A table one of whose columns has this name.
+std::optional<Fact> Named(const Outline& file, std::initializer_list<std::string_view> parts) {
+  const text::DelimitedText* const table = TableOf(file);
+  if (table == nullptr) return std::nullopt;
+  for (const std::string_view part : parts) {
+    if (const std::string* const name = NameWith(*table, part)) return HeaderFact(*table, *name);
+  }
+  return std::nullopt;
+}
+
+constexpr std::size_t kLongestNames = 160;
+
+std::string SeparatorWord(char separator) {
+  return separator == ';'    ? "semicolon"
+         : separator == '\t' ? "tab"
+         : separator == ' '  ? "blanks"
+                             : "comma";
+}
+
+/// Lines that are not empty, from the first record on.
+std::size_t RowCount(const Outline& file, const text::DelimitedText& table) {
+  if (file.text().size() <= Outline::kTableBytes) return table.records.size();
+  std::size_t rows = 0;
+  int number = 1;
+  bool blank = true;
+  for (const char c : file.text()) {
+    if (c != '\n') {
+      blank = blank && (c == ' ' || c == '\t' || c == '\r');
+      continue;
+    }
+    rows += !blank && number >= table.records.front().line ? 1 : 0;
+    blank = true;
+    ++number;
+  }
+  return rows + (blank ? 0 : 1);
+}
+
+void ReadTable(const Outline& file, Recognition& found) {
+  const text::DelimitedText* const table = TableOf(file);
+  if (table == nullptr) return;
+  AddFact(found, "layout",
+          fmt::format("{}, decimal {}", SeparatorWord(table->separator),
+                      table->decimal == ',' ? "comma" : "point"),
+          table->records.front().line);
+  AddFact(found, "rows", fmt::format("{}", RowCount(file, *table)), table->records.front().line);
+  if (table->header_line > 0) {
+    AddFact(found, "columns",
+            fmt::format("{}: {}", table->names.size(),
+                        Quoted(fmt::format("{}", fmt::join(table->names, ", ")), kLongestNames)),
+            table->header_line);
+  } else {
+    AddFact(found, "columns", fmt::format("{}, without names", table->names.size()));
+  }
+  std::string units;
+  for (std::size_t k = 0; k < table->names.size(); ++k) {
+    const std::string& name = table->names[k];
+    const std::size_t open = name.find_first_of("[(");
+    if (open == std::string::npos || !(name.back() == ']' || name.back() == ')')) continue;
+    const std::string unit = name.substr(open);
+    if (units.find(unit) == std::string::npos) units += (units.empty() ? "" : " ") + unit;
+  }
+  if (!units.empty()) AddFact(found, "units", Quoted(units), table->header_line);
+  if (table->decimal_assumed) {
+    found.undecided.emplace_back(
+        "the decimal sign: every comma is followed by three digits; give --decimal");
+  }
+  CheckTable(file, *table, found);
+}
+
+/// Tables of this product name their units.
+void ReadMeasured(const Outline& file, Recognition& found) {
+  ReadTable(file, found);
+  const text::DelimitedText& table = *file.table();
+  std::size_t joints = 0;
+  while (HasName(table, fmt::format("q{}_deg", joints + 1)) ||
+         HasName(table, fmt::format("q{}_mm", joints + 1))) {
+    ++joints;
+  }
+  AddFact(found, "joints", fmt::format("{}", joints), table.header_line);
+  const bool measured =
+      HasName(table, "x_mm") || HasName(table, "range_mm") || HasName(table, "artefact");
+  if (!measured) {
+    found.name = "a table of postures (test_poses.csv)";
+    found.command = "plumbline predict CELL.toml {} --out predicted.csv";
+  }
+}
+
+void ReadRtde(const Outline& file, Recognition& found) {
+  ReadTable(file, found);
+  AddFact(found, "units", "rad, m (RTDE)");
+  if (NameWith(*file.table(), "actual_tcp_pose") != nullptr) {
+    AddFact(found, "actual_TCP_pose", "computed by the controller: no measurement",
+            file.table()->header_line);
+  }
+}
+
+void ReadCmm(const Outline& file, Recognition& found) {
+  ReadTable(file, found);
+  if (NameWith(*file.table(), "nominal") != nullptr) {
+    AddFact(found, "nominal values", "are not measurements; import ignores them",
+            file.table()->header_line);
+  }
+}
+
+/// Without names, the number of columns leaves several meanings.
+void ReadBare(const Outline& file, Recognition& found) {
+  ReadTable(file, found);
+  const std::size_t width = file.table()->names.size();
+  found.certainty = Certainty::kUndecided;
+  if (width == 1) {
+    found.candidates = {"readings of a gauge", "one coordinate"};
+  } else if (width == 3) {
+    found.candidates = {"points x, y, z", "three joints"};
+  } else if (width == 6) {
+    found.candidates = {"six joints", "poses: x, y, z and three angles"};
+  } else if (width == 7) {
+    found.candidates = {"seven joints", "poses: x, y, z and a quaternion",
+                        "a number and six joints"};
+  }
+  found.undecided.emplace_back("what the columns mean, and their units: the file has no names");
+}
+
+constexpr const char *kImport = "plumbline import {} --preview",
+                     *kJoints = "plumbline import POINTS.csv --joints {} --preview";
+
+constexpr std::array kTableKinds = {
+    Kind{
+        "robot-poses", "a table of robot poses, one per image", Content::kPoses,
+        [](const Outline& file) -> std::optional<Fact> {
+          const text::DelimitedText* const table = TableOf(file);
+          if (table == nullptr || !HasName(*table, "image") || table->separator != ',' ||
+              !(HasName(*table, "x_mm") || HasName(*table, "q1_deg") || HasName(*table, "q1_mm"))) {
+            return std::nullopt;
+          }
+          return HeaderFact(*table, "image");
+        },
+        ReadTable, "plumbline calibrate-hand-eye --images FOLDER --poses {} --intrinsics LENS.json",
+        ""},
+    Kind{"measured", "a table of measured points (measured.csv)", Content::kMeasured,
+         [](const Outline& file) -> std::optional<Fact> {
+           const text::DelimitedText* const table = TableOf(file);
+           if (table == nullptr || table->separator != ',') return std::nullopt;
+           for (const char* const name : {"q1_deg", "q1_mm"}) {
+             if (HasName(*table, name)) return HeaderFact(*table, name);
+           }
+           return std::nullopt;
+         },
+         ReadMeasured, "plumbline diagnose CELL.toml {}", ""},
+    Kind{"rtde", "a recording of a UR's controller (RTDE)", Content::kExport,
+         [](const Outline& file) {
+           return Named(file, {"actual_q_0", "target_q_0", "actual_tcp_pose_0"});
+         },
+         ReadRtde, kJoints, ""},
+    Kind{
+        "ros-csv", "a topic of ROS as a table (rostopic echo -p, PlotJuggler)", Content::kExport,
+        [](const Outline& file) {
+          return Named(file, {"%time", "field.header.", "header.stamp", "__time", "/joint_states"});
+        },
+        [](const Outline& file, Recognition& found) {
+          ReadTable(file, found);
+          AddFact(found, "units", "rad, m (ROS)");
+        },
+        kJoints, ""},
+    Kind{"tracker", "an export of a laser tracker (Leica)", Content::kExport,
+         [](const Outline& file) {
+           return Named(file, {"u(95)", "otg applied", "image rms"});
+         },
+         ReadTable, kImport, ""},
+    Kind{"spatial-analyzer", "an export of SpatialAnalyzer", Content::kExport,
+         [](const Outline& file) -> std::optional<Fact> {
+           if (TableOf(file) == nullptr) return std::nullopt;
+           for (const Line& line : file.head()) {
+             if (line.text.find("SpatialAnalyzer") != std::string_view::npos) return Shown(&line);
+           }
+           return std::nullopt;
+         },
+         [](const Outline& file, Recognition& found) {
+           ReadTable(file, found);
+           found.undecided.emplace_back("order and unit, which are chosen when it is exported");
+         },
+         kImport, ""},
+    Kind{"cmm", "a report of a coordinate measuring machine", Content::kExport,
+         [](const Outline& file) {
+           return Named(
+               file, {"element name", "nominal", "mx coord", "sollwert", "istwert", "out of tol"});
+         },
+         ReadCmm, kImport, ""},
+    Kind{"table", "a table of numbers", Content::kTable,
+         [](const Outline& file) -> std::optional<Fact> {
+           const text::DelimitedText* const table = TableOf(file);
+           if (table == nullptr || table->header_line == 0) return std::nullopt;
+           return Fact{"", Quoted(fmt::format("{}", fmt::join(table->names, ", "))),
+                       table->header_line};
+         },
+         ReadTable, kImport, ""},
+    Kind{"bare-table", "a table of numbers without names", Content::kTable,
+         [](const Outline& file) -> std::optional<Fact> {
+           const text::DelimitedText* const table = TableOf(file);
+           if (table == nullptr) return std::nullopt;
+           return Fact{"", Quoted(fmt::format("{}", fmt::join(table->records.front().fields, " "))),
+                       table->records.front().line};
+         },
+         ReadBare, kImport, ""},
+};
+
+}  // namespace
+
+void CheckTable(const Outline& file, const text::DelimitedText& table, Recognition& found) {
+  const std::size_t width = table.names.size();
+  std::size_t odd = 0;
+  const text::Record* first = nullptr;
+  for (const text::Record& record : table.records) {
+    // A separator at the end of a line is not counted.
+    if (record.fields.size() == width || record.fields.size() + 1 == width) continue;
+    ++odd;
+    if (first == nullptr) first = &record;
+  }
+  if (first != nullptr) {
+    const bool last =
+        first == &table.records.back() && odd == 1 && file.text().size() <= Outline::kTableBytes;
+    Contradict(found, "columns",
+               fmt::format("{} fields, but {} columns{}", first->fields.size(), width,
+                           last      ? ": the last line is cut"
+                           : odd > 1 ? fmt::format("; {} lines are so", odd)
+                                     : ""),
+               first->line);
+  }
+  std::size_t before = 0;
+  for (const std::string& line : table.preamble) {
+    const text::DelimitedText one = text::LayoutOf(line, {});
+    const bool data = one.names.size() > 2 && one.records.size() == 1 && one.header_line == 0;
+    before += data && 2 * NumbersIn(one.records.front(), one.decimal) >= one.names.size() ? 1 : 0;
+  }
+  if (before > 2 && table.header_line > 0) {
+    Contradict(found, "columns",
+               fmt::format("{} lines of numbers stand before the names: two tables in one", before),
+               table.header_line);
+  }
+  for (const text::Record& record : table.records) {
+    const auto filled = std::ranges::count_if(
+        record.fields, [](const std::string& field) { return !field.empty(); });
+    const bool words = width > 1 && filled > 1 &&
+                       2 * filled >= static_cast<std::ptrdiff_t>(width) &&
+                       NumbersIn(record, table.decimal) == 0;
+    if (!words || record.fields == table.names) continue;
+    Contradict(found, "columns", "a line of words among the numbers: names of a second table?",
+               record.line);
+    break;
+  }
+  std::set<std::string> names;
+  for (const std::string& name : table.names) {
+    if (name.empty() || names.insert(name).second) continue;
+    Contradict(found, "columns", fmt::format("{} is the name of two columns", Quoted(name)),
+               table.header_line);
+    break;
+  }
+  for (const text::Record& record : table.records) {
+    const bool repeats = table.header_line > 0 && width > 1 && record.fields.size() == width &&
+                         record.fields == table.names;
+    if (!repeats) continue;
+    Contradict(found, "columns", "the names come again: two files in one", record.line);
+    break;
+  }
+}
+
+std::span<const Kind> TableKinds() {
+  return kTableKinds;
+}
+
+}  // namespace plumbline::recognition
