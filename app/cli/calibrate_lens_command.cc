@@ -16,6 +16,7 @@
 #include "app/cli/board_option.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
+#include "app/cli/file_head.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
@@ -247,6 +248,9 @@ int Run(const CalibrateLensOptions& options) {
           "plumbline calibrate-lens: {} and {} are the same file; choose another\n", other, option);
       return kExitUsage;
     }
+  }
+  if (const auto wrong = WrongFileText(options.images, config::kWantedImageFolder)) {
+    return Fail(fmt::format("{}: {}", options.images, *wrong));
   }
   Result<std::vector<std::string>> names = camera::ListImageNames(options.images);
   if (!names) {

@@ -14,8 +14,8 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/daemon_config_reader.h"
 #include "app/base/config/fault.h"
-#include "app/base/config/file_kind.h"
 #include "app/base/config/required_file.h"
+#include "app/base/recognition/recognition.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/cell/model_store/usable_model.h"
@@ -149,7 +149,8 @@ bool CheckObjects(const config::DaemonConfig& config, config::FaultList& faults)
 
 CheckedFile Check(const std::string& text, const std::string& file) {
   CheckedFile checked;
-  checked.is_configuration = config::FileKindOf(text) == config::FileKind::kConfiguration;
+  checked.is_configuration =
+      recognition::Recognise(text, file).content == recognition::Content::kConfiguration;
   if (checked.is_configuration) {
     checked.config = config::DaemonConfigFromText(text, file, checked.faults);
     const bool replay = checked.config && checked.config->robot.transport == "replay";

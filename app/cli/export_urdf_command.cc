@@ -8,6 +8,7 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/base/config/wrong_file.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/output_file.h"
@@ -134,6 +135,9 @@ int RunExportUrdf(const ExportUrdfOptions& options) {
   const auto cell = config::ReadCell(options.cell, faults);
   const auto text = config::ReadRequiredFile(options.file, faults);
   const auto read = [&](const std::string& from) -> std::optional<measure::JointChain> {
+    if (config::RefuseWrongFile(from, options.file, config::kWantedUrdf, faults)) {
+      return std::nullopt;
+    }
     const auto file = measure::UrdfFromText(from, options.file, faults);
     if (!file) return std::nullopt;
     return measure::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,

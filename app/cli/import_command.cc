@@ -16,6 +16,7 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/fault.h"
 #include "app/base/config/required_file.h"
+#include "app/base/config/wrong_file.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/output_file.h"
@@ -135,7 +136,9 @@ class MappedFile {
   /// @return nullopt after a fault
   std::optional<measure::UnderstoodFile> Read(config::FaultList& faults) {
     const auto bytes = config::ReadRequiredFile(path_, faults, files::kTableSize);
-    if (!bytes) return std::nullopt;
+    if (!bytes || config::RefuseWrongFile(*bytes, path_, config::kWantedTable, faults)) {
+      return std::nullopt;
+    }
     measure::Mapping mapping;
     const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
     if (known) {
@@ -261,8 +264,10 @@ void CheckRows(const ImportCommandOptions& options, const measure::UnderstoodFil
 int PreviewYaml(const ImportCommandOptions& options) {
   config::FaultList faults;
   const auto text = config::ReadRequiredFile(options.file, faults, files::kTableSize);
+  const bool wrong =
+      text && config::RefuseWrongFile(*text, options.file, config::kWantedTable, faults);
   std::cerr << config::FaultsText(faults);
-  if (!text) return kExitFault;
+  if (!text || wrong) return kExitFault;
   const auto shown = measure::RobotCalibrationText(*text);
   if (!shown) std::cerr << options.file << ": " << shown.error() << '\n';
   if (!shown) return kExitFault;

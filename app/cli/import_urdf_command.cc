@@ -7,6 +7,7 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/base/config/wrong_file.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/output_file.h"
@@ -32,7 +33,9 @@ constexpr int kImportedPostures = 1000;
 std::optional<measure::JointChain> ReadChain(const ImportUrdfOptions& options,
                                              config::FaultList& faults) {
   const auto text = config::ReadRequiredFile(options.file, faults);
-  if (!text) return std::nullopt;
+  if (!text || config::RefuseWrongFile(*text, options.file, config::kWantedArm, faults)) {
+    return std::nullopt;
+  }
   if (measure::IsFactoryTable(*text)) {
     const auto angles = options.ur_angles == "xyz" ? measure::TableAngles::kXyz
                                                    : measure::TableAngles::kRollPitchYaw;

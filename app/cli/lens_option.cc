@@ -4,6 +4,7 @@
 
 #include "app/base/config/body_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/base/config/wrong_file.h"
 #include "app/cli/failure.h"
 #include "app/vision/lens_files/lens_fold.h"
 
@@ -12,8 +13,9 @@ namespace plumbline::cli {
 std::optional<vision::LensFile> ReadUsableLens(const std::string& path, bool force) {
   config::FaultList faults;
   const auto text = config::ReadRequiredFile(path, faults);
+  const bool wrong = text && config::RefuseWrongFile(*text, path, config::kWantedLens, faults);
   std::cerr << config::FaultsText(faults);
-  if (!text) return std::nullopt;
+  if (!text || wrong) return std::nullopt;
   const auto lens = vision::LensFromFile(*text);
   if (!lens) {
     Fail(fmt::format("{}: {}", path, lens.error()));

@@ -12,6 +12,7 @@
 #include "app/cell/scene/mesh_summary.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
+#include "app/cli/file_head.h"
 #include "app/cli/number_option.h"
 
 namespace plumbline::cli {
@@ -36,7 +37,10 @@ int RunMeshCheck(const MeshOptions& options) {
     unit = options.unit;
     unit_m = *known;
   }
-  const auto file = cell::ReadMeshFile(options.file, unit_m, options.limits);
+  const auto wrong = WrongFileText(options.file, config::kWantedMesh);
+  const Result<cell::MeshFile> file =
+      wrong ? Result<cell::MeshFile>(Error{*wrong})
+            : cell::ReadMeshFile(options.file, unit_m, options.limits);
   if (!file && options.json) {
     const nlohmann::json json = {{"schema", 1}, {"file", options.file}, {"refused", file.error()}};
     std::cout << text::JsonText(json, 2) << '\n';

@@ -15,6 +15,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
+#include "app/cli/file_head.h"
 #include "app/cli/lens_option.h"
 #include "app/cli/number_option.h"
 #include "app/cli/progress.h"
@@ -279,6 +280,9 @@ std::optional<target::TagDatabase> ReadDatabase(const TrackOptions& options) {
 
 int RunOnImage(const TrackOptions& options, const vision::LensFile& lens,
                const std::vector<target::Body>& bodies, vision::Tracker& tracker) {
+  if (const auto wrong = WrongFileText(options.image, config::kWantedImage)) {
+    return Fail(fmt::format("{}: {}", options.image, *wrong));
+  }
   const auto image = camera::ReadImage(options.image);
   if (!image) return Fail(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {

@@ -7,6 +7,7 @@
 
 #include "app/base/config/limits.h"
 #include "app/base/config/toml_reader.h"
+#include "app/base/config/wrong_file.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::config {
@@ -74,6 +75,7 @@ class Reader {
 
 std::optional<target::TagDatabase> TagDatabaseFromText(std::string_view text,
                                                        const std::string& file, FaultList& faults) {
+  if (RefuseWrongFile(text, file, kWantedTags, faults)) return std::nullopt;
   return ReadDocument(text, file, faults, [](TomlDocument& document) {
     target::TagDatabase database;
     Reader reader;

@@ -7,11 +7,11 @@
 #include <map>
 #include <vector>
 
-#include "app/base/config/file_kind.h"
 #include "app/base/config/limits.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/toml_reader.h"
 #include "app/base/config/unlikely_values.h"
+#include "app/base/config/wrong_file.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/chain.h"
@@ -408,10 +408,7 @@ model::CellModel CellFromToml(TomlDocument& document) {
 
 std::optional<model::CellModel> CellFromText(std::string_view text, const std::string& file,
                                              FaultList& faults) {
-  if (const auto why = WhyNotACell(text)) {
-    faults.Add({Fault::Severity::kFault, file, 0, "", *why});
-    return std::nullopt;
-  }
+  if (RefuseWrongFile(text, file, kWantedCell, faults)) return std::nullopt;
   return ReadDocument(text, file, faults, CellFromToml);
 }
 

@@ -14,7 +14,6 @@
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/daemon_config_checks.h"
 #include "app/base/config/daemon_settings.h"
-#include "app/base/config/file_kind.h"
 #include "app/base/config/posture_check.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/robot_profile_reader.h"
@@ -22,6 +21,7 @@
 #include "app/base/config/settings_text.h"
 #include "app/base/config/toml_reader.h"
 #include "app/base/config/unlikely_values.h"
+#include "app/base/config/wrong_file.h"
 #include "drivers/files/package_paths.h"
 #include "drivers/files/text_file.h"
 #include "drivers/plc/register_map.h"
@@ -324,16 +324,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   const NamedFiles named(file, files, data_directory);
   DaemonConfig config;
   config.file = file;
-  const auto kind = FileKindOf(text);
-  if (kind == FileKind::kProfile) {
-    own.Add({Fault::Severity::kFault, file, 0, "",
-             "is a robot profile or a lens profile, not the daemon's configuration; give the "
-             "plumbline.toml that refers to it"});
-  } else if (kind == FileKind::kCell) {
-    own.Add({Fault::Severity::kFault, file, 0, "",
-             "is a cell, not the daemon's configuration; give the plumbline.toml that refers to it "
-             "by cell = \"...\""});
-  } else if (document.parsed()) {
+  if (!RefuseWrongFile(text, file, kWantedConfiguration, own) && document.parsed()) {
     const auto cell_text = ReadRoot(document.Root(), named, of_others, config);
     document.ReportMisplacedKeys(text, [&named](TomlDocument& copy) {
       FaultList ignored;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/base/config/toml_reader.h"
+#include "app/base/config/wrong_file.h"
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
@@ -310,6 +311,7 @@ robot::RobotProfile ReadProfile(const TomlTable& root) {
 std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
                                                         const std::string& file,
                                                         FaultList& faults) {
+  if (RefuseWrongFile(text, file, kWantedRobotProfile, faults)) return std::nullopt;
   return ReadDocument(text, file, faults,
                       [](TomlDocument& document) { return ReadProfile(document.Root()); });
 }

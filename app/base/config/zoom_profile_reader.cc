@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "app/base/config/toml_reader.h"
+#include "app/base/config/wrong_file.h"
 
 namespace plumbline::config {
 namespace {
@@ -58,6 +59,7 @@ zoom::HidExchange ReadExchange(const TomlTable& table) {
 
 std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
                                                    FaultList& faults) {
+  if (RefuseWrongFile(text, file, kWantedZoomProfile, faults)) return std::nullopt;
   auto profile = ReadDocument(text, file, faults, [](TomlDocument& document) {
     const TomlTable root = document.Root();
     zoom::HidProfile read;

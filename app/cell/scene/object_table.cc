@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/base/config/toml_reader.h"
+#include "app/base/config/wrong_file.h"
 #include "app/base/text/text.h"
 #include "app/cell/scene/mesh_format.h"
 #include "firmware-like/geometry/rotation.h"
@@ -328,6 +329,7 @@ class TableReader {
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
                                                const target::TagDatabase* tags,
                                                config::FaultList& faults) {
+  if (config::RefuseWrongFile(text, file, config::kWantedObjects, faults)) return std::nullopt;
   return config::ReadDocument(text, file, faults, [&](config::TomlDocument& document) {
     return TableReader(file, tags).Read(document.Root());
   });

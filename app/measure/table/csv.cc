@@ -10,6 +10,7 @@
 #include "app/base/config/carried_numbers.h"
 #include "app/base/config/required_file.h"
 #include "app/base/config/toml_reader.h"
+#include "app/base/config/wrong_file.h"
 #include "app/measure/table/gaps.h"
 #include "app/measure/table/table_header.h"
 #include "firmware-like/loads/gravity.h"
@@ -337,6 +338,9 @@ std::optional<MeasuredTable> TableReader::Take() {
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
                                           const std::vector<model::Joint>& joints,
                                           config::FaultList& faults, TableUse use) {
+  const bool poses = use == TableUse::kPoses;
+  const config::Wanted& wanted = poses ? config::kWantedPostures : config::kWantedMeasured;
+  if (config::RefuseWrongFile(text, file, wanted, faults)) return std::nullopt;
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
     text.remove_prefix(kByteOrderMark.size());

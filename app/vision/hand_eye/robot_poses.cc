@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "app/base/config/wrong_file.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -50,6 +51,7 @@ int ColumnOf(const std::vector<std::string_view>& header, std::string_view name)
 std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
     std::string_view text, const std::string& file, const std::vector<model::Joint>& joints,
     config::FaultList& faults) {
+  if (config::RefuseWrongFile(text, file, config::kWantedPoses, faults)) return std::nullopt;
   const auto fault = [&](int line, const std::string& what) {
     faults.Add({config::Fault::Severity::kFault, file, line, "", what});
   };

@@ -286,8 +286,8 @@ TEST_CASE("a faulty, unreadable or rigid cell is a fault of the input: exit code
       {"/nonexistent/cell.toml", "cannot be read"},
       {"config/cells/ur10.toml", "has a rigid tool"},
       {"config/plumbline.toml",
-       "is the daemon's configuration, not a cell; give its cell, "
-       "\"cells/ur10.toml\""},
+       "(cell = \"cells/ur10.toml\"), but a cell (cell.toml) is read here. Give the cell that it "
+       "names."},
   };
   for (const Wrong& w : wrong) {
     CAPTURE(w.file);

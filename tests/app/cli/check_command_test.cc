@@ -284,7 +284,8 @@ TEST_CASE("Nothing to correct is a warning, judged by the corrections, not by th
 TEST_CASE("A profile and an empty file are recognised") {
   const test::Answer profile = RunCheck("config/profiles/xarm.toml");
   CHECK(profile.exit_code == 1);
-  CHECK(profile.out.find("is a robot profile or a lens profile, not a cell") != std::string::npos);
+  CHECK(profile.out.find("is recognised as a register profile of a robot controller") !=
+        std::string::npos);
   const TemporaryFile empty("");
   CHECK(RunCheck(empty.path()).out.find("is empty") != std::string::npos);
 }

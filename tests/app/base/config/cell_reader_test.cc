@@ -664,9 +664,10 @@ TEST_CASE("A rigid tool has a tip and no beam") {
 TEST_CASE("The daemon's configuration in place of a cell is recognised, and its cell is named") {
   FaultList faults;
   CHECK_FALSE(Reads("cell = \"cells/ur10.toml\"\n[robot]\nprofile = \"generic\"\n", faults));
-  CHECK(FaultsText(faults) ==
-        "cell.toml: is the daemon's configuration, not a cell; give its cell, "
-        "\"cells/ur10.toml\"\n");
+  CHECK(
+      FaultsText(faults) ==
+      "cell.toml:1: is recognised as the configuration of a daemon (plumbline.toml) (cell = "
+      "\"cells/ur10.toml\"), but a cell (cell.toml) is read here. Give the cell that it names.\n");
   FaultList without;
   CHECK_FALSE(Reads("[plc]\nport = 502\n", without));
   CHECK(without.All().size() == 1);
@@ -958,8 +959,8 @@ TEST_CASE("A file that is clearly not a cell is reported as what it is") {
       {"", "cell.toml: is empty"},
       {" \n", "cell.toml: is empty"},
       {"schema = 1\nname = \"x\"\n[[joints]]\ntable = \"holding\"\n",
-       "cell.toml: is a robot profile"},
-      {"cell = \"arm.toml\"\n", "cell.toml: is the daemon's configuration"}};
+       "cell.toml:3: is recognised as a register profile"},
+      {"cell = \"arm.toml\"\n", "cell.toml:1: is recognised as the configuration of a daemon"}};
   for (const auto& [text, told] : cases) {
     FaultList faults;
     CHECK_FALSE(CellFromText(text, "cell.toml", faults));

@@ -462,8 +462,10 @@ TEST_CASE("A cell in place of the configuration is recognised") {
   FaultList faults;
   CHECK_FALSE(Reads(kCell, faults));
   CHECK(FaultsText(faults) ==
-        "cell/plumbline.toml: is a cell, not the daemon's configuration; give the plumbline.toml "
-        "that refers to it by cell = \"...\"\n");
+        "cell/plumbline.toml:7: is recognised as a model of a cell (cell.toml) ([[robot.joint]]), "
+        "but "
+        "the daemon's configuration (plumbline.toml) is read here. Give the plumbline.toml that "
+        "names it.\n");
 }
 
 TEST_CASE("Each transport requires its own keys") {
