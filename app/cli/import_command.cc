@@ -143,8 +143,10 @@ class MappedFile {
     const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
     if (known) {
       const auto text = config::ReadRequiredFile(mapping_path_, faults);
+      const bool wrong =
+          text && config::RefuseWrongFile(*text, mapping_path_, config::kWantedMapping, faults);
       const auto read =
-          text ? measure::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
+          text && !wrong ? measure::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
       if (!read) return std::nullopt;
       mapping = *read;
     }

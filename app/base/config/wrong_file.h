@@ -45,6 +45,8 @@ inline constexpr Wanted kWantedArm{
     "a URDF, or the factory table of an arm (kinematics.yaml)",
     {recognition::Content::kDescription, recognition::Content::kKinematics}};
 inline constexpr Wanted kWantedUrdf{"a URDF", {recognition::Content::kDescription}};
+inline constexpr Wanted kWantedMapping{"a mapping of columns (TOML)",
+                                       {recognition::Content::kMapping}};
 inline constexpr Wanted kWantedImage{"an image", {recognition::Content::kImage}};
 inline constexpr Wanted kWantedImageFolder{"a folder of images", {}};
 inline constexpr Wanted kWantedMesh{"a mesh (VRML97, STL, OBJ, PLY, glTF)",

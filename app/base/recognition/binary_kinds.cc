@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "app/base/recognition/kinds.h"
+#include "app/base/recognition/lens_facts.h"
 
 namespace plumbline::recognition {
 namespace {
@@ -164,6 +165,14 @@ void ReadSqlite(const Outline& file, Recognition& found) {
 constexpr std::array<std::pair<std::size_t, int>, 5> kArToolKitSizes = {
     {{136, 1}, {144, 2}, {152, 3}, {176, 4}, {240, 5}}};
 
+constexpr std::size_t kFactors = 104;  // where they begin, behind image size and matrix
+
+double Real(std::string_view bytes, std::size_t at) {
+  const std::uint64_t bits =
+      std::uint64_t{Number(bytes, at, 4, true)} << 32U | Number(bytes, at + 4, 4, true);
+  return std::bit_cast<double>(bits);
+}
+
 /// Big-endian image size, matrix and factors; the size of the file shows the version.
 int ArToolKitVersion(const Outline& file) {
   const std::string_view bytes = file.bytes();
@@ -173,14 +182,8 @@ int ArToolKitVersion(const Outline& file) {
   constexpr std::uint32_t kLargestSide = 65536;
   const std::uint32_t width = Number(bytes, 0, 4, true), height = Number(bytes, 4, 4, true);
   const bool sizes = width > 0 && width <= kLargestSide && height > 0 && height <= kLargestSide;
-  const auto real = [&bytes](std::size_t at) {
-    const std::uint64_t bits =
-        std::uint64_t{Number(bytes, at, 4, true)} << 32U | Number(bytes, at + 4, 4, true);
-    return std::bit_cast<double>(bits);
-  };
   // The factors start with the distortion terms, or in old versions with the principal point.
-  constexpr std::size_t kFactors = 104;
-  const double first = real(kFactors), second = real(kFactors + 8);
+  const double first = Real(bytes, kFactors), second = Real(bytes, kFactors + 8);
   const bool centre = first > 1 && first < width && second > 1 && second < height;
   return sizes && centre == (found->second < 4) ? found->second : 0;
 }
@@ -193,9 +196,24 @@ std::optional<Fact> ArToolKit(const Outline& file, bool readable) {
 
 void ReadArToolKit(const Outline& file, Recognition& found) {
   const std::string_view bytes = file.bytes();
-  AddFact(found, "image size",
-          fmt::format("{} x {} px", Number(bytes, 0, 4, true), Number(bytes, 4, 4, true)));
-  AddFact(found, "distortion model", fmt::format("{} of ARToolKit", ArToolKitVersion(file)));
+  const int version = ArToolKitVersion(file);
+  AddFact(found, "version", fmt::format("{} of the distortion model", version));
+  LensFacts lens;
+  lens.width = {static_cast<double>(Number(bytes, 0, 4, true)), 0};
+  lens.height = {static_cast<double>(Number(bytes, 4, 4, true)), 0};
+  if (version >= 4) {
+    const std::size_t count = version == 4 ? 4 : 12;
+    std::vector<double> factors;
+    for (std::size_t k = 0; k < count + 4; ++k) factors.push_back(Real(bytes, kFactors + 8 * k));
+    lens.fx = {factors[count], 0};
+    lens.fy = {factors[count + 1], 0};
+    lens.cx = {factors[count + 2], 0};
+    lens.cy = {factors[count + 3], 0};
+    factors.resize(count);
+    lens.terms = {factors, 0};
+    lens.opencv_order = true;
+  }
+  AddLens(lens, found);
 }
 
 /// Text in UTF-16 without a byte-order mark: every other byte is zero.

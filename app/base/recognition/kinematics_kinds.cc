@@ -138,7 +138,8 @@ void ReadDh(const Outline& file, Recognition& found) {
       "it)");
   std::vector<std::string> bare;
   for (const std::string& name : table.names) {
-    if (name.find_first_of("_[( ") == std::string::npos && name.size() <= 5) bare.push_back(name);
+    const bool number = name == "i" || name == "joint" || name == "J";
+    if (name.find_first_of("_[( ") == std::string::npos && !number) bare.push_back(name);
   }
   if (!bare.empty()) {
     found.undecided.push_back(

@@ -350,7 +350,10 @@ std::string TextOf(const Recognition& found) {
                         fact.line > 0 ? LineText(fact.line) + ", " : "", fact.what, fact.value);
   }
   for (const std::string& open : found.undecided) text += fmt::format("  not stated: {}\n", open);
-  if (!found.command.empty()) text += fmt::format("  use: {}\n", found.command);
+  if (!found.command.empty()) {
+    const char* const settled = found.contradictions.empty() ? "" : ", once that is settled";
+    text += fmt::format("  use{}: {}\n", settled, found.command);
+  }
   if (!found.conversion.empty()) text += fmt::format("  to do: {}\n", found.conversion);
   return text;
 }

@@ -118,7 +118,7 @@ void ReadTable(const Outline& file, Recognition& found) {
   std::string units;
   for (std::size_t k = 0; k < table->names.size(); ++k) {
     const std::string& name = table->names[k];
-    const std::size_t open = name.find_first_of("[(");
+    const std::size_t open = name.find_last_of("[(");
     if (open == std::string::npos || !(name.back() == ']' || name.back() == ')')) continue;
     const std::string unit = name.substr(open);
     if (units.find(unit) == std::string::npos) units += (units.empty() ? "" : " ") + unit;

@@ -69,6 +69,12 @@ TEST_CASE("separator, decimal sign and header of common exports") {
   CHECK(LayoutOf("+01.2345\nXXXXXXX\n-00.0001\n", {}).records.size() == 3);
 }
 
+TEST_CASE("%time of rostopic echo -p is a name, other lines with % are comments") {
+  const DelimitedText topic = LayoutOf("%time,field.position0\n1,2\n3,4\n", {});
+  CHECK(topic.names == std::vector<std::string>{"%time", "field.position0"});
+  CHECK(LayoutOf("% made by MATLAB\na,b\n1,2\n", {}).names == std::vector<std::string>{"a", "b"});
+}
+
 TEST_CASE("encodings become UTF-8") {
   CHECK(DecodedFromBytes("\xEF\xBB\xBF"
                          "a")
