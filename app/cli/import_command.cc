@@ -195,14 +195,15 @@ void CheckAgainstCell(const ImportCommandOptions& options, const model::CellMode
   if (!data) return;  // not yet what a diagnosis needs
   constexpr int kThreads = 2;
   const Result<measure::DeclaredFit> fit = measure::FitDeclared(*data, kThreads);
-  if (fit) return;
-  // Rows of two files may have been put together in a wrong order; a single file is what it is.
-  const bool two_files = !options.joints.empty();
-  faults.Add(
-      {two_files ? config::Fault::Severity::kFault : config::Fault::Severity::kWarning,
-       options.file, 0, "",
-       fmt::format("does not fit {}: {}{}", options.cell, fit.error(),
-                   two_files ? "; no file is written (without --cell it is, as read)" : "")});
+  if (fit && !fit->mistake) return;
+  // Rows of two files may have been put together in a wrong order: the table would then be wrong
+  // whatever the cell.
+  const bool misjoined = !options.joints.empty() && fit && fit->mistake->row_order;
+  faults.Add({misjoined ? config::Fault::Severity::kFault : config::Fault::Severity::kWarning,
+              options.file, 0, "",
+              fmt::format("does not fit {}: {}{}", options.cell,
+                          fit ? fit->mistake->sentence : fit.error(),
+                          misjoined ? "; no file is written" : "")});
 }
 
 /// "ignored columns: \"a\", \"b\"; map ..", or empty. A long list is cut.

@@ -211,10 +211,7 @@ std::string LinesText(const std::vector<int>& lines) {
 /// True if every assumed radius follows from the growth of the error that the fit states.
 bool RestsOnGrowth(const std::vector<Prediction>& predictions) {
   return std::ranges::all_of(predictions, [](const Prediction& one) {
-    if (one.radius.basis != model::RadiusBasis::kAssumed) return true;
-    return !one.exits.empty() && std::ranges::all_of(one.exits, [](const auto& exit) {
-      return exit.variance_m2.has_value();
-    });
+    return one.radius.basis != model::RadiusBasis::kAssumed || one.rests_on_growth;
   });
 }
 

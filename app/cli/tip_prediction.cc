@@ -75,7 +75,10 @@ class SessionArms {
               const measure::FrameCovariances& aligned)
       : bare_(cell), deviation_(deviation), aligned_(aligned) {
     bare_.sessions.clear();
-    for (const model::SessionFrames& session : cell.sessions) by_id_.emplace(session.id, &session);
+    for (const model::SessionFrames& session : cell.sessions) {
+      by_id_.emplace(session.id, &session);
+      deflection::ApplyTips(session, bare_);  // the last that states a tool's tip
+    }
     if (!cell.sessions.empty()) last_ = &cell.sessions.back();
   }
 
@@ -157,6 +160,8 @@ Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable&
                     .extrapolated = extrapolated,
                     .exits = extrapolated ? session.arm.growth().Exits(point)
                                           : std::vector<deflection::DomainExit>(),
+                    .rests_on_growth =
+                        extrapolated && session.uncertainty.RestsOnGrowth(session.arm, load, point),
                     .beyond_linear = config::BeyondLinearTheory(session.cell, session.arm, state)};
 }
 

@@ -19,7 +19,8 @@ struct Prediction {
   model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
   std::vector<deflection::DomainExit> exits{};  ///< why it is, where an input is the reason
-  std::string beyond_linear{};  ///< what linear beam theory does not describe; empty if nothing
+  bool rests_on_growth = false;  ///< the radius, beyond the fitted rows; see LandingUncertainty
+  std::string beyond_linear{};   ///< what linear beam theory does not describe; empty if nothing
 };
 
 /// Predicts every row with the frames of its session (CellOfSession). Without a payload column the

@@ -441,11 +441,16 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
   const model::StatedRadius inside{statistics::RadiusHolding95Percent(covariance),
                                    as_validated_ ? basis : model::RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;
-  if (as_validated_ && load.mass_kg && arm.growth().Describes(point))
+  if (RestsOnGrowth(arm, load, point))
     return {inside.radius_m, model::Weakest(inside.basis, model::RadiusBasis::kAssumed)};
   const model::StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
   return {std::hypot(inside.radius_m, outside.radius_m),
           model::Weakest(inside.basis, outside.basis)};
+}
+
+bool LandingUncertainty::RestsOnGrowth(const LoadedArm& arm, const LoadStatement& load,
+                                       const OperatingPoint& point) const {
+  return fitted_ && as_validated_ && load.mass_kg && arm.growth().Describes(point);
 }
 
 model::StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const model::JointVector& q,

@@ -73,6 +73,10 @@ class LandingUncertainty {
   model::StatedRadius At(const LoadedArm& arm, const model::JointVector& q,
                          const LoadStatement& load, const effects::Conditions& conditions,
                          bool extrapolated, const Vec3& p_TP = Vec3::Zero());
+  /// True if the radius beyond the fitted rows is that of the error's growth, without typical
+  /// values.
+  bool RestsOnGrowth(const LoadedArm& arm, const LoadStatement& load,
+                     const OperatingPoint& point) const;
 
  private:
   model::StatedRadius Assumed(const LoadedArm& arm, const model::JointVector& q,

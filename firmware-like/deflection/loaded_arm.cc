@@ -179,6 +179,13 @@ Pose LoadedArm::UnloadedTip(const model::JointVector& q, int tool) const {
   return posture.X_BF() * X_FT(tool);
 }
 
+void ApplyTips(const model::SessionFrames& session, model::CellModel& cell) {
+  for (const model::SessionTip& tip : session.tips) {
+    const auto index = tip.tool ? loads::ToolIndexOf(cell, tip.tool) : 0;
+    if (index) cell.ToolAt(*index).tcp_F = tip.p_F;
+  }
+}
+
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id) {
   model::CellModel of_session = cell;
   if (cell.sessions.empty()) return of_session;
@@ -186,10 +193,8 @@ model::CellModel CellOfSession(const model::CellModel& cell, const std::string& 
       cell.sessions, [&](const model::SessionFrames& session) { return session.id == id; });
   const model::SessionFrames& frames = known == cell.sessions.end() ? cell.sessions.back() : *known;
   of_session.robot.X_WB = frames.X_WB;
-  for (const model::SessionTip& tip : frames.tips) {
-    const auto index = tip.tool ? loads::ToolIndexOf(cell, tip.tool) : 0;
-    if (index) of_session.ToolAt(*index).tcp_F = tip.p_F;
-  }
+  for (const model::SessionFrames& other : cell.sessions) ApplyTips(other, of_session);
+  ApplyTips(frames, of_session);
   return of_session;
 }
 

@@ -185,9 +185,13 @@ class LoadedArm {
   effects::Conditions declared_;
 };
 
-/// The cell with base and tip of one session, which predicts the measured rows of that session. The
-/// cell is returned unchanged if it has no sessions; an unknown `id` selects the last session.
+/// The cell with base and tips of one session, which predicts the measured rows of that session.
+/// The cell is returned unchanged if it has no sessions; an unknown `id` selects the last session.
+/// A tool that the session did not measure has the tip of the last session that did.
 model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id);
+
+/// Sets the tips that a session states; the others stay.
+void ApplyTips(const model::SessionFrames& session, model::CellModel& cell);
 
 /// The number by which a session states the tip of a tool; nullopt if the cell has only one.
 std::optional<int> SessionTipNumber(const model::CellModel& cell, int tool);

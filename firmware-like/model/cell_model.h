@@ -175,8 +175,6 @@ struct WrittenEffect {
   std::optional<int> from_rows;
 };
 
-/// Base pose and tip estimated for one session of a measurement with unknown frame or tool. They
-/// describe where instrument and target were mounted, not the arm: see deflection::CellOfPoints.
 /// Tip of a tool in a session, in F [m].
 struct SessionTip {
   std::optional<int> tool{};  ///< number of the [[tool]]; absent if the cell has one without number
@@ -184,6 +182,8 @@ struct SessionTip {
   std::optional<Vec3> declared_F{};  ///< of the declared model, see SessionFrames
 };
 
+/// Base pose and tips estimated for one session of a measurement with unknown frame or tools. They
+/// describe where instrument and targets were mounted, not the arm: see deflection::CellOfPoints.
 struct SessionFrames {
   std::string id;
   Pose X_WB;

@@ -137,6 +137,7 @@ Result<FittedModel> FittedDeclared(const Task& task) {
   task.Report(0.02, "aligning frames");
   const Result<DeclaredFit> fit = FitDeclared(task.data, task.options.threads);
   if (!fit) return fit.failure();
+  if (fit->mistake) return Error{fit->mistake->sentence};
   return FittedModel{fit->model, ErrorsOf(fit->linear)};
 }
 

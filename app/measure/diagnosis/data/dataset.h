@@ -32,6 +32,8 @@ struct Dataset {
   PerRow<RowNumbers> numbers;
   Indexed<ArtefactIndex, bool> used_artefacts;  ///< by at least one row
   Indexed<SessionIndex, bool> turned_sessions;  ///< orientations were measured
+  /// Whether a session has measurements with each tool of the cell (CellModel::ToolAt).
+  Indexed<SessionIndex, std::vector<bool>> measured_tools;
   PerRow<SessionIndex> session_of;
   PerRow<ClusterIndex> cluster_of;  ///< replicates: same pose, session and payload
   int clusters = 0;

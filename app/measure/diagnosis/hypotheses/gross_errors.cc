@@ -1,6 +1,7 @@
 #include "app/measure/diagnosis/hypotheses/gross_errors.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -49,7 +50,21 @@ struct EditTrial {
   PerRow<RowResidual> residuals;
   Model model;
   Model::Frames declared;
+  std::vector<model::SessionTip> moved_tips;  ///< of the first session, with the declared ones
 };
+
+/// The tips of the first session that the fit moved.
+std::vector<model::SessionTip> MovedTips(const Dataset& data, const Model& fitted,
+                                         const Model::Frames& declared) {
+  constexpr double kMoved_m = 1e-3;
+  std::vector<model::SessionTip> tips;
+  for (int tool = 0; tool < data.cell.tools(); ++tool) {
+    const Vec3 p_F = fitted.frames.front().X_FT[tool].p, declared_F = declared.X_FT[tool].p;
+    if ((p_F - declared_F).norm() < kMoved_m) continue;
+    tips.push_back({deflection::SessionTipNumber(data.cell, tool), p_F, declared_F});
+  }
+  return tips;
+}
 
 EditTrial RunTrial(Dataset changed, int threads) {
   EditTrial trial;
@@ -60,6 +75,7 @@ EditTrial RunTrial(Dataset changed, int threads) {
   const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
   if (!linear) return trial;
   trial.model = *model;
+  trial.moved_tips = MovedTips(changed, *model, trial.declared);
   trial.residual_m = MedianResidual(*linear);
   trial.residuals = ResidualsOf(*linear);
   trial.sigma_m = RobustSigma(changed, trial.residuals);
@@ -87,8 +103,13 @@ std::string SentenceOf(const EditTrial& trial) {
   if (!trial.mistake->fits()) return trial.mistake->sentence;
   const Model::Frames& found = trial.model.frames.front();
   if (trial.mistake->fits_tip) {
-    return fmt::format("the TCP is {} from the declared one, in the flange frame",
-                       MillimetresText(found.X_FT.front().p - trial.declared.X_FT.front().p));
+    std::vector<std::string> moved;
+    for (const model::SessionTip& tip : trial.moved_tips) {
+      moved.push_back(fmt::format("the TCP{} is {} from the declared one",
+                                  tip.tool ? fmt::format(" of tool {}", *tip.tool) : "",
+                                  MillimetresText(tip.p_F - *tip.declared_F)));
+    }
+    return fmt::format("{}, in the flange frame", fmt::join(moved, " and "));
   }
   const Mat3 R = found.X_WB.R * trial.declared.X_WB.R.transpose();
   const double angle_deg = VectorFromRotation(R).norm() / kRadPerDeg;
@@ -175,7 +196,7 @@ std::optional<std::string> OtherOrder(const Dataset& data, const Linearisation& 
     moved += data.measured(row).measured_W != reordered->measured(row).measured_W ? 1 : 0;
   }
   return fmt::format(
-      "it falls to {:.2g} mm if {} of the {} points belong to the joint readings of other rows: "
+      "it falls to {:.2f} mm if {} of the {} points belong to the joint readings of other rows: "
       "measurements and joint readings are in different orders; put those of the same moment into "
       "one row",
       1e3 * trial.residual_m, moved, data.rows());
@@ -226,8 +247,8 @@ std::optional<Mistake> FittedCoupling(const Dataset& subset, double before_m, in
   return CouplingMistake(subset, best);
 }
 
-std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
-                           const std::vector<Mistake>& mistakes, double before_m, int threads) {
+GrossMistake GrossErrorIn(const Dataset& data, const Linearisation& aligned,
+                          const std::vector<Mistake>& mistakes, double before_m, int threads) {
   const std::string found = fmt::format(
       "measured points are {:.0f} mm from the positions predicted by the declared cell (median)",
       1e3 * before_m);
@@ -241,17 +262,17 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
       all, [](const EditTrial& a, const EditTrial& b) { return ScoreOf(a) < ScoreOf(b); });
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
     if (const auto order = OtherOrder(data, aligned, before_m, threads)) {
-      return found + "; " + *order;
+      return {found + "; " + *order, true};
     }
     if (const auto coupling = FittedCoupling(subset, before_m, threads)) {
       const double after_m = RunTrial(CorrectedRows(subset, coupling->undo), threads).residual_m;
-      return fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * after_m,
-                         coupling->sentence, coupling->remedy);
+      return {fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * after_m,
+                          coupling->sentence, coupling->remedy)};
     }
-    return found +
-           ": no effect is that large, but an error of a frame may be; check the DH table, the "
-           "units (mm, deg), the frame (is it \"unaligned\"?), that the measurement and the joint "
-           "readings of each row belong together, and that the data belong to this cell";
+    return {found +
+            ": no effect is that large, but an error of a frame may be; check the DH table, the "
+            "units (mm, deg), the frame (is it \"unaligned\"?), that the measurement and the joint "
+            "readings of each row belong together, and that the data belong to this cell"};
   }
   std::string text =
       fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * all.front().residual_m,
@@ -261,7 +282,7 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
     text += fmt::format("; or, which these rows cannot distinguish from it, {}: {}",
                         SentenceOf(all[k]), all[k].mistake->remedy);
   }
-  return text;
+  return {text, all.front().mistake->needs_all_rows && !all.front().mistake->subtle};
 }
 
 /// Robust sigma of the rows that a mistake affects. If these are fewer than half of all rows, the
@@ -312,15 +333,17 @@ std::optional<std::string> SubtleErrorText(const Dataset& data,
 
 }  // namespace
 
-std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
-                                      int threads) {
+std::optional<GrossMistake> GrossError(const Dataset& data, const Linearisation& aligned,
+                                       int threads) {
   const double before_m = MedianResidual(aligned);
   if (SomeRowsAreGross(aligned)) {
-    if (const auto changed = ChangedUnit(data, threads)) return changed;
+    if (const auto changed = ChangedUnit(data, threads)) return GrossMistake{*changed};
   }
   const std::vector<Mistake> mistakes = MistakesOf(data);
-  if (before_m >= kGross_m) return GrossErrorText(data, aligned, mistakes, before_m, threads);
-  return SubtleErrorText(data, mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
+  if (before_m >= kGross_m) return GrossErrorIn(data, aligned, mistakes, before_m, threads);
+  const auto subtle =
+      SubtleErrorText(data, mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
+  return subtle ? std::optional(GrossMistake{*subtle}) : std::nullopt;
 }
 
 Result<DeclaredFit> FitDeclared(const Dataset& data, int threads) {
@@ -332,8 +355,8 @@ Result<DeclaredFit> FitDeclared(const Dataset& data, int threads) {
   if (!aligned) return failed(aligned.error());
   Result<Linearisation> linear = Linearise(data, *aligned, false, threads);
   if (!linear) return failed(linear.error());
-  if (const auto gross = GrossError(data, *linear, threads)) return Error{*gross};
-  return DeclaredFit{std::move(aligned).value(), std::move(linear).value()};
+  auto mistake = GrossError(data, *linear, threads);
+  return DeclaredFit{std::move(aligned).value(), std::move(linear).value(), std::move(mistake)};
 }
 
 namespace {

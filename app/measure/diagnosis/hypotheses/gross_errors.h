@@ -14,6 +14,11 @@ inline constexpr double kGross_m = 0.025;
 /// A mistake explains the data if correcting it reduces the median residual below this share.
 inline constexpr double kExplainedRatio = 0.2;
 
+struct GrossMistake {
+  std::string sentence;    ///< with the evidence and a remedy
+  bool row_order = false;  ///< measurements and joint readings are not of the same row
+};
+
 /// Corrects every known mistake (mistakes.h) in turn, aligns the frames, and compares the median
 /// distance r_m of the measured from the predicted points with the distance r of the uncorrected
 /// data.
@@ -26,19 +31,20 @@ inline constexpr double kExplainedRatio = 0.2;
 ///  its figures.
 ///  - If r is smaller, a mistake without free parameters is named if correcting it reduces the
 ///  residual to the noise (RobustSigma < 1.5 sigma) from at least three times the noise.
-/// @return  a sentence with the evidence and a remedy; nullopt if the residual is no larger than
-/// effects can be and no mistake explains all of it
-std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
-                                      int threads);
+/// @return  nullopt if the residual is no larger than effects can be and no mistake explains all of
+/// it
+std::optional<GrossMistake> GrossError(const Dataset& data, const Linearisation& aligned,
+                                       int threads);
 
 /// The declared cell with its free frames fitted to the rows.
 struct DeclaredFit {
   Model model;
   Linearisation linear;
+  std::optional<GrossMistake> mistake;
 };
 
 /// Fits the declared cell and looks for gross errors (GrossError).
-/// @return  an error that names the mistake
+/// @return  an error if the fit fails
 Result<DeclaredFit> FitDeclared(const Dataset& data, int threads);
 
 /// Detects a unit change that explains gross errors: as read, some measured points are at least 25

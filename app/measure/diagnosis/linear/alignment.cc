@@ -209,11 +209,12 @@ NuisancePrior PriorAt(const Nuisances& nuisances, const Indexed<SessionIndex, Fr
   for (const SessionIndex session : priors.indices()) {
     const FramePrior& frames = priors[session];
     if (nuisances.frames())
-      prior.information.segment<6>(nuisances.FirstOf(session)) = frames.base_information;
-    for (int tool = 0; nuisances.tip() && tool < static_cast<int>(frames.X_FT.size()); ++tool) {
-      const int at = nuisances.TipOf(session, tool);
-      prior.information.segment<3>(at).setConstant(frames.tip_information);
-      prior.offset.segment<3>(at) = frames.X_FT[tool].p - model.frames[session].X_FT[tool].p;
+      prior.information.segment<6>(nuisances.BaseOf(session)) = frames.base_information;
+    for (int tool = 0; tool < static_cast<int>(frames.X_FT.size()); ++tool) {
+      const auto at = nuisances.TipOf(session, tool);
+      if (!at) continue;
+      prior.information.segment<3>(*at).setConstant(frames.tip_information);
+      prior.offset.segment<3>(*at) = frames.X_FT[tool].p - model.frames[session].X_FT[tool].p;
     }
   }
   return prior;
@@ -249,24 +250,16 @@ FrameCovariance FrameCovarianceOf(const Nuisances& nuisances, const Eigen::Matri
   std::vector<int> to, from;
   for (int k = 0; nuisances.frames() && k < 6; ++k) {
     to.push_back(k);
-    from.push_back(nuisances.FirstOf(session) + k);
+    from.push_back(nuisances.BaseOf(session) + k);
   }
-  for (int k = 0; nuisances.tip() && k < 3; ++k) {
+  const auto tip = nuisances.TipOf(session, tool);
+  for (int k = 0; tip && k < 3; ++k) {
     to.push_back(6 + k);
-    from.push_back(nuisances.TipOf(session, tool) + k);
+    from.push_back(*tip + k);
   }
   FrameCovariance of_tool = FrameCovariance::Zero();
   of_tool(to, to) = covariance(from, from);
   return of_tool;
-}
-
-/// Whether any row of a session was measured with a tool.
-bool Measures(const Dataset& data, SessionIndex session, int tool) {
-  const auto rows = data.row_indices();
-  return std::ranges::any_of(rows, [&](RowIndex row) {
-    return data.session_of[row] == session && data.payloads[row].tool == tool &&
-           data.numbers[row].count > 0;
-  });
 }
 
 /// The directions of the flange frame along which the rows do not determine a tip; empty if none.
@@ -338,8 +331,9 @@ std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Ali
   const Eigen::SelfAdjointEigenSolver<Mat3> turn(covariance.front().block<3, 3>(3, 3));
   std::string text;
   for (int tool = 0; data.tip_free() && tool < data.cell.tools(); ++tool) {
+    if (!data.measured_tools[session][tool]) continue;
     const std::string directions = UndeterminedDirections(covariance[tool]);
-    if (directions.empty() || !Measures(data, session, tool)) continue;
+    if (directions.empty()) continue;
     const std::optional<int> number = data.cell.ToolAt(tool).number;
     text += fmt::format(
         "{}the rows do not determine the tip{} along {} in the flange frame, because the tool "

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -187,18 +188,17 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
       starts, [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
 }
 
-/// At most `most` rows of the session, evenly spread.
+/// At most `most` rows of each tool in the session, evenly spread.
 std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int most) {
-  std::vector<RowIndex> all;
+  std::map<int, std::vector<RowIndex>> rows_of_tool;
   for (const RowIndex row : data.row_indices()) {
-    if (data.session_of[row] == session) all.push_back(row);
+    if (data.session_of[row] == session) rows_of_tool[data.payloads[row].tool].push_back(row);
   }
   std::vector<RowIndex> some;
-  const auto count = static_cast<int>(all.size());
-  const int taken = std::min(most, count);
-  some.reserve(taken);
-  for (int j = 0; j < taken; ++j) {
-    some.push_back(all[std::int64_t{j} * count / taken]);
+  for (const auto& [tool, all] : rows_of_tool) {
+    const auto count = static_cast<int>(all.size());
+    const int taken = std::min(most, count);
+    for (int j = 0; j < taken; ++j) some.push_back(all[std::int64_t{j} * count / taken]);
   }
   return some;
 }

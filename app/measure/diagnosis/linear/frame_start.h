@@ -1,4 +1,4 @@
-// Initial instrument frame and tool tip of every session, from the unloaded arm, and their prior.
+// Initial instrument frame and tool tips of every session, from the unloaded arm, and their prior.
 #pragma once
 
 #include "app/measure/diagnosis/linear/linearisation.h"

@@ -30,15 +30,22 @@ int LeaderOf(std::vector<int>& leader, int k) {
 Nuisances::Nuisances(const Dataset& data)
     : data_(data), frames_(data.frames_free()), tip_(data.tip_free()), tools_(data.cell.tools()) {
   artefacts_ = static_cast<int>(data.cell.artefacts.size());
-  of_sessions_ = size_ = per_session() * data.sessions_count();
-  first_.front() = size_;
+  for (const SessionIndex session : data.sessions.indices()) {
+    base_.push_back(size_);
+    if (frames_) size_ += 6;
+    for (const bool measured : data.measured_tools[session]) {
+      tip_of_.push_back(tip_ && measured ? size_ : -1);
+      if (tip_ && measured) size_ += 3;
+    }
+  }
+  of_sessions_ = first_.front() = size_;
   for (int k = 0; k < artefacts_; ++k) {
     if (data.used_artefacts[ArtefactIndex(k)]) size_ += FreedomOf(Declared(data, k)).size();
     first_.push_back(size_);
   }
   for (const SessionIndex session : data.sessions.indices()) {
     for (int tool = 0; tool < tools_; ++tool) {
-      if (tip_ && data.turned_sessions[session]) size_ += 3;
+      if (data.turned_sessions[session] && TipOf(session, tool)) size_ += 3;
       first_.push_back(size_);
     }
   }
@@ -202,15 +209,15 @@ std::vector<Equation> Nuisances::EquationsAt(const Model& model) const {
 }
 
 void Nuisances::MoveSessions(const double* step, Model& model) const {
-  for (Model::Frames& frames : model.frames) {
+  for (const SessionIndex session : base_.indices()) {
+    Model::Frames& frames = model.frames[session];
     if (frames_) {
-      MoveBase(frames.X_WB, Eigen::Map<const Eigen::Matrix<double, 6, 1>>(step));
-      step += 6;
+      const Eigen::Map<const Eigen::Matrix<double, 6, 1>> of_base(step + BaseOf(session));
+      MoveBase(frames.X_WB, of_base);
     }
-    if (!tip_) continue;
-    for (Pose& X_FT : frames.X_FT) {
-      X_FT.p += Eigen::Map<const Vec3>(step);
-      step += 3;
+    for (int tool = 0; tool < tools_; ++tool) {
+      const auto tip = TipOf(session, tool);
+      if (tip) frames.X_FT[tool].p += Eigen::Map<const Vec3>(step + *tip);
     }
   }
 }
@@ -224,8 +231,8 @@ void Nuisances::MoveGroup(GroupIndex group, const double* step, Model& model) co
     model.tags_shift += Eigen::Map<const Vec3>(step);
     model.tags_turn += Eigen::Map<const Vec3>(step + 3);
   } else {
-    const int seat = group.value() - artefacts_;
-    Mat3& R_FT = model.frames[SessionIndex(seat / tools_)].X_FT[seat % tools_].R;
+    const int tip = group.value() - artefacts_;  // see TipIndex
+    Mat3& R_FT = model.frames[SessionIndex(tip / tools_)].X_FT[tip % tools_].R;
     R_FT = R_FT * RotationFromVector(Eigen::Map<const Vec3>(step));
   }
 }

@@ -36,24 +36,27 @@ class Nuisances {
   int size() const { return size_; }
   bool frames() const { return frames_; }
   bool tip() const { return tip_; }
-  int per_session() const { return (frames_ ? 6 : 0) + (tip_ ? 3 * tools_ : 0); }
   int of_sessions() const { return of_sessions_; }
-  int FirstOf(SessionIndex session) const { return per_session() * session.value(); }
-  /// First of the three of a tool's tip in a session; only if tips are free.
-  int TipOf(SessionIndex session, int tool) const {
-    return FirstOf(session) + (frames_ ? 6 : 0) + 3 * tool;
+  /// First of the six of a session's base; only if bases are free.
+  int BaseOf(SessionIndex session) const { return base_[session]; }
+  /// First of the three of a tool's tip in a session; nullopt if tips are known, or the session did
+  /// not measure that tool.
+  std::optional<int> TipOf(SessionIndex session, int tool) const {
+    const int first = tip_of_[TipIndex(session, tool)];
+    return first < 0 ? std::nullopt : std::optional(first);
   }
 
   /// Adds the prediction's change by a row's part of `step`, the frames of the sessions only.
   /// @param step  shape (of_sessions())
   void AddFrames(const LinearRow& at, RowIndex row, const double* step, RowResidual& change) const;
-  /// Writes `fill(derivative, place)` for each block of a row's derivatives by free frames: shape
-  /// (residuals of the row, 6) and (.., 3), and their first position among those of the sessions.
+  /// Calls `write(block, first)` for each block of a row's derivatives by free frames: shape
+  /// (residuals of the row, 6) and (.., 3), and their first position.
   template <typename Write>
   void ForEachFrameBlock(const FrameGradient& derivative, RowIndex row, const Write& write) const {
     const SessionIndex session = data_.session_of[row];
-    if (frames_) write(derivative.leftCols<6>(), FirstOf(session));
-    if (tip_) write(derivative.rightCols<3>(), TipOf(session, data_.payloads[row].tool));
+    if (frames_) write(derivative.leftCols<6>(), BaseOf(session));
+    if (const auto tip = TipOf(session, data_.payloads[row].tool))
+      write(derivative.rightCols<3>(), *tip);
   }
 
   /// The group of a row; nullopt if it has none, or a group without free parameters.
@@ -96,6 +99,9 @@ class Nuisances {
   void Fill(const LinearRow& at, RowIndex row, Eigen::Ref<Eigen::MatrixXd> X) const;
 
  private:
+  std::size_t TipIndex(SessionIndex session, int tool) const {
+    return static_cast<std::size_t>(tools_ * session.value() + tool);
+  }
   void AddTagsEquations(const Model& model, std::vector<Equation>& all) const;
   void AddPlaceEquations(const Model& model, GroupIndex group, std::vector<Equation>& all) const;
   void AddDistance(const Model& model, int number, std::vector<Equation>& all) const;
@@ -105,6 +111,8 @@ class Nuisances {
   bool frames_, tip_;
   int tools_;
   int artefacts_ = 0, of_sessions_ = 0, size_ = 0, components_ = 0, equations_ = 0;
+  Indexed<SessionIndex, int> base_;  ///< positions of the bases
+  std::vector<int> tip_of_;          ///< positions of the tips, by TipIndex; -1 if not measured
   std::vector<int> first_ = {0};
   std::optional<GroupIndex> tags_;
   Indexed<GroupIndex, ComponentIndex> component_;

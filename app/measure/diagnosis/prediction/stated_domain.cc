@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/measure/diagnosis/critics/misfit.h"
@@ -36,17 +35,12 @@ namespace {
 void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis) {
   const Dataset& data = problem.data;
   if (data.frames_free() || data.tip_free()) {
-    std::set<std::pair<SessionIndex, int>> measured;
-    for (const RowIndex row : data.row_indices()) {
-      if (data.numbers[row].count > 0)
-        measured.emplace(data.session_of[row], data.payloads[row].tool);
-    }
     for (const SessionIndex session : data.sessions.indices()) {
       model::SessionFrames frames;
       frames.id = data.sessions[session].empty() ? "1" : data.sessions[session];
       frames.X_WB = model.frames[session].X_WB;
       for (int tool = 0; data.tip_free() && tool < data.cell.tools(); ++tool) {
-        if (!measured.contains({session, tool})) continue;
+        if (!data.measured_tools[session][tool]) continue;
         frames.tips.push_back({deflection::SessionTipNumber(data.cell, tool),
                                model.frames[session].X_FT[tool].p, std::nullopt});
       }

@@ -399,15 +399,19 @@ Result<void> CheckRowCount(const Dataset& data) {
                        : "")};
 }
 
-/// Finds the artefacts that rows use, and the sessions with measured orientations.
+/// Finds the artefacts that rows use, the sessions with measured orientations, and their tools.
 void FindUsed(Dataset& data) {
   data.used_artefacts.assign(data.cell.artefacts.size(), false);
   data.turned_sessions.assign(data.sessions.size(), false);
+  data.measured_tools.assign(data.sessions.size(),
+                             std::vector<bool>(static_cast<std::size_t>(data.cell.tools())));
   for (const RowIndex row : data.row_indices()) {
     const Observation& observation = data.observations[row];
     if (OnArtefact(observation.kind)) data.used_artefacts[observation.artefact] = true;
     if (observation.kind == ObservationKind::kPose)
       data.turned_sessions[data.session_of[row]] = true;
+    if (data.numbers[row].count > 0)
+      data.measured_tools[data.session_of[row]][data.payloads[row].tool] = true;
   }
 }
 

@@ -21,6 +21,7 @@ Result<Realignment> Realign(const model::CellModel& cell, const MeasuredTable& m
     frames.id = data->sessions[session];
     frames.X_WB = alignment->model.frames[session].X_WB;
     for (int tool = 0; tool < cell.tools(); ++tool) {
+      if (!data->measured_tools[session][tool]) continue;
       const Pose& X_FT = alignment->model.frames[session].X_FT[tool];
       frames.tips.push_back({deflection::SessionTipNumber(cell, tool), X_FT.p, std::nullopt});
     }

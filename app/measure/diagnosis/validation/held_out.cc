@@ -311,23 +311,29 @@ struct Determining {
     }
   }
 
-  /// Number of a session's free parameters that these rows have a part in: base and measured tips.
-  int FreeIn(SessionIndex session) const {
-    int tips = 0;
-    for (const auto& [seat, count] : of_tip_) tips += seat.first == session ? 1 : 0;
-    return (frames_ ? 6 : 0) + (tip_ ? 3 * tips : 0);
-  }
   /// Whether the rows determine the frames that a row of this tool depends on.
   bool FramesOf(SessionIndex session, int tool) const {
-    if (of_session[session] < FreeIn(session)) return false;
-    const auto tip = of_tip_.find({session, tool});
-    return !tip_ || (tip != of_tip_.end() && tip->second >= 3);
+    int tips = 0;
+    for (const auto& [session_and_tool, count] : of_tip_)
+      tips += session_and_tool.first == session ? 1 : 0;
+    const int free = (frames_ ? 6 : 0) + (tip_ ? 3 * tips : 0);
+    return of_session[session] >= free && (!tip_ || OfTip(session, tool) >= 3);
+  }
+  /// The share of a row's variance that its own frames, fitted to these rows, absorb on average:
+  /// the base shared with the session, the tip with the rows of its tool.
+  double ShareOfFrames(SessionIndex session, int tool) const {
+    return (frames_ ? 6.0 / of_session[session] : 0) + (tip_ ? 3.0 / OfTip(session, tool) : 0);
   }
 
   Indexed<SessionIndex, int> of_session;
   Indexed<GroupIndex, int> of_group;
 
  private:
+  int OfTip(SessionIndex session, int tool) const {
+    const auto found = of_tip_.find({session, tool});
+    return found == of_tip_.end() ? 0 : found->second;
+  }
+
   bool frames_, tip_;
   std::map<std::pair<SessionIndex, int>, int> of_tip_;  ///< residuals by session and tool
 };
@@ -376,7 +382,10 @@ std::optional<double> ShareLeft(const Nuisances& nuisances, const Determining& f
     return free > 0 ? 1 - static_cast<double>(free) / numbers : 1.0;
   };
   if (!framed.FramesOf(session, tool)) return std::nullopt;
-  if (sessions) return left(framed.FreeIn(session), framed.of_session[session]);
+  if (sessions) {
+    const double left_by_frames = 1 - framed.ShareOfFrames(session, tool);
+    return left_by_frames > 0 ? std::optional(left_by_frames) : std::nullopt;
+  }
   const auto group = nuisances.GroupOf(row);
   if (!group) return 1.0;
   if (places) return left(nuisances.CountOf(*group), tested.of_group[*group]);

@@ -103,6 +103,8 @@ TEST_CASE("each tool has a tip of its own, and a session lists those it measured
   const model::CellModel of_session = deflection::CellOfSession(realigned->cell, "2");
   CHECK((of_session.ToolAt(2).tcp_F - truth.ToolAt(2).tcp_F).norm() < 1e-4);
   CHECK(of_session.ToolAt(3).tcp_F == cell.ToolAt(3).tcp_F);
+  // Session 2 did not measure tool 2: its tip is that of session 1.
+  CHECK((of_session.ToolAt(1).tcp_F - truth.ToolAt(1).tcp_F).norm() < 1e-4);
 }
 
 TEST_CASE(

@@ -31,7 +31,8 @@ std::string Refusal(const MeasuredCell& data) {
   REQUIRE(aligned);
   const Result<Linearisation> linear = Linearise(*dataset, *aligned, false, kThreads);
   REQUIRE(linear);
-  return GrossError(*dataset, *linear, kThreads).value_or("");
+  const auto mistake = GrossError(*dataset, *linear, kThreads);
+  return mistake ? mistake->sentence : "";
 }
 
 constexpr int kSeeds = 5;
