@@ -410,8 +410,9 @@ void FindUsed(Dataset& data) {
     if (OnArtefact(observation.kind)) data.used_artefacts[observation.artefact] = true;
     if (observation.kind == ObservationKind::kPose)
       data.turned_sessions[data.session_of[row]] = true;
-    if (data.numbers[row].count > 0)
-      data.measured_tools[data.session_of[row]][data.payloads[row].tool] = true;
+    if (ResidualsOf(observation.kind) == 0) continue;
+    const int tool = loads::ToolIndexOf(data.cell, data.measured(row).tool_number).value_or(0);
+    data.measured_tools[data.session_of[row]][tool] = true;
   }
 }
 
