@@ -48,9 +48,18 @@ NOT_HERE = [
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
     (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
+    (r"plumbline registers scan ", "needs a controller without a profile; register_maps_test plays some"),
     (r"\| jq ", "needs jq"),
     (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),
 ]
+# A lens as ROS stores it, for the example of explain.
+CAMERA_INFO = """image_width: 1280
+image_height: 720
+camera_name: left
+camera_matrix: {rows: 3, cols: 3, data: [900, 0, 640, 0, 900, 360, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.1, 0.01, 0, 0, 0]}
+"""
 # Programs that run until they are stopped: they must still run after a moment, and end on SIGTERM.
 RUNS_ON = r"^(\S*/)?(plumblined|plumbline-view|plumbline-virtual-cell)\b(?!.*--version)|journal tail"
 # Commands whose exit code states a finding about this computer or cell.
@@ -141,6 +150,10 @@ def prepare(folder):
                         "--seed", str(number), "--out", out + "/data"], check=True, stdout=subprocess.DEVNULL)
         for name in ("cell.toml", "measured.csv"):
             shutil.copy(out + "/data/" + name, out)
+    os.makedirs(folder + "/delivery")
+    for name in ("cell.toml", "measured.csv"):
+        shutil.copy(folder + "/" + name, folder + "/delivery")
+    open(folder + "/camera.yaml", "w").write(CAMERA_INFO)
     for name in ("cells", "profiles"):
         shutil.copytree(ROOT + "/config/" + name, "/usr/share/plumbline/" + name)
     text = open("tests/virtual_cell/demo/plumbline.toml").read()
