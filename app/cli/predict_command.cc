@@ -215,6 +215,30 @@ bool RestsOnGrowth(const std::vector<Prediction>& predictions) {
   });
 }
 
+/// Warns about rows with a tool whose unknown tip was not measured in their session.
+void WarnAboutTipsElsewhere(const PredictOptions& options, const measure::MeasuredTable& poses,
+                            const model::CellModel& cell,
+                            const std::vector<Prediction>& predictions) {
+  std::map<std::pair<std::string, int>, std::vector<int>> lines_of;
+  for (std::size_t k = 0; k < predictions.size(); ++k) {
+    const measure::MeasuredRow& row = poses.rows[k];
+    if (!predictions[k].tip_elsewhere) continue;
+    lines_of[{row.session, row.tool_number.value_or(cell.tool.number.value_or(0))}].push_back(
+        row.line);
+  }
+  for (const auto& [session_and_tool, lines] : lines_of) {
+    const auto& [session, tool] = session_and_tool;
+    std::cerr << fmt::format(
+        "{}: warning: {}: the tip of tool {} was not measured in {}: it is that of another "
+        "session, "
+        "or the declared one (within 100 mm, 95 %). These poses are extrapolated; measure some "
+        "rows "
+        "with that tool in this session\n",
+        options.poses, LinesText(lines), tool,
+        session.empty() ? std::string("the session") : "session " + session);
+  }
+}
+
 /// Prints why poses are extrapolated: each input once, with the number of poses and the first.
 void PrintExits(const measure::MeasuredTable& poses, const model::CellModel& cell,
                 const std::vector<Prediction>& predictions) {
@@ -392,6 +416,7 @@ int Run(const PredictOptions& options) {
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
   PrintExits(*poses, *cell, *predictions);
+  WarnAboutTipsElsewhere(options, *poses, *cell, *predictions);
   WarnAboutLinearTheory(options, *poses, *predictions);
   if (const std::string warning = BasisWarning(*predictions, *cell, *poses, options);
       !warning.empty()) {

@@ -63,7 +63,8 @@ struct SessionArm {
   model::CellModel cell;
   deflection::LoadedArm arm;
   deflection::LandingUncertainty uncertainty;
-  std::vector<measure::FrameCovariance> frames;  ///< of each tool; empty unless re-estimated
+  std::vector<measure::FrameCovariance> frames;  ///< of each tool
+  std::vector<bool> tip_elsewhere;               ///< of each tool: not measured in the session
 };
 
 /// Arms of the sessions that occur in a table, each built once. A session that the cell does not
@@ -73,7 +74,7 @@ class SessionArms {
   /// The arguments must outlive the object.
   SessionArms(const model::CellModel& cell, const model::DeclaredDeviation& deviation,
               const measure::FrameCovariances& aligned)
-      : bare_(cell), deviation_(deviation), aligned_(aligned) {
+      : cell_(cell), bare_(cell), deviation_(deviation), aligned_(aligned) {
     bare_.sessions.clear();
     for (const model::SessionFrames& session : cell.sessions) {
       by_id_.emplace(session.id, &session);
@@ -87,9 +88,11 @@ class SessionArms {
     model::CellModel cell = deflection::CellOfSession(CellWithFrames(session), session);
     deflection::LoadedArm arm(cell);
     deflection::LandingUncertainty uncertainty(cell, arm, deviation_);
+    std::vector<bool> tip_elsewhere = TipsElsewhere(cell);
+    std::vector<measure::FrameCovariance> frames = CovarianceOf(session, tip_elsewhere);
     return arms_
         .emplace(session, SessionArm{std::move(cell), std::move(arm), std::move(uncertainty),
-                                     FrameCovariance(session)})
+                                     std::move(frames), std::move(tip_elsewhere)})
         .first->second;
   }
 
@@ -104,13 +107,32 @@ class SessionArms {
     return own;
   }
 
-  std::vector<measure::FrameCovariance> FrameCovariance(const std::string& id) const {
-    if (aligned_.empty()) return {};
-    auto known = aligned_.find(id);
-    if (known == aligned_.end() && last_ != nullptr) known = aligned_.find(last_->id);
-    return known == aligned_.end() ? std::vector<measure::FrameCovariance>() : known->second;
+  /// @param cell  with the frames of one session, if it has sessions
+  static std::vector<bool> TipsElsewhere(const model::CellModel& cell) {
+    std::vector<bool> elsewhere;
+    for (int tool = 0; tool < cell.tools(); ++tool) {
+      elsewhere.push_back(!cell.sessions.empty() &&
+                          !measure::StatesTip(cell, cell.sessions.front(), tool));
+    }
+    return elsewhere;
   }
 
+  /// Of re-estimated frames, and of tips that the session did not measure.
+  std::vector<measure::FrameCovariance> CovarianceOf(const std::string& id,
+                                                     const std::vector<bool>& elsewhere) const {
+    auto known = aligned_.find(id);
+    if (known == aligned_.end() && last_ != nullptr) known = aligned_.find(last_->id);
+    if (known != aligned_.end()) return known->second;
+    std::vector<measure::FrameCovariance> own(elsewhere.size(), measure::FrameCovariance::Zero());
+    for (std::size_t tool = 0; tool < elsewhere.size(); ++tool) {
+      if (!elsewhere[tool]) continue;
+      const double variance_m2 = measure::TipVarianceElsewhere(cell_, static_cast<int>(tool));
+      own[tool].diagonal().tail<3>().setConstant(variance_m2);
+    }
+    return own;
+  }
+
+  const model::CellModel& cell_;
   model::CellModel bare_;  ///< without sessions
   const model::DeclaredDeviation& deviation_;
   const measure::FrameCovariances& aligned_;
@@ -144,13 +166,14 @@ Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable&
                     poses.file, row.line, load.modelled.mass_kg)};
   }
   const deflection::OperatingPoint point = session.arm.PointAt(row.q, load.modelled, moment);
-  const bool extrapolated =
-      session.arm.growth().Outside(point) || session.arm.LacksColumn(moment) ||
-      PayloadNotRecorded(session.cell, poses) || EventStateUnknown(session.arm, moment);
+  const int tool = load.modelled.tool;
+  const bool extrapolated = session.tip_elsewhere[tool] || session.arm.growth().Outside(point) ||
+                            session.arm.LacksColumn(moment) ||
+                            PayloadNotRecorded(session.cell, poses) ||
+                            EventStateUnknown(session.arm, moment);
   model::StatedRadius radius =
       session.uncertainty.At(session.arm, row.q, load, moment, extrapolated);
-  const int tool = load.modelled.tool;
-  if (!session.frames.empty() && radius.known()) {
+  if (radius.known()) {
     radius.radius_m = std::hypot(radius.radius_m,
                                  FrameRadius(session.frames[tool], session.cell.robot.X_WB, state));
   }
@@ -160,6 +183,7 @@ Result<Prediction> PredictRow(SessionArm& session, const measure::MeasuredTable&
                     .extrapolated = extrapolated,
                     .exits = extrapolated ? session.arm.growth().Exits(point)
                                           : std::vector<deflection::DomainExit>(),
+                    .tip_elsewhere = session.tip_elsewhere[tool],
                     .rests_on_growth =
                         extrapolated && session.uncertainty.RestsOnGrowth(session.arm, load, point),
                     .beyond_linear = config::BeyondLinearTheory(session.cell, session.arm, state)};

@@ -19,6 +19,7 @@ struct Prediction {
   model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
   std::vector<deflection::DomainExit> exits{};  ///< why it is, where an input is the reason
+  bool tip_elsewhere = false;    ///< the session did not measure this tool's tip, which is unknown
   bool rests_on_growth = false;  ///< the radius, beyond the fitted rows; see LandingUncertainty
   std::string beyond_linear{};   ///< what linear beam theory does not describe; empty if nothing
 };

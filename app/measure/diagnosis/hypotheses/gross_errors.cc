@@ -183,14 +183,27 @@ std::optional<Dataset> Reordered(const Dataset& data, const Linearisation& align
   return changed;
 }
 
+/// Mean over the rows of min(|r|, 25 mm), which also some rows in another order increase.
+double MeanLossOf(const PerRow<RowResidual>& residuals) {
+  double sum = 0;
+  for (const RowResidual& residual : residuals) {
+    const double length = LengthsOf(residual).norm();
+    sum += std::isfinite(length) ? std::min(length, kGross_m) : kGross_m;
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, residuals.size()));
+}
+
 /// A sentence if the measured points explain the joint readings in another order; nullopt
 /// otherwise.
 std::optional<std::string> OtherOrder(const Dataset& data, const Linearisation& aligned,
-                                      double before_m, int threads) {
+                                      int threads) {
   const std::optional<Dataset> reordered = Reordered(data, aligned);
   if (!reordered) return std::nullopt;
   const EditTrial trial = RunTrial(*reordered, threads);
-  if (!(trial.residual_m < kExplainedRatio * before_m)) return std::nullopt;
+  if (trial.residuals.empty() ||
+      !(MeanLossOf(trial.residuals) < kExplainedRatio * MeanLossOf(ResidualsOf(aligned)))) {
+    return std::nullopt;
+  }
   int moved = 0;
   for (const RowIndex row : data.row_indices()) {
     moved += data.measured(row).measured_W != reordered->measured(row).measured_W ? 1 : 0;
@@ -261,7 +274,7 @@ GrossMistake GrossErrorIn(const Dataset& data, const Linearisation& aligned,
   std::ranges::stable_sort(
       all, [](const EditTrial& a, const EditTrial& b) { return ScoreOf(a) < ScoreOf(b); });
   if (!(all.front().residual_m < kExplainedRatio * before_m)) {
-    if (const auto order = OtherOrder(data, aligned, before_m, threads)) {
+    if (const auto order = OtherOrder(data, aligned, threads)) {
       return {found + "; " + *order, true};
     }
     if (const auto coupling = FittedCoupling(subset, before_m, threads)) {
@@ -338,6 +351,10 @@ std::optional<GrossMistake> GrossError(const Dataset& data, const Linearisation&
   const double before_m = MedianResidual(aligned);
   if (SomeRowsAreGross(aligned)) {
     if (const auto changed = ChangedUnit(data, threads)) return GrossMistake{*changed};
+    if (before_m < kGross_m) {
+      if (const auto order = OtherOrder(data, aligned, threads))
+        return GrossMistake{"some points are far from the predicted positions; " + *order, true};
+    }
   }
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return GrossErrorIn(data, aligned, mistakes, before_m, threads);

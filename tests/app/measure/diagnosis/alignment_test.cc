@@ -103,7 +103,13 @@ TEST_CASE("each tool has a tip of its own, and a session lists those it measured
   const model::CellModel of_session = deflection::CellOfSession(realigned->cell, "2");
   CHECK((of_session.ToolAt(2).tcp_F - truth.ToolAt(2).tcp_F).norm() < 1e-4);
   CHECK(of_session.ToolAt(3).tcp_F == cell.ToolAt(3).tcp_F);
-  // Session 2 did not measure tool 2: its tip is that of session 1.
+  // Session 2 did not measure tool 2: its tip is that of session 1, and it may have been seated
+  // anew as tool 1 was. Tool 9 was never measured.
+  CHECK(TipVarianceElsewhere(realigned->cell, 1) < 1e-8);
+  CHECK(TipVarianceElsewhere(realigned->cell, 3) == Approx(0.05 * 0.05));
+  CHECK_FALSE(StatesTip(realigned->cell, realigned->cell.sessions[1], 1));
+  CHECK(realigned->covariance.at("2")[3].bottomRightCorner<3, 3>().isApprox(0.0025 *
+                                                                            Mat3::Identity()));
   CHECK((of_session.ToolAt(1).tcp_F - truth.ToolAt(1).tcp_F).norm() < 1e-4);
 }
 
