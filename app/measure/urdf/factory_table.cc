@@ -86,22 +86,64 @@ int PlaceOf(const FrameBlock& block, bool of_ur) {
   return link == kUrLinks.end() ? -1 : static_cast<int>(link - kUrLinks.begin());
 }
 
+/// True if a block has the name of a UR's link; "wrist_1" alone is also a number.
 bool IsUr(const std::vector<FrameBlock>& blocks) {
-  return blocks.size() == kUrLinks.size() &&
-         std::all_of(blocks.begin(), blocks.end(),
+  return std::any_of(blocks.begin(), blocks.end(),
                      [](const FrameBlock& block) { return PlaceOf(block, true) >= 0; });
 }
 
-/// @return  false if the names do not say the order; it then stays that of the file
-bool OrderAlongChain(std::vector<FrameBlock>& blocks, bool of_ur) {
-  const bool placed = std::all_of(blocks.begin(), blocks.end(), [&](const FrameBlock& block) {
-    return PlaceOf(block, of_ur) >= 0;
-  });
-  if (!placed) return false;
+void OrderAlongChain(std::vector<FrameBlock>& blocks, bool of_ur) {
   std::stable_sort(blocks.begin(), blocks.end(), [&](const FrameBlock& a, const FrameBlock& b) {
     return PlaceOf(a, of_ur) < PlaceOf(b, of_ur);
   });
-  return true;
+}
+
+/// What is wrong with the places of the blocks along the chain: a name that says none, one place
+/// twice, or a gap.
+/// @param blocks  in the order of their places
+std::optional<std::string> PlaceFaultOf(const std::vector<FrameBlock>& blocks, bool of_ur) {
+  for (const FrameBlock& block : blocks) {
+    if (PlaceOf(block, of_ur) >= 0) continue;
+    return of_ur ? fmt::format(
+                       "has a frame \"{}\" (line {}) beside those of a UR; its links are "
+                       "{}: remove it, or rename the others if this is no UR",
+                       block.name, block.line, fmt::join(kUrLinks, ", "))
+                 : fmt::format(
+                       "has a frame \"{}\" (line {}) without a number, so its place in the "
+                       "arm is not clear; a factory table numbers its joints (joint1, "
+                       "joint2, ..)",
+                       block.name, block.line);
+  }
+  for (std::size_t k = 1; k < blocks.size(); ++k) {
+    if (PlaceOf(blocks[k], of_ur) != PlaceOf(blocks[k - 1], of_ur)) continue;
+    return fmt::format(
+        "has two blocks of one number, {} (line {}) and {} (line {}), so the order of the joints "
+        "is not clear; rename one",
+        blocks[k - 1].name, blocks[k - 1].line, blocks[k].name, blocks[k].line);
+  }
+  if (of_ur && blocks.size() < kUrLinks.size()) {
+    std::vector<std::string_view> missing(kUrLinks.begin(), kUrLinks.end());
+    for (const FrameBlock& block : blocks) {
+      missing.erase(std::remove(missing.begin(), missing.end(), block.name), missing.end());
+    }
+    return fmt::format("lacks the frame of {}; a UR has {}: export the table again",
+                       fmt::join(missing, ", "), fmt::join(kUrLinks, ", "));
+  }
+  const int first = PlaceOf(blocks.front(), of_ur);
+  if (first > 1) {
+    return fmt::format(
+        "starts with {} (line {}); the joints of an arm are numbered from 0 or 1: "
+        "add the frames before it",
+        blocks.front().name, blocks.front().line);
+  }
+  for (std::size_t k = 1; k < blocks.size(); ++k) {
+    if (PlaceOf(blocks[k], of_ur) == first + static_cast<int>(k)) continue;
+    return fmt::format(
+        "has no frame between {} (line {}) and {} (line {}), so the arm would lack a "
+        "joint; add it, or number the joints without a gap",
+        blocks[k - 1].name, blocks[k - 1].line, blocks[k].name, blocks[k].line);
+  }
+  return std::nullopt;
 }
 
 class FrameReader {
@@ -174,8 +216,8 @@ class FrameReader {
 };
 
 /// What is wrong with the table as a whole.
-/// @param ordered  the blocks are in the order of their names' numbers
-std::optional<std::string> FaultOf(const std::vector<FrameBlock>& blocks, bool ordered) {
+/// @param blocks  in the order of their places along the chain
+std::optional<std::string> FaultOf(const std::vector<FrameBlock>& blocks, bool of_ur) {
   if (blocks.empty()) {
     return "has no frames of joints; a factory table has one block of x, y, z, roll, pitch, yaw "
            "for each joint, and a URDF is XML";
@@ -189,16 +231,7 @@ std::optional<std::string> FaultOf(const std::vector<FrameBlock>& blocks, bool o
         "clear; leave one table",
         blocks.front().parent, other->parent, other->line);
   }
-  const auto same = std::adjacent_find(
-      blocks.begin(), blocks.end(), [&](const FrameBlock& a, const FrameBlock& b) {
-        return ordered && NumberOf(a.name) == NumberOf(b.name) && NumberOf(a.name) >= 0;
-      });
-  if (same != blocks.end()) {
-    return fmt::format(
-        "has two blocks of one number, {} (line {}) and {} (line {}), so the order of the joints "
-        "is not clear; rename one",
-        same->name, same->line, (same + 1)->name, (same + 1)->line);
-  }
+  if (auto fault = PlaceFaultOf(blocks, of_ur)) return fault;
   if (std::ssize(blocks) > model::kMaxJoints) {
     return fmt::format("has {} joint frames; an arm has at most {}", blocks.size(),
                        model::kMaxJoints);
@@ -226,13 +259,9 @@ std::optional<JointChain> ChainFromFactoryTable(std::string_view text, const std
   } else {
     std::vector<FrameBlock> blocks = BlocksOf(*scalars);
     const bool of_ur = IsUr(blocks);
-    const bool ordered = OrderAlongChain(blocks, of_ur);
-    const auto fault = FaultOf(blocks, ordered);
+    OrderAlongChain(blocks, of_ur);
+    const auto fault = FaultOf(blocks, of_ur);
     if (fault) reader.Fault(0, "", *fault);
-    if (!fault && !ordered) {
-      own.Add({config::Fault::Severity::kWarning, file, blocks.front().line, blocks.front().parent,
-               "does not number its joints; the order of the file is taken as that of the chain"});
-    }
     for (std::size_t k = 0; k < blocks.size() && !fault; ++k) {
       ChainJoint& joint = chain.joints.emplace_back();
       joint.name = blocks[k].name;

@@ -161,10 +161,22 @@ TEST_CASE("a table that is no arm gets one message") {
   std::string many = "k:\n";
   for (int i = 1; i <= 13; ++i) many += fmt::format("  j{}: {}", i, frame);
   CHECK_THAT(faults_of(many), Contains("has 13 joint frames"));
+  // Frames of something else, and tables that lack a joint.
+  CHECK_THAT(faults_of("static_transforms:\n  camera: " + frame + "  gripper: " + frame),
+             Contains("has a frame \"camera\" (line 2) without a number"));
+  CHECK_THAT(faults_of("k:\n  joint1: " + frame + "  tool: " + frame),
+             Contains("\"tool\" (line 3)"));
+  CHECK_THAT(faults_of("k:\n  j3: " + frame + "  j5: " + frame), Contains("starts with j3"));
+  CHECK_THAT(faults_of("k:\n  j1: " + frame + "  j2: " + frame + "  j4: " + frame),
+             Contains("has no frame between j2 (line 3) and j4 (line 4)"));
+  std::string ur = kText;
+  const std::size_t forearm = ur.find("  forearm");
+  ur.erase(forearm, ur.find("  wrist_1") - forearm);
+  CHECK_THAT(faults_of(ur), Contains("lacks the frame of forearm"));
+  CHECK_THAT(faults_of(kText + "  joint7: " + frame), Contains("\"joint7\""));
   config::FaultList faults;
-  CHECK(measure::ChainFromFactoryTable("k:\n  first: " + frame + "  second: " + frame, "k.yaml",
+  CHECK(measure::ChainFromFactoryTable("k:\n  j0: " + frame + "  j1: " + frame, "k.yaml",
                                        measure::TableAngles::kRollPitchYaw, faults));
-  CHECK_THAT(config::FaultsText(faults), Contains("does not number its joints"));
 }
 
 }  // namespace plumbline::factory_table_test
