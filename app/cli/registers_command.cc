@@ -64,7 +64,8 @@ meaning continues the row above it.
 
 1. Write the parameters (1000-1037), then a new number to `command_sequence` (1039), or all of it
    in one FC16.
-2. Read 100-139 in one FC03 until `result_echo` is your number.
+2. Read 100-139 (100-143 for quaternions or an arm of fewer than six axes) in one FC03 until
+   `result_echo` is your number.
 3. Use the pose only if `result_begin` equals `result_end` and bit 0 of `result_validity` is set;
    otherwise `result_code` gives the reason.
 4. The result is held until you acknowledge it (command 5, or a rising edge of coil 1000) or send

@@ -96,7 +96,7 @@ inline constexpr std::uint16_t kVersion = 1;
 inline constexpr std::uint16_t kStateSize = 26;  ///< identity and state, from address 0
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138;
-inline constexpr std::uint16_t kResultQw = 140, kResultQwSize = 2;  ///< not in the CRC
+inline constexpr std::uint16_t kResultMore = 140, kResultMoreSize = 4;  ///< not in the CRC
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 66;
 inline constexpr std::uint16_t kMonitoring = 400, kMonitoringSize = 28;

@@ -1,4 +1,4 @@
-// Registers 100-139: result of the last command; 200-219: the same as integers.
+// Registers 100-143: result of the last command; 200-219: the same as integers.
 #include <array>
 #include <cmath>
 
@@ -113,6 +113,10 @@ const std::array kResultFields = {
              "w of the command orientation as a quaternion, in every convention: sqrt(1 - x^2 - "
              "y^2 - z^2)",
              [](Source s) { return QuaternionScalar(ResultCorrection(s).X_BP_command.R); }},
+    MapField{142, kFloat, "result_orientation_left", "deg",
+             "angle to the demanded orientation that an arm of fewer than six axes leaves; else 0. "
+             "Read 100-143 in one request: 140-143 lie behind result_end and outside the CRC",
+             [](Source s) { return kDegPerRad * ResultCorrection(s).residual_rad; }},
     // 200-219 the same result as integers, for small PLCs and controllers that read single
     // registers
     MapField{200, kU16, "scaled_first", "", "sequence of the command that this block answers",

@@ -48,6 +48,10 @@ CorrectionCode Solve(const kinematics::Chain& chain, const kinematics::PoseTarge
   return CorrectionCode::kNotConverged;
 }
 
+double AngleBetween(const Mat3& a, const Mat3& b) {
+  return VectorFromRotation(a * b.transpose()).norm();
+}
+
 }  // namespace
 
 const char* Describe(CorrectionCode code) {
@@ -136,6 +140,11 @@ void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payloa
   }
 }
 
+bool Corrector::LeavesTooMuch(kinematics::Orientation orientation, double residual_rad) const {
+  return orientation == kinematics::Orientation::kNearest &&
+         residual_rad > limits_.max_rotation_rad;
+}
+
 bool Corrector::Extrapolates(const model::JointVector& q, const loads::Payload& payload,
                              const effects::Conditions& conditions) const {
   return arm_.LacksColumn(conditions) ||
@@ -152,8 +161,7 @@ void Corrector::CheckSolution(const kinematics::PoseTarget& target, const Vec3& 
   const Pose X_BP_reached = PointOfTip(state.X_BT, p_TP);
   const bool free = target.orientation == Orientation::kFree;
   correction.residual_m = (X_BP.p - X_BP_reached.p).norm();
-  correction.residual_rad =
-      free ? 0 : VectorFromRotation(X_BP.R * X_BP_reached.R.transpose()).norm();
+  correction.residual_rad = free ? 0 : AngleBetween(X_BP.R, X_BP_reached.R);
   correction.q = theta - state.sag;
   correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q, payload.tool), p_TP);
   // What the arm leaves of the orientation is that of the loaded tip.
@@ -168,8 +176,7 @@ void Corrector::CheckSolution(const kinematics::PoseTarget& target, const Vec3& 
   correction.singular_value = kinematics::SmallestSingularValue(jacobian, target.rows());
   if (!arm_.chain().WithinLimits(correction.q)) {
     correction.code = CorrectionCode::kJointLimit;
-  } else if (target.orientation == Orientation::kNearest &&
-             correction.residual_rad > limits_.max_rotation_rad) {
+  } else if (LeavesTooMuch(target.orientation, correction.residual_rad)) {
     correction.code = CorrectionCode::kUnreachable;
   } else if (correction.singular_value < limits_.min_singular_value) {
     correction.code = CorrectionCode::kSingular;
@@ -207,7 +214,10 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * R_unloaded.transpose());
   landing.extrapolated = Extrapolates(landing.q, payload, conditions);
   landing.residual_m = outcome.residual_m;
-  landing.residual_rad = outcome.residual_rad;
+  landing.residual_rad = AngleBetween(X_BP.R, R_unloaded);
+  if (LeavesTooMuch(orientation_, landing.residual_rad)) {
+    landing.code = CorrectionCode::kUnreachable;
+  }
 }
 
 }  // namespace plumbline::correction

@@ -74,7 +74,8 @@ enum class BranchSearch { kNone, kBrief, kThorough };
 /// position with the tool's axis as demanded, if it can tilt the tool, else with the nearest
 /// orientation. `residual_rad` is the angle to the demanded orientation that remains; the rotation
 /// of the correction does not contain it. A nearest orientation that differs by more than the
-/// largest allowed rotation is kUnreachable.
+/// largest allowed rotation is kUnreachable. The same holds for the pose of a predicted landing,
+/// there without load.
 class Corrector {
  public:
   Corrector(const model::CellModel& cell, const CorrectionLimits& limits);
@@ -100,6 +101,7 @@ class Corrector {
                       BranchSearch search, Correction& landing) const;
 
  private:
+  bool LeavesTooMuch(kinematics::Orientation orientation, double residual_rad) const;
   bool Extrapolates(const model::JointVector& q, const loads::Payload& payload,
                     const effects::Conditions& conditions) const;
   void CheckSolution(const kinematics::PoseTarget& target, const Vec3& p_TP,

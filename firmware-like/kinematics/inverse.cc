@@ -28,7 +28,7 @@ double RadicalInverse(int index, int base) {
 
 model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error) {
   const auto J = jacobian.topRows(rows);
-  const double damping = std::min(1e-3, 1e-2 * error.squaredNorm()) + 1e-14;
+  const double damping = std::min(1e-3, 1e-2 * error.head(rows).squaredNorm()) + 1e-14;
   Gram gram(rows, rows);
   gram.noalias() = J * J.transpose();
   gram.diagonal().array() += damping;

@@ -134,13 +134,16 @@ model::JointVector RestartPosture(const Chain& chain, const model::JointVector& 
 enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
 
 /// Solves from the seed and from `restarts` other start postures, and selects the solution within
-/// the joint limits that is nearest to the seed (smallest maximum joint change).
+/// the joint limits that is nearest to the seed (smallest maximum joint change). With
+/// Orientation::kNearest, the one with the smallest orientation error; among equal ones, the
+/// nearest.
 /// @param theta  out: the solution [rad] or [m]; unchanged for BranchOutcome::kNone
 template <typename Tip>
 BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target, const Tip& tip,
                                        int restarts, const model::JointVector& seed,
                                        model::JointVector& theta, InverseOutcome& outcome) {
   constexpr int kIterations = 40;
+  constexpr double kSameResidual_rad = 1e-6;
   BranchOutcome best = BranchOutcome::kNone;
   double best_change = 0;
   int iterations = 0;
@@ -152,9 +155,10 @@ BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& tar
     const bool inside = WrapIntoLimits(chain, seed, candidate);
     if (!inside && best == BranchOutcome::kFound) continue;
     const double change = (candidate - seed).cwiseAbs().maxCoeff();
-    const bool better = best == BranchOutcome::kNone ||
-                        (inside && best == BranchOutcome::kOnlyOutsideLimits) ||
-                        change < best_change;
+    const double gained_rad = outcome.residual_rad - tried.residual_rad;
+    const bool better =
+        best == BranchOutcome::kNone || (inside && best == BranchOutcome::kOnlyOutsideLimits) ||
+        gained_rad > kSameResidual_rad || (gained_rad > -kSameResidual_rad && change < best_change);
     if (!better) continue;
     best = inside ? BranchOutcome::kFound : BranchOutcome::kOnlyOutsideLimits;
     best_change = change;

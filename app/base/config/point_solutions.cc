@@ -165,9 +165,9 @@ std::string OrientationLeftText(kinematics::Orientation orientation, bool orient
 std::vector<PointSolution> SolvePoints(const MachineConfig& config,
                                        const std::function<void(std::size_t)>& progress) {
   Machine machine(config);
-  const deflection::LoadedArm arm(config.cell);
-  const kinematics::Orientation orientation =
-      kinematics::ReachableOrientation(arm.chain(), deflection::FarthestTip_F(config.cell));
+  const correction::Corrector corrector(config.cell, config.limits);
+  const deflection::LoadedArm& arm = corrector.arm();
+  const kinematics::Orientation orientation = corrector.orientation();
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
     if (progress) progress(k);

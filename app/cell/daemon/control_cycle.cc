@@ -69,7 +69,7 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
         {static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(first + size - 1)});
   };
   add(0, plc::registers::kStateSize);
-  add(plc::registers::kResult, plc::registers::kResultSize + plc::registers::kResultQwSize);
+  add(plc::registers::kResult, plc::registers::kResultSize + plc::registers::kResultMoreSize);
   add(plc::registers::kScaled, plc::registers::kScaledSize);
   add(plc::registers::kInputs, plc::registers::kInputsSize);
   add(plc::registers::kMonitoring, plc::registers::kMonitoringSize);

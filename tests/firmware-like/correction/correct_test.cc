@@ -338,6 +338,39 @@ TEST_CASE("a SCARA is corrected in position, and its turn about the vertical") {
   CHECK(corrected > 70);
 }
 
+TEST_CASE("of two branches, an arm of four axes takes the one with the nearer orientation") {
+  model::CellModel cell = test::HeavyArm();
+  const auto& heavy = test::HeavyArm().robot.joints;
+  model::Joint forearm = heavy[2], pitch = heavy[4];
+  forearm.a_m = 1.2;
+  forearm.alpha_rad = 0;
+  pitch.a_m = 0.2;
+  pitch.alpha_rad = 0.5 * std::numbers::pi;
+  cell.robot.joints = {heavy[0], heavy[1], forearm, pitch};
+  for (model::Joint& joint : cell.robot.joints) {
+    joint.min = -std::numbers::pi;
+    joint.max = std::numbers::pi;
+  }
+  const model::JointVector seed = model::JointVector::Zero(4);
+  int corrected = 0;
+  for (const double azimuth_deg : {170.0, -165.0, 150.0}) {
+    const model::JointVector q = Eigen::Vector4d(azimuth_deg * test::kDegree, 0.5, 0.6, -0.4);
+    const Correction correction = Solve(cell, PointAt(cell, q), seed, {0.3, 0.2, 0.0, {}});
+    CAPTURE(azimuth_deg, Describe(correction.code), correction.residual_rad);
+    if (correction.code == CorrectionCode::kOk) ++corrected;
+    CHECK(correction.residual_rad < 0.1);
+    // A predicted landing states the same angle and has the same limit.
+    const Pose X_BP = cell.robot.X_WB.Inverse() * PointAt(cell, q).X_WP;
+    Correction landing;
+    Corrector(cell, {0.3, 0.2, 0.0, {}})
+        .PredictLanding(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, seed,
+                        BranchSearch::kBrief, landing);
+    CHECK(landing.code == CorrectionCode::kOk);
+    CHECK(landing.residual_rad < 1e-6);
+  }
+  CHECK(corrected == 3);
+}
+
 TEST_CASE("a seven-axis arm keeps the posture in which it was taught") {
   std::mt19937 random(25);
   model::CellModel cell = test::HeavyArm();
