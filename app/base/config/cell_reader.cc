@@ -301,8 +301,17 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
 void ReadSessionTips(const TomlTable& table, const model::CellModel& cell,
                      model::SessionFrames& session) {
   const std::optional<Vec3> declared_F = table.Vector3("declared_tip_mm", kPlaceRange);
-  if (const auto p_F = table.Vector3("tip_mm", kPlaceRange)) {
-    session.tips.push_back({std::nullopt, *p_F, declared_F});
+  const auto single_F = table.Vector3("tip_mm", kPlaceRange);
+  if (single_F && cell.tools() > 1) {
+    table.AddFault("tip_mm",
+                   "belongs to a cell with one tool, and this one has several; write a "
+                   "[[session.tip]] with tool and xyz_mm for each");
+  } else if (single_F) {
+    session.tips.push_back({std::nullopt, *single_F, declared_F});
+  } else if (declared_F && !table.Has("tip_mm")) {
+    table.AddFault("declared_tip_mm",
+                   "is the declared tip beside tip_mm, which is missing; add "
+                   "tip_mm or remove it");
   }
   for (const TomlTable& own : table.Tables("tip")) {
     const std::optional<int> number = own.RequiredInteger("tool", 0, kLargestNumber);

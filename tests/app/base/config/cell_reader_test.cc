@@ -333,6 +333,26 @@ TEST_CASE("Couplings of joints are read in SI; cycles and joints out of range ar
         "robot.coupling[1].ratio: missing; expected a number, -1000..1000");
 }
 
+TEST_CASE("tip_mm of a session belongs to a cell with one tool; declared_tip_mm to a tip_mm") {
+  const auto fault = [](std::string text, const std::string& from, const std::string& to) {
+    REQUIRE(text.find(from) != std::string::npos);
+    text.replace(text.find(from), from.size(), to);
+    FaultList own;
+    CHECK_FALSE(CellFromText(text, "cell.toml", own));
+    return FaultsText(own);
+  };
+  const std::string tip = "tip_mm = [0.0, 0.0, 93.0]";
+  CHECK_THAT(fault(kGood, tip, "declared_" + tip),
+             Catch::Contains("session[1].declared_tip_mm") && Catch::Contains("is missing"));
+  std::string several = kGood;
+  several.replace(several.find("[tool]"), 6, "[[tool]]\nnumber = 1");
+  const std::size_t end = several.find("\n[", several.find("[[tool]]"));
+  REQUIRE(end != std::string::npos);
+  CHECK_THAT(fault(several, several.substr(end, 2),
+                   "\n[[tool]]\nnumber = 2\nmodel = \"rigid\"\ntcp_mm = [0.0, 0.0, 1.0]\n\n["),
+             Catch::Contains("session[1].tip_mm") && Catch::Contains("[[session.tip]]"));
+}
+
 TEST_CASE("beta_deg and gamma_deg complete a row of the table; gamma_deg is for dh only") {
   std::string text(kGood);
   const std::string key = "alpha_deg = -90.0\n";
@@ -594,6 +614,7 @@ TEST_CASE("Several tools and payload items have numbers of their own") {
     std::string text = kGood;
     text.replace(text.find("[tool]"), 6, "[[tool]]\nnumber = 4");
     text.erase(text.find("tool = \"unknown\""), 16);
+    text.erase(text.find("tip_mm = [0.0, 0.0, 93.0]"), 25);
     text += "[[tool]]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 300]\n" + tool;
     return text + "[[payload.item]]\nnumber = 2\nmass_kg = 3\ncog_mm = [1, 2, 3]\n" + item;
   };
