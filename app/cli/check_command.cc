@@ -255,11 +255,13 @@ std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
   for (const model::JointCoupling& coupling : robot.couplings) {
     lines.push_back(
         {"coupling",
-         fmt::format("q{} also turns with q{}, ratio {:.6g}", coupling.joint + 1, coupling.of + 1,
-                     coupling.ratio / model::CouplingRatioToSI(robot, coupling))});
+         fmt::format("q{} also turns with q{}, ratio {:.6g}; deflections act on {}",
+                     coupling.joint + 1, coupling.of + 1,
+                     coupling.ratio / model::CouplingRatioToSI(robot, coupling),
+                     coupling.drive == model::CouplingDrive::kAxis ? "the axis" : "the readings")});
   }
-  const std::string orientation = config::OrientationText(
-      kinematics::ReachableOrientation(kinematics::Chain(robot), deflection::FarthestTip_F(cell)));
+  const std::string orientation =
+      config::OrientationText(correction::Corrector(cell, {}).orientation());
   if (!orientation.empty()) lines.push_back({"orientation", orientation});
   for (int k = 0; k < cell.tools(); ++k) {
     const model::Tool& tool = cell.ToolAt(k);

@@ -138,7 +138,7 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
     }
     state.sag[i] = s;
   }
-  state.sag = chain_.ReportedFromAxes<T>(state.sag);
+  state.sag = chain_.ReportedFromDrives<T>(state.sag);
 
   const PoseOf<T>& X_BF = state.posture.X_BF();
   const ToolModel& tool = Tool(load.tool);

@@ -47,7 +47,7 @@ ErrorGrowth::ErrorGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
                          const model::CellModel& cell)
     : q_(JointRanges(cell)), domain_(cell.domain), distance_(chain, tip_F, FittedPoses(cell)) {
   for (int joint = 0; joint < chain.size(); ++joint)
-    turns_.push_back(domain_ && chain.type(joint) == model::JointType::kRevolute);
+    turns_.push_back(domain_ && chain.RepeatsAfterTurn(joint));
   for (int tool = 0; tool < cell.tools(); ++tool) tools_.push_back(cell.ToolAt(tool).number);
   if (!domain_) return;
   domain_->poses.clear();

@@ -59,6 +59,9 @@ class AssumedError {
   using Load = Eigen::Array<double, 4, kDraws, Eigen::RowMajor>;
 
   void DrawLoad(const LoadedArm& arm, const LoadStatement& load);
+  /// Adds `share` times the torque error about axis j to `torque_`.
+  void AddTorque(const LoadedArm& arm, const kinematics::Posture& posture, const Vec3& g_B, int j,
+                 double share);
   void AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& p_B, const Vec3& g_B);
   void AddTool(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
                const Vec3& p_TP, const Vec3& g_F);
@@ -207,13 +210,40 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   mass -= load.modelled.mass_kg;
 }
 
+void AssumedError::AddTorque(const LoadedArm& arm, const kinematics::Posture& posture,
+                             const Vec3& g_B, int j, double share) {
+  const auto k = static_cast<std::size_t>(j);
+  const Pose& X_BF = posture.X_BF();
+  const Vec3 axis = share * posture.axis_B[k];
+  if (arm.chain().type(j) != model::JointType::kRevolute) {
+    const double along = axis.dot(g_B);
+    for (int l = j; l < arm.size(); ++l) torque_ += along * mass_change_.row(l);
+    torque_ += along * load_change_.row(0);
+    return;
+  }
+  // Torque about the axis per unit mass at r; linear, so each mass contributes one product.
+  const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
+  for (int l = j; l < arm.size(); ++l) {
+    const DeflectionPriors::Link& link = priors_.links[l];
+    const Pose& X_BL = posture.X_BL[l];
+    if (link.mass_sigma_ln > 0) {
+      torque_ += torque(X_BL * link.com_L - posture.point_B[k]) * mass_change_.row(l);
+    }
+    if (!link.com_shift_L.isZero(0)) torque_ += link.mass_kg * torque(X_BL.R * link.com_shift_L);
+    if (!link.com_sd_L.isZero(0)) {
+      torque_ += link.mass_kg * torque(X_BL.R * link.com_sd_L) * centre_.row(l);
+    }
+  }
+  torque_ += torque(X_BF.p - posture.point_B[k]) * load_change_.row(0);
+  for (int a = 0; a < 3; ++a) torque_ += torque(X_BF.R.col(a)) * load_change_.row(1 + a);
+}
+
 void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& p_B,
                              const Vec3& g_B) {
   using I = effects::Influence<double>;
   const kinematics::Posture& posture = state.posture;
-  const Pose& X_BF = posture.X_BF();
   kinematics::Jacobian jacobian;
-  arm.chain().AxisJacobianAt(posture, p_B, jacobian);
+  arm.chain().DriveJacobianAt(posture, p_B, jacobian);
   for (int j = 0; j < arm.size(); ++j) {
     const auto k = static_cast<std::size_t>(j);
     const Vec3 lever = jacobian.col(j).head<3>();
@@ -223,30 +253,12 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
     const double slope = declared_[j] + influence_.Joint(I::kCompliance, j) -
                          3 * influence_.Joint(I::kHardening, j) * tau * tau;
     if (!prior && slope == 0) continue;
-    // Torque about the axis per unit mass at r; linear, so each mass contributes one product.
-    const Vec3& axis = posture.axis_B[k];
-    const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
     torque_.setConstant(0);
-    if (arm.chain().type(j) != model::JointType::kRevolute) {
-      const double along = axis.dot(g_B);
-      for (int l = j; l < arm.size(); ++l) torque_ += along * mass_change_.row(l);
-      torque_ += along * load_change_.row(0);
-    } else {
-      for (int l = j; l < arm.size(); ++l) {
-        const DeflectionPriors::Link& link = priors_.links[l];
-        const Pose& X_BL = posture.X_BL[l];
-        if (link.mass_sigma_ln > 0) {
-          torque_ += torque(X_BL * link.com_L - posture.point_B[k]) * mass_change_.row(l);
-        }
-        if (!link.com_shift_L.isZero(0)) {
-          torque_ += link.mass_kg * torque(X_BL.R * link.com_shift_L);
-        }
-        if (!link.com_sd_L.isZero(0)) {
-          torque_ += link.mass_kg * torque(X_BL.R * link.com_sd_L) * centre_.row(l);
-        }
+    AddTorque(arm, posture, g_B, j, 1);
+    for (const model::JointCoupling& coupling : arm.chain().couplings()) {
+      if (coupling.of == j && coupling.drive == model::CouplingDrive::kReading) {
+        AddTorque(arm, posture, g_B, coupling.joint, coupling.ratio);
       }
-      torque_ += torque(X_BF.p - posture.point_B[k]) * load_change_.row(0);
-      for (int a = 0; a < 3; ++a) torque_ += torque(X_BF.R.col(a)) * load_change_.row(1 + a);
     }
     // From torque to deflection error; a joint with a prior has no deflection in the model.
     if (prior) {
@@ -328,7 +340,7 @@ AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState&
                                         const LoadStatement& load,
                                         const effects::Conditions& conditions, const Vec3& p_TP,
                                         const Mat3& covariance_W) {
-  influence_ = arm.EffectsAt(arm.ConditionsAt(conditions.q, conditions), load.modelled);
+  influence_ = arm.EffectsAt(conditions, load.modelled);
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
   const Vec3 g_B = state.posture.X_BF().R * g_F;
@@ -457,8 +469,7 @@ model::StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const mode
                                                 const LoadStatement& load,
                                                 const effects::Conditions& conditions,
                                                 const Vec3& p_TP, const Mat3& covariance_W) {
-  effects::Conditions moment = conditions;
-  moment.q = q;
+  const effects::Conditions moment = arm.ConditionsAt(q, conditions);
   const AssumedError::Estimate error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
   const double radius_m = error.radius_m + NeglectedByLinearTheory(arm, state_);
   if (!assumed_->priors().complete) return {radius_m, model::RadiusBasis::kUnknown};

@@ -102,7 +102,7 @@ effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& momen
   if (effects_.empty()) return influence;
   effects::AddEffects(effects_, moment, influence);
   if (!growth_.fades()) return influence;
-  const double share = growth_.Share(PointAt(moment.q, payload, moment));
+  const double share = growth_.Share(PointAt(moment.Reported(moment.q), payload, moment));
   if (share < 1) influence.Scale(share);
   return influence;
 }
@@ -119,8 +119,9 @@ void LoadedArm::AtActual(const model::JointVector& theta, const loads::Payload& 
   for (int pass = 0; pass < 6; ++pass) {
     const effects::Influence<double> influence = EffectsAt(moment, payload);
     Equations<double>(theta, payload, &influence, conditions.tau, state);
-    const double change = (theta - state.sag - moment.q).cwiseAbs().maxCoeff();
-    moment.q = theta - state.sag;
+    const model::JointVector drives = model::DrivePositions(chain_.couplings(), theta - state.sag);
+    const double change = (drives - moment.q).cwiseAbs().maxCoeff();
+    moment.q = drives;
     if (change < kSettled_rad) break;
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;
@@ -166,7 +167,7 @@ bool LoadedArm::AtCommanded(const model::JointVector& q, const loads::Payload& p
 effects::Conditions LoadedArm::ConditionsAt(const model::JointVector& q,
                                             const effects::Conditions& conditions) const {
   effects::Conditions moment = conditions;
-  moment.q = q;
+  moment.q = model::DrivePositions(chain_.couplings(), q);
   moment.robot = declared_.robot;
   moment.reference_temperature_C = declared_.reference_temperature_C;
   moment.camera = declared_.camera;

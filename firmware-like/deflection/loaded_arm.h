@@ -27,8 +27,8 @@ struct ToolStateInputOf {
 template <typename T>
 struct LoadedStateOf {
   kinematics::PostureOf<T> posture;  ///< frames of the deflected arm in B
-  model::JointVectorOf<T> tau;       ///< gravity torques [N m]
-  /// Joint deflections s, effects included, as changes of the joint values: C^-1 s [rad].
+  model::JointVectorOf<T> tau;       ///< gravity torques of the drives [N m]
+  /// Joint deflections s, effects included, as changes of the joint values: D^-1 s [rad].
   model::JointVectorOf<T> sag;
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
@@ -47,7 +47,7 @@ struct LoadedState : LoadedStateOf<double> {
 const Vec3& FarthestTip_F(const model::CellModel& cell);
 
 /// Joint and tool deflection of a cell under gravity, together with its effects.
-///   theta_i = sign_i ((C q)_i + s_i) + offset_i         C: model::JointCoupling
+///   theta_i = sign_i (C q + E s)_i + offset_i           C = E D: model::JointCoupling
 ///   s_i     = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i|
 ///             + turn_i
 ///   X_WT    = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
@@ -114,13 +114,13 @@ class LoadedArm {
   OperatingPoint PointAt(const model::JointVector& q, const loads::Payload& payload,
                          const effects::Conditions& conditions) const;
 
-  /// State of the arm at *actual* joint positions theta = q + C^-1 s. The command that leads there
+  /// State of the arm at *actual* joint positions theta = q + D^-1 s. The command that leads there
   /// is theta - state.sag. Does not allocate.
   /// @param conditions  inputs of the cell's effects; q is determined here
   void AtActual(const model::JointVector& theta, const loads::Payload& payload,
                 const effects::Conditions& conditions, LoadedState& state) const;
 
-  /// State of the arm *commanded* to q; solves theta = q + C^-1 s(theta) to 1e-12 rad by
+  /// State of the arm *commanded* to q; solves theta = q + D^-1 s(theta) to 1e-12 rad by
   /// fixed-point iteration.
   /// @return false if the iteration does not converge (an arm softer than any real one)
   [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
@@ -151,7 +151,8 @@ class LoadedArm {
   /// Tip pose in B without load and deflection, as computed by the controller.
   Pose UnloadedTip(const model::JointVector& q, int tool = 0) const;
 
-  /// Copy of `conditions` with q and the values declared by the cell filled in.
+  /// Copy of `conditions` with the drives' positions at q and the values declared by the cell
+  /// filled in.
   effects::Conditions ConditionsAt(const model::JointVector& q,
                                    const effects::Conditions& conditions) const;
 

@@ -282,7 +282,7 @@ bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q, const load
     const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
     const model::JointVector reported =
-        arm.chain().ReportedFromAxes<double>(model::JointVector::Unit(n, i));
+        arm.chain().ReportedFromDrives<double>(model::JointVector::Unit(n, i));
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * model::kMaxJoints + i;
       if (!wanted[entry]) continue;

@@ -5,21 +5,26 @@
 namespace plumbline::effects {
 namespace {
 
-const model::JointVector& ValuesOf(const Conditions& conditions, model::JointQuantity quantity) {
+model::JointVector ValuesOf(const Conditions& conditions, model::JointQuantity quantity) {
   switch (quantity) {
     case model::JointQuantity::kPosition:
-      return conditions.q;
+      return conditions.Reported(conditions.q);
     case model::JointQuantity::kVelocity:
-      return conditions.qd;
+      return conditions.Reported(conditions.qd);
     case model::JointQuantity::kAcceleration:
-      return conditions.qdd;
+      return conditions.Reported(conditions.qdd);
     case model::JointQuantity::kTorque:
       return conditions.tau;
   }
-  return conditions.q;
+  return conditions.Reported(conditions.q);
 }
 
 }  // namespace
+
+model::JointVector Conditions::Reported(const model::JointVector& of_drives) const {
+  if (!robot || of_drives.size() != robot->size()) return of_drives;
+  return model::ReportedFromDrives<double>(robot->couplings, of_drives);
+}
 
 std::optional<double> Conditions::Signal(std::string_view column) const {
   if (column == "t_s") return t_s;
@@ -27,7 +32,7 @@ std::optional<double> Conditions::Signal(std::string_view column) const {
   if (column == "payload_kg") return payload_kg;
   if (column == "row") return row;
   if (const std::optional<model::JointColumn> known = model::JointColumnFromName(column)) {
-    const model::JointVector& values = ValuesOf(*this, known->form->quantity);
+    const model::JointVector values = ValuesOf(*this, known->form->quantity);
     if (known->joint >= values.size()) return std::nullopt;
     return values[known->joint] * known->form->from_SI;
   }

@@ -85,7 +85,9 @@ struct RecordedValue {
 
 /// Conditions at one instant, filled once per row. An empty vector or an absent value means that
 /// the quantity was not recorded; effects that need it add nothing, and the diagnosis does not
-/// consider them.
+/// consider them. Joint values are those of the drives (model::DrivePositions), because effects act
+/// on these: whoever fills them converts the reported values. They are equal unless axes are
+/// coupled.
 struct Conditions {
   model::JointVector q;    ///< commanded [rad] or [m]
   model::JointVector qd;   ///< [rad/s]
@@ -106,11 +108,20 @@ struct Conditions {
   bool camera = false;      ///< the tip is measured by a camera with a declared pose in W
   std::string camera_name;  ///< cameras that measured the tip: "side", "side+rear"; empty: unnamed
 
+  /// The reported joint values of which these are the drives'.
+  model::JointVector Reported(const model::JointVector& of_drives) const;
+
   /// Value that a file column of that name would have, in file units: t_s, temp_C, payload_kg, row,
   /// a joint column (model/joint_columns.h), or one of `further`; nullopt if unknown. Does not
   /// allocate.
   std::optional<double> Signal(std::string_view column) const;
 };
+
+/// The drives' values of joint values as reported; empty if these are not recorded.
+inline model::JointVector OfDrives(const model::Robot& robot, const model::JointVector& reported) {
+  return reported.size() == robot.size() ? model::DrivePositions(robot.couplings, reported)
+                                         : reported;
+}
 
 /// Relative speed of a joint in the last synchronised move, dq_i / max_j |dq_j|, in -1..1; zero if
 /// nothing moved or the move is unknown.

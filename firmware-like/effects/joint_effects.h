@@ -419,9 +419,9 @@ struct GearPeriodic {
 };
 
 /// For each link, the frame that rotates with its joint, with z along the joint's axis, in B.
-void TurnedFrames(const model::Robot& robot, const model::JointVector& q,
+void TurnedFrames(const model::Robot& robot, const model::JointVector& drives,
                   std::array<Mat3, model::kMaxJoints>& R_BK) {
-  const model::JointVector axes = model::AxisPositions<double>(robot.couplings, q);
+  const model::JointVector axes = model::AxesFromDrives(robot.couplings, drives);
   Mat3 R = Mat3::Identity();
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
     const model::Joint& joint = robot.joints[k];
@@ -445,6 +445,7 @@ void TurnedFrames(const model::Robot& robot, const model::JointVector& q,
 /// regressors. With z_i the joint's axis, g gravity and a_k one of the two directions perpendicular
 /// to the axis of joint k that rotate with its link,
 ///   s_i += q<i> tau_i + sum_{k >= i} q<i>_link<k>_a  z_i . (a_k x g) / |g|
+/// with z_i + ratio z_j in place of z_i, from link j on, if its drive also turns axis j.
 /// q<i> [rad/(N m)] is the compliance and tau_i the torque of everything declared (tool, payload,
 /// links with a mass). q<i>_link<k>_x and _y [rad] are that compliance times the first moment of
 /// the weight along a_k, of link k and everything it carries. x and y are the axes of the link's
@@ -503,7 +504,13 @@ struct GravitySag {
       }
       const auto joint = static_cast<std::size_t>(parameter.joint);
       const auto link = static_cast<std::size_t>(parameter.of);
-      const Vec3 axis_B = robot.joints[joint].sign * R_BK[joint].col(2);
+      Vec3 axis_B = robot.joints[joint].sign * R_BK[joint].col(2);
+      for (const model::JointCoupling& coupling : robot.couplings) {
+        if (coupling.drive != model::CouplingDrive::kReading) continue;
+        if (coupling.of != parameter.joint || coupling.joint > parameter.of) continue;
+        const auto driven = static_cast<std::size_t>(coupling.joint);
+        axis_B += coupling.ratio * robot.joints[driven].sign * R_BK[driven].col(2);
+      }
       const Vec3 across_B = R_BK[link].col(parameter.spec - kAcrossX);
       influence.Joint(Influence<T>::kTurn, parameter.joint) +=
           values[k] * axis_B.dot(across_B.cross(down_B));

@@ -71,6 +71,24 @@ void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacob
   }
 }
 
+void Chain::DriveJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const {
+  AxisJacobianAt(posture, p_BQ, jacobian);
+  for (const model::JointCoupling& coupling : couplings_) {
+    if (coupling.drive != model::CouplingDrive::kReading) continue;
+    jacobian.col(coupling.of) += coupling.ratio * jacobian.col(coupling.joint);
+  }
+}
+
+bool Chain::RepeatsAfterTurn(int joint) const {
+  constexpr double kWhole = 1e-9;
+  const auto repeats = [&](const model::JointCoupling& coupling) {
+    return coupling.of != joint || (links_[coupling.joint].type == model::JointType::kRevolute &&
+                                    std::abs(coupling.ratio - std::round(coupling.ratio)) < kWhole);
+  };
+  return links_[joint].type == model::JointType::kRevolute &&
+         std::all_of(couplings_.begin(), couplings_.end(), repeats);
+}
+
 void Chain::AxisJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const {
   jacobian.resize(6, size_);
   for (int i = 0; i < size_; ++i) {

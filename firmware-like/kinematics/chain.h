@@ -51,8 +51,8 @@ using Posture = PostureOf<double>;
 /// with theta_i = sign_i a_i + offset_i (revolute) or d_i := d_i + sign_i a_i (prismatic), and the
 /// axes at a = C q, where q are joint values as the controller reports them (model::JointCoupling);
 /// without couplings, a = q. Everything that takes or returns q means the reported values:
-/// couplings act here only. Joint deflections s of the axes are not modelled here: pass q + C^-1 s
-/// for the deflected arm.
+/// couplings act here only. Deflections s of the drives (model::DrivePositions) are not modelled
+/// here: pass q + D^-1 s for the deflected arm.
 class Chain {
  public:
   /// @param robot  with 1..kMaxJoints joints, as checked by the configuration reader
@@ -70,7 +70,15 @@ class Chain {
   model::JointVectorOf<T> AxisPositions(const model::JointVectorOf<T>& q) const {
     return model::AxisPositions<T>(couplings_, q);
   }
-  /// C^-1 times positions or deflections of the axes.
+  /// True if a whole turn of the joint's reading leads to the same posture: the joint is revolute,
+  /// and each axis that turns with it also makes whole turns.
+  bool RepeatsAfterTurn(int joint) const;
+  /// D^-1 times positions or deflections of the drives.
+  template <typename T>
+  model::JointVectorOf<T> ReportedFromDrives(const model::JointVectorOf<T>& drives) const {
+    return model::ReportedFromDrives<T>(couplings_, drives);
+  }
+  /// C^-1 times positions of the axes.
   template <typename T>
   model::JointVectorOf<T> ReportedFromAxes(model::JointVectorOf<T> axes) const {
     for (const model::JointCoupling& coupling : couplings_) {
@@ -94,8 +102,10 @@ class Chain {
 
   /// Jacobian of a point p_BQ [m] that is fixed to the flange, with respect to q.
   void JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
-  /// The same with respect to the axes, of which deflections are added.
+  /// The same with respect to the axes.
   void AxisJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
+  /// The same with respect to the drives, to which deflections are added.
+  void DriveJacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
 
  private:
   struct Link {

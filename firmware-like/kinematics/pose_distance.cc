@@ -15,7 +15,7 @@ model::JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
   Jacobian jacobian;
   for (const model::JointVector& q : poses) {
     chain.Evaluate(q, posture);
-    chain.JacobianAt(posture, posture.X_BF() * tip_F, jacobian);
+    chain.AxisJacobianAt(posture, posture.X_BF() * tip_F, jacobian);
     for (int j = 0; j < chain.size(); ++j) {
       if (chain.type(j) == model::JointType::kRevolute)
         squares[j] += jacobian.col(j).head<3>().squaredNorm();
@@ -36,7 +36,9 @@ double DistanceBeyond(const model::Interval& range, double q, bool turns) {
 
 PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
                            std::span<const model::JointVector> poses)
-    : weights_(chain.size()), features_(2 * chain.size(), static_cast<Eigen::Index>(poses.size())) {
+    : couplings_(chain.couplings()),
+      weights_(chain.size()),
+      features_(2 * chain.size(), static_cast<Eigen::Index>(poses.size())) {
   const model::JointVector squares = SquaredLevers(chain, tip_F, poses);
   const double count = std::max(1.0, static_cast<double>(poses.size()));
   const double sum_m2 = squares.sum() > 0 ? squares.sum() / count : 1;
@@ -51,11 +53,12 @@ PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
 }
 
 PoseDistance::Feature PoseDistance::FeatureOf(const model::JointVector& q) const {
+  const model::JointVector axes = model::AxisPositions<double>(couplings_, q);
   Feature feature(2 * q.size());
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     const bool turns = types_[j] == model::JointType::kRevolute;
-    feature[2 * j] = weights_[j] * (turns ? std::cos(q[j]) : q[j]);
-    feature[2 * j + 1] = turns ? weights_[j] * std::sin(q[j]) : 0;
+    feature[2 * j] = weights_[j] * (turns ? std::cos(axes[j]) : axes[j]);
+    feature[2 * j + 1] = turns ? weights_[j] * std::sin(axes[j]) : 0;
   }
   return feature;
 }

@@ -8,17 +8,18 @@
 
 namespace plumbline::kinematics {
 
-/// How far a joint is beyond a range [rad] or [m]; a whole turn is the same posture.
+/// How far a joint is beyond a range [rad] or [m].
+/// @param turns  a whole turn is the same posture, see Chain::RepeatsAfterTurn()
 double DistanceBeyond(const model::Interval& range, double q, bool turns);
 
 /// Root-mean-square joint difference, each joint weighted by how far it moves the tip:
-///   d^2(q, p) = sum_j r_j^2 (2 sin((q_j - p_j) / 2))^2 / sum_j r_j^2
-/// with r_j the distance of the tip from axis j, RMS over the set [m]. An error that repeats once
-/// per turn of each joint, with random amplitude and phase, changes between two postures in
-/// proportion to d; eccentric encoders, wobbling axes and gravity behave like this. The chord is
-/// used instead of the angle because half a turn is the largest distance (d = 2) and a whole turn
-/// is the same posture. A prismatic joint adds its squared travel to the numerator. If no joint
-/// rotates the tip, sum_j r_j^2 is 1 m^2.
+///   d^2(q, p) = sum_j r_j^2 (2 sin((a_j - b_j) / 2))^2 / sum_j r_j^2
+/// with a and b the positions of the axes at q and p, and r_j the distance of the tip from axis j,
+/// RMS over the set [m]. An error that repeats once per turn of each joint, with random amplitude
+/// and phase, changes between two postures in proportion to d; eccentric encoders, wobbling axes
+/// and gravity behave like this. The chord is used instead of the angle because half a turn is the
+/// largest distance (d = 2) and a whole turn is the same posture. A prismatic joint adds its
+/// squared travel to the numerator. If no joint rotates the tip, sum_j r_j^2 is 1 m^2.
 class PoseDistance {
  public:
   /// @param tip_F  tip in the flange frame [m]
@@ -48,6 +49,7 @@ class PoseDistance {
   Feature FeatureOf(const model::JointVector& q) const;
 
   std::vector<model::JointType> types_;
+  std::vector<model::JointCoupling> couplings_;
   model::JointVector weights_;  ///< r_j / sqrt(sum of squares); of a prismatic joint [1/m]
   Eigen::MatrixXd features_;
 };

@@ -1,5 +1,7 @@
 #include "firmware-like/loads/gravity.h"
 
+#include <algorithm>
+
 #include "firmware-like/model/link_twist.h"
 
 namespace plumbline::loads {
@@ -22,6 +24,12 @@ GravityLoads::GravityLoads(const model::CellModel& cell) {
         {joint.link_mass_kg.value_or(0.0),
          joint.link_com_m ? *joint.link_com_m : GuessedCentre(joint, cell.robot.convention)});
     types_.push_back(joint.type);
+  }
+  couplings_ = cell.robot.couplings;
+  for (const model::JointCoupling& coupling : couplings_) {
+    if (coupling.drive != model::CouplingDrive::kReading) continue;
+    if (!known(coupling.joint)) known_from_ = std::max(known_from_, coupling.of + 1);
+    if (guessed(coupling.joint)) guessed_before_ = std::max(guessed_before_, coupling.of + 1);
   }
   for (int k = 0; k < cell.tools(); ++k) tools_.push_back(MassOf(cell.ToolAt(k)));
 }

@@ -1,4 +1,4 @@
-// Gravity torques about the joints due to links, tool and payload.
+// Gravity torques on the joints' drives due to links, tool and payload.
 #pragma once
 
 #include <array>
@@ -39,6 +39,8 @@ inline constexpr double kMaxPayload_kg = 5000;
 ///   f_i   = axis_i . sum_k m_k g                    (prismatic, [N])
 /// summed over links i..n at their centres of mass, the tool body and mount, and the payload at its
 /// centre of gravity, all on the undeflected tool. Positive in the direction of positive q_i.
+/// A drive that also turns another axis (model::CouplingDrive::kReading) carries that axis' load
+/// times the ratio: tau = E^T (tau_i), by virtual work.
 class GravityLoads {
  public:
   /// If a link has no declared centre of mass, the midpoint of its DH offset is used (see
@@ -74,6 +76,7 @@ class GravityLoads {
  private:
   std::vector<LinkMass> links_;
   std::vector<model::JointType> types_;
+  std::vector<model::JointCoupling> couplings_;
   struct ToolMass {
     double mass_kg = 0;             ///< body and mount
     Vec3 com_F = Vec3::Zero();      ///< of both [m]
@@ -114,6 +117,7 @@ Vec3Of<T> GravityLoads::Torques(const kinematics::PostureOf<T>& posture, const V
       tau[i] = mass_kg * posture.axis_B[k].dot(g_B);
     }
   }
+  if (!couplings_.empty()) tau = model::DriveTorques<T>(couplings_, tau);
   return moment_kg_m.cross(g_B);
 }
 

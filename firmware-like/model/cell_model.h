@@ -33,7 +33,7 @@ enum class JointType { kRevolute, kPrismatic };
 
 /// A joint and its link. The DH angle is theta_i = sign (q_i + s_i) + offset, with s_i the
 /// deflection of the joint. A prismatic joint has d_i = sign (q_i + s_i) + d and theta_i = offset.
-/// Of a coupled joint, q_i is the position of its axis, see JointCoupling.
+/// Of a coupled joint, q_i and s_i are those of its axis, see JointCoupling.
 struct Joint {
   JointType type = JointType::kRevolute;
   double a_m = 0;
@@ -51,6 +51,12 @@ struct Joint {
   std::optional<double> compliance_rad_per_Nm;  ///< rigid if absent
 };
 
+/// What the drive of a coupled joint turns: where its gears wind up and carry their load.
+enum class CouplingDrive {
+  kAxis,     ///< the axis: the motor sits at it, and the controller only counts differently
+  kReading,  ///< the reading: a motor further inboard turns the link through rods, belts or gears
+};
+
 /// A joint whose axis also turns with another joint: the controller counts it against the ground,
 /// or a parallelogram or belt drives it. Joints are 0-based.
 ///   axis_joint = q_joint + ratio * q_of
@@ -59,20 +65,74 @@ struct JointCoupling {
   int joint = 0;
   int of = 0;
   double ratio = 0;  ///< [1]; [m/rad] or [rad/m] between a prismatic and a revolute joint
+  CouplingDrive drive = CouplingDrive::kAxis;
 
   bool operator==(const JointCoupling&) const = default;
 };
 
-/// Positions of the axes from joint values as the controller reports them:
+/// Adds ratio * q_of of each coupling that `counts` to its joint.
+template <typename T, typename Counts>
+JointVectorOf<T> Coupled(const std::vector<JointCoupling>& couplings, const JointVectorOf<T>& q,
+                         const Counts& counts) {
+  JointVectorOf<T> coupled = q;
+  for (const JointCoupling& coupling : couplings) {
+    if (counts(coupling)) coupled[coupling.joint] += coupling.ratio * q[coupling.of];
+  }
+  return coupled;
+}
+
+/// Positions of the axes from joint values q as the controller reports them:
 ///   axis = C q,  C = I + sum over the couplings of ratio at (joint, of)
 template <typename T>
 JointVectorOf<T> AxisPositions(const std::vector<JointCoupling>& couplings,
                                const JointVectorOf<T>& q) {
-  JointVectorOf<T> axes = q;
+  return Coupled<T>(couplings, q, [](const JointCoupling&) { return true; });
+}
+
+/// Positions of the drives, d = D q, on which deflections, gear errors and torques act; D is C with
+/// the couplings of CouplingDrive::kAxis only. Velocities, accelerations and moves likewise.
+inline JointVector DrivePositions(const std::vector<JointCoupling>& couplings,
+                                  const JointVector& q) {
+  return Coupled<double>(couplings, q, [](const JointCoupling& coupling) {
+    return coupling.drive == CouplingDrive::kAxis;
+  });
+}
+
+/// axis = E d, with C = E D: no coupling of kReading is to a joint with one of kAxis.
+inline JointVector AxesFromDrives(const std::vector<JointCoupling>& couplings,
+                                  const JointVector& d) {
+  return Coupled<double>(couplings, d, [](const JointCoupling& coupling) {
+    return coupling.drive == CouplingDrive::kReading;
+  });
+}
+
+/// E^T tau: what the torques about the axes load the drives with, by virtual work.
+template <typename T>
+JointVectorOf<T> DriveTorques(const std::vector<JointCoupling>& couplings,
+                              const JointVectorOf<T>& tau) {
+  JointVectorOf<T> of_drives = tau;
   for (const JointCoupling& coupling : couplings) {
-    axes[coupling.joint] += coupling.ratio * q[coupling.of];
+    if (coupling.drive != CouplingDrive::kReading) continue;
+    of_drives[coupling.of] += coupling.ratio * tau[coupling.joint];
   }
-  return axes;
+  return of_drives;
+}
+
+/// D^-1 times positions or deflections of the drives, in any order of the couplings.
+template <typename T>
+JointVectorOf<T> ReportedFromDrives(const std::vector<JointCoupling>& couplings,
+                                    const JointVectorOf<T>& d) {
+  JointVectorOf<T> q = d;
+  // D - I is nilpotent: each pass completes one further joint of a sequence of couplings.
+  for (std::size_t pass = 0; pass < couplings.size(); ++pass) {
+    JointVectorOf<T> next = d;
+    for (const JointCoupling& coupling : couplings) {
+      if (coupling.drive != CouplingDrive::kAxis) continue;
+      next[coupling.joint] -= coupling.ratio * q[coupling.of];
+    }
+    q = next;
+  }
+  return q;
 }
 
 struct Robot {

@@ -222,19 +222,23 @@ DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::Joi
   add(arm.size() - 1, setting.payload.mass_kg, X_BF * setting.payload.cog_F);
 
   DynamicDeflection result;
-  result.sag.resize(arm.size());
+  const model::JointVector drives = model::DrivePositions(arm.chain().couplings(), qdd);
+  model::JointVector tau(arm.size());
   Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
   for (int i = arm.size() - 1; i >= 0; --i) {
     const auto k = static_cast<std::size_t>(i);
     force += force_B[k];
     moment += moment_B[k];
     const bool turns = arm.chain().type(i) == model::JointType::kRevolute;
-    const double tau =
-        posture.axis_B[k].dot(turns ? Vec3(moment - posture.point_B[k].cross(force)) : force);
-    const double compliance = arm.compliance(i) + setting.influence.Joint(I::kCompliance, i);
-    result.sag[i] = setting.turn_s2[i] != 0 ? setting.turn_s2[i] * qdd[i] : compliance * tau;
+    tau[i] = posture.axis_B[k].dot(turns ? Vec3(moment - posture.point_B[k].cross(force)) : force);
   }
-  result.sag = arm.chain().ReportedFromAxes<double>(result.sag);
+  tau = model::DriveTorques<double>(arm.chain().couplings(), tau);
+  result.sag.resize(arm.size());
+  for (int i = 0; i < arm.size(); ++i) {
+    const double compliance = arm.compliance(i) + setting.influence.Joint(I::kCompliance, i);
+    result.sag[i] = setting.turn_s2[i] != 0 ? setting.turn_s2[i] * drives[i] : compliance * tau[i];
+  }
+  result.sag = arm.chain().ReportedFromDrives<double>(result.sag);
   const Mat3 R_FB = X_BF.R.transpose();
   result.acceleration_F = R_FB * body.AccelerationOf(X_BF.p);
   result.angular_acceleration_F = R_FB * body.alpha_B;
@@ -256,13 +260,13 @@ DynamicDeflection DynamicModel::At(const deflection::LoadedArm& arm, const Joint
   setting.influence = arm.EffectsAt(moment, payload);
   setting.payload.mass_kg += setting.influence[I::kPayloadMass];
   setting.payload.cog_F += setting.influence.Vector(I::kPayloadCog);
-  moment.qdd = motion.qdd;
+  moment.qdd = model::DrivePositions(arm.chain().couplings(), motion.qdd);
   const effects::Influence<double> moving = arm.EffectsAt(moment, payload);
   const int joints = arm.size();
   setting.turn_s2.setZero(joints);
   for (int i = 0; i < joints; ++i) {
     const double turn = moving.Joint(I::kTurn, i) - setting.influence.Joint(I::kTurn, i);
-    if (turn != 0 && motion.qdd[i] != 0) setting.turn_s2[i] = turn / motion.qdd[i];
+    if (turn != 0 && moment.qdd[i] != 0) setting.turn_s2[i] = turn / moment.qdd[i];
   }
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, model::kMaxJoints> gain(3, joints);
   const model::JointVector still = model::JointVector::Zero(joints);

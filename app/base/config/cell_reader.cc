@@ -127,6 +127,17 @@ void WarnAboutUnknowns(const std::vector<TomlTable>& tables,
   }
 }
 
+/// True if a coupling of CouplingDrive::kReading is to a joint with one of kAxis.
+bool MixesDrives(const std::vector<model::JointCoupling>& couplings) {
+  using model::CouplingDrive;
+  return std::any_of(couplings.begin(), couplings.end(), [&](const model::JointCoupling& outer) {
+    return outer.drive == CouplingDrive::kReading &&
+           std::any_of(couplings.begin(), couplings.end(), [&](const model::JointCoupling& inner) {
+             return inner.joint == outer.of && inner.drive == CouplingDrive::kAxis;
+           });
+  });
+}
+
 /// Reads each [[robot.coupling]]. A coupling with a fault is not returned.
 std::vector<model::JointCoupling> CouplingsFromToml(const TomlTable& table,
                                                     const model::Robot& robot) {
@@ -135,8 +146,16 @@ std::vector<model::JointCoupling> CouplingsFromToml(const TomlTable& table,
     const auto joint = row.RequiredInteger("joint", 1, robot.size());
     const auto of = row.RequiredInteger("of", 1, robot.size());
     const auto ratio = row.RequiredNumber("ratio", kCouplingRatio);
+    const auto drive = row.OneOf<model::CouplingDrive>(
+        "drive",
+        {{"axis", model::CouplingDrive::kAxis}, {"reading", model::CouplingDrive::kReading}});
     if (!joint || !of || !ratio) continue;
-    model::JointCoupling coupling{*joint - 1, *of - 1, *ratio};
+    if (*ratio == 0) {
+      row.AddFault("ratio", "couples nothing; remove this [[robot.coupling]]");
+      continue;
+    }
+    model::JointCoupling coupling{*joint - 1, *of - 1, *ratio,
+                                  drive.value_or(model::CouplingDrive::kAxis)};
     coupling.ratio *= model::CouplingRatioToSI(robot, coupling);
     const bool twice = std::any_of(couplings.begin(), couplings.end(), [&](const auto& other) {
       return other.joint == coupling.joint && other.of == coupling.of;
@@ -154,8 +173,12 @@ std::vector<model::JointCoupling> CouplingsFromToml(const TomlTable& table,
       row.AddFault("of", fmt::format("is itself coupled to joint {}, so neither value follows from "
                                      "the other; remove one [[robot.coupling]]",
                                      *joint));
+    } else if (MixesDrives(couplings)) {
+      row.AddFault("drive",
+                   "differs from that of the coupling that joins the same three joints; "
+                   "write the same drive in both");
     }
-    if (twice || cycle) couplings.pop_back();
+    if (twice || cycle || MixesDrives(couplings)) couplings.pop_back();
   }
   return couplings;
 }

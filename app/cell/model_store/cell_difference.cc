@@ -112,9 +112,10 @@ void Add(Values& values, const model::Robot& robot) {
     Add(values, Numbered("robot.joint", i), joints[i]);
   }
   for (const model::JointCoupling& coupling : couplings) {
-    values.Number(
-        fmt::format("robot.coupling (joint {} of {}).ratio", coupling.joint + 1, coupling.of + 1),
-        coupling.ratio, 1 / model::CouplingRatioToSI(robot, coupling));
+    const std::string at =
+        fmt::format("robot.coupling (joint {} of {})", coupling.joint + 1, coupling.of + 1);
+    values.Number(at + ".ratio", coupling.ratio, 1 / model::CouplingRatioToSI(robot, coupling));
+    values.Word(at + ".drive", coupling.drive == model::CouplingDrive::kAxis ? "axis" : "reading");
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/kinematics/chain.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::measure {
@@ -16,11 +17,12 @@ constexpr double kTurn_deg = 360;
 
 void SubtractWholeTurns(const model::Robot& robot, double margin_rad, ImportedTable& table) {
   const double margin_deg = kDegPerRad * margin_rad;
+  const kinematics::Chain chain(robot);
   for (int j = 0; j < robot.size(); ++j) {
     const model::Joint& joint = robot.joints[j];
     const double low_deg = kDegPerRad * joint.min, high_deg = kDegPerRad * joint.max;
     const bool one_turn = high_deg - low_deg <= kTurn_deg + 2 * margin_deg;  // false if unlimited
-    if (joint.type != model::JointType::kRevolute || !one_turn) continue;
+    if (!chain.RepeatsAfterTurn(j) || !one_turn) continue;
     const std::string column =
         model::JointColumnName(model::JointQuantity::kPosition, joint.type, j);
     std::vector<ImportedRow*> above;

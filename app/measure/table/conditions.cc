@@ -12,10 +12,12 @@ namespace {
 
 constexpr double kStandstill = 1e-6;  // [rad] or [m]; smaller changes are reading noise, not moves
 
-/// History of moves: the previous joint values of each session, and how they were approached.
+/// History of moves of the drives: their previous positions in each session, and how they were
+/// approached.
 class MoveHistory {
  public:
-  explicit MoveHistory(const MeasuredTable& table) : table_(table) {}
+  MoveHistory(const model::Robot& robot, const MeasuredTable& table)
+      : robot_(robot), table_(table) {}
 
   /// Processes everything before a row: rows without a measurement, and breaks, after which the
   /// previous move is unknown.
@@ -42,25 +44,27 @@ class MoveHistory {
 
   /// Sets the last move and the approach directions of a row.
   void Add(const MeasuredRow& row, effects::Conditions& moment) {
+    const model::JointVector q = effects::OfDrives(robot_, row.q);
     const auto before = last_of_session_.find(row.session);
     if (before != last_of_session_.end()) {
       const Place& last = before->second;
-      moment.last_move = row.q - last.q;
+      moment.last_move = q - last.q;
       moment.approach =
-          last.approach.size() > 0 ? last.approach : model::JointVector::Zero(row.q.size());
-      for (Eigen::Index i = 0; i < row.q.size(); ++i) {
+          last.approach.size() > 0 ? last.approach : model::JointVector::Zero(q.size());
+      for (Eigen::Index i = 0; i < q.size(); ++i) {
         if (std::abs(moment.last_move[i]) > kStandstill) {
           moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
         }
       }
     }
-    last_of_session_[row.session] = {row.q, moment.approach};
+    last_of_session_[row.session] = {q, moment.approach};
   }
 
  private:
   struct Place {
     model::JointVector q, approach;
   };
+  const model::Robot& robot_;
   const MeasuredTable& table_;
   std::size_t unmeasured_ = 0, break_ = 0;
   std::map<std::string, Place> last_of_session_;
@@ -73,13 +77,13 @@ std::vector<effects::Conditions> ConditionsOf(const model::CellModel& cell,
   std::vector<effects::Conditions> conditions;
   conditions.reserve(table.rows.size());
   const effects::Conditions declared = effects::DeclaredConditions(cell);
-  MoveHistory history(table);
+  MoveHistory history(cell.robot, table);
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     effects::Conditions& moment = conditions.emplace_back(declared);
-    moment.q = row.q;
-    moment.qd = row.qd;
-    moment.qdd = row.qdd;
+    moment.q = effects::OfDrives(cell.robot, row.q);
+    moment.qd = effects::OfDrives(cell.robot, row.qd);
+    moment.qdd = effects::OfDrives(cell.robot, row.qdd);
     moment.tau = row.tau;
     if (row.payload_kg) moment.payload_kg = *row.payload_kg;
     moment.payload_kg += loads::ItemMass_kg(cell, row.payload_item);

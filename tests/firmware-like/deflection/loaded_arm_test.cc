@@ -299,4 +299,59 @@ TEST_CASE("coupled axes: an arm loaded at q is the uncoupled arm at C q") {
   }
 }
 
+TEST_CASE("a parallelogram: the motors at the base carry the difference of the axes' torques") {
+  model::CellModel cell;
+  // Two links of 1 m in the plane x-y, each with its mass at the middle; gravity along -y.
+  cell.robot.joints = {test::MakeJoint(1, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-5),
+                       test::MakeJoint(1, 0, 0, 0, -180, 180, 6, {-0.5, 0, 0}, 2e-5)};
+  cell.robot.g_W = Vec3(0, -10, 0);
+  cell.tool.tcp_F = Vec3::Zero();
+  cell.robot.couplings = {{1, 0, -1.0, model::CouplingDrive::kReading}};
+  const LoadedArm arm(cell);
+  const model::JointVector q = Eigen::Vector2d(0.4, -0.3);  // the forearm's angle to the ground
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(q, {20, Vec3::Zero()}, {}, state));
+  const model::JointVector theta = q + state.sag;
+  // Motor 1 carries its link, and everything beyond as if it hung at the elbow.
+  CHECK(state.tau[0] == Approx(-10 * (10 * 0.5 + 6 + 20) * std::cos(theta[0])));
+  CHECK(state.tau[1] == Approx(-10 * (6 * 0.5 + 20) * std::cos(theta[1])));
+  CHECK(state.sag[0] == Approx(1e-5 * state.tau[0]));
+  CHECK(state.sag[1] == Approx(2e-5 * state.tau[1]));
+  // Its wind-up leaves the direction of the forearm.
+  CHECK(std::atan2(state.X_WT.R(1, 0), state.X_WT.R(0, 0)) == Approx(theta[1]));
+  // Driven at the axis, the forearm turns with the upper arm.
+  cell.robot.couplings[0].drive = model::CouplingDrive::kAxis;
+  REQUIRE(LoadedArm(cell).AtCommanded(q, {20, Vec3::Zero()}, {}, state));
+  CHECK(state.sag[1] == Approx(2e-5 * state.tau[1] + state.sag[0]));
+}
+
+TEST_CASE("the torque of each drive is the work of gravity along its reading") {
+  model::CellModel cell = test::HeavyArm();
+  for (model::Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  cell.robot.couplings = {{2, 1, -1.0, model::CouplingDrive::kReading},
+                          {4, 3, 0.3, model::CouplingDrive::kReading},
+                          {5, 4, -0.5, model::CouplingDrive::kReading}};
+  const LoadedArm arm(cell);
+  const loads::Payload payload{40, *cell.payload_cog_F};
+  const Vec3 g_B = cell.robot.X_WB.R.transpose() * cell.robot.g_W;
+  const auto work = [&](const model::JointVector& q) {
+    kinematics::Posture posture;
+    arm.chain().Evaluate(q, posture);
+    loads::OutboardMassesOf<double> outboard;
+    model::JointVector tau;
+    arm.loads().Torques<double>(posture, g_B, payload, tau, &outboard);
+    return g_B.dot(outboard[0].kg_m);
+  };
+  std::mt19937 random(41);
+  const model::JointVector q = test::RandomPosture(cell, random);
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(q, payload, {}, state));
+  for (int i = 0; i < 6; ++i) {
+    constexpr double kStep = 1e-5;
+    const model::JointVector step = kStep * model::JointVector::Unit(6, i);
+    CHECK(state.tau[i] ==
+          Approx((work(q + step) - work(q - step)) / (2 * kStep)).epsilon(1e-6).margin(1e-4));
+  }
+}
+
 }  // namespace plumbline::loaded_arm_test

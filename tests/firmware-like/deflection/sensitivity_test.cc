@@ -92,7 +92,8 @@ TEST_CASE("gradients of tip position and rotation match central differences") {
     slide.min = 0.2;
     slide.max = 0.8;
   }
-  if (GENERATE(false, true)) cell.robot.couplings = {{2, 1, 0.8}, {4, 3, -0.3}};
+  const auto drive = GENERATE(model::CouplingDrive::kAxis, model::CouplingDrive::kReading);
+  if (GENERATE(false, true)) cell.robot.couplings = {{2, 1, 0.8, drive}, {4, 3, -0.3, drive}};
   const LoadedArm arm(cell);
   std::mt19937 random(7);
   for (int trial = 0; trial < 5; ++trial) {

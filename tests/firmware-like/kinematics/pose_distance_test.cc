@@ -42,6 +42,20 @@ TEST_CASE("the distance is the chord of the joint angles, weighted by their leve
   CHECK(PoseDistance(chain, Vec3::Zero(), both).Of(Pose2(0, 2)) == Approx(0).margin(1e-12));
 }
 
+TEST_CASE("the distance of coupled axes is that of the axes") {
+  model::CellModel cell = TwoJoints();
+  const std::vector<model::JointVector> straight = {Pose2(0, 0)};
+  const PoseDistance uncoupled(Chain(cell.robot), Vec3::Zero(), straight);
+  cell.robot.couplings = {{1, 0, 0.5}};
+  const Chain chain(cell.robot);
+  const PoseDistance coupled(chain, Vec3::Zero(), straight);
+  CHECK(coupled.Of(Pose2(0.6, 0.2)) == Approx(uncoupled.Of(Pose2(0.6, 0.5))));
+  // A turn of the first joint turns the second axis half: another posture.
+  CHECK(coupled.Of(Pose2(2 * std::numbers::pi, 0)) == Approx(2 * std::sqrt(0.2)));
+  CHECK_FALSE(chain.RepeatsAfterTurn(0));
+  CHECK(chain.RepeatsAfterTurn(1));
+}
+
 TEST_CASE("the distance to an empty set is zero") {
   CHECK(PoseDistance(Chain(TwoJoints().robot), Vec3::Zero(), {}).Of(Pose2(1, 1)) == 0);
 }

@@ -84,20 +84,19 @@ std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>
            (recorded.qdd && Needs(*block, effects::Signal::kAcceleration));
   });
   if (!follows) return {};
-  std::vector<const effects::Conditions*> moving;
-  for (const effects::Conditions& moment : data.conditions) moving.push_back(&moment);
-  const auto size = [&](const effects::Conditions* moment) {
-    return recorded.qd ? moment->qd.norm() : moment->qdd.norm();
+  std::vector<const MeasuredRow*> moving;
+  for (const MeasuredRow& row : data.table.rows) moving.push_back(&row);
+  const auto size = [&](const MeasuredRow* row) {
+    return recorded.qd ? row->qd.norm() : row->qdd.norm();
   };
-  std::ranges::stable_sort(moving, [&](const effects::Conditions* a, const effects::Conditions* b) {
-    return size(a) < size(b);
-  });
+  std::ranges::stable_sort(
+      moving, [&](const MeasuredRow* a, const MeasuredRow* b) { return size(a) < size(b); });
   if (!(size(moving.back()) > 0)) return {};
   const model::JointVector at_rest = model::JointVector::Zero(data.table.rows.front().q.size());
   std::vector<Motion> motions = {{recorded.qd ? at_rest : model::JointVector(),
                                   recorded.qdd ? at_rest : model::JointVector()}};
-  for (const effects::Conditions* moment : {moving[moving.size() / 2], moving.back()}) {
-    motions.push_back({moment->qd, moment->qdd});
+  for (const MeasuredRow* row : {moving[moving.size() / 2], moving.back()}) {
+    motions.push_back({row->qd, row->qdd});
   }
   return motions;
 }
@@ -118,8 +117,11 @@ std::vector<model::JointVector> Sides(const DesignSpace& space) {
   return sides;
 }
 
-/// Updates the conditions by a move to `q`. Joints that do not move keep their side of approach.
-void MoveTo(const model::JointVector& q, effects::Conditions& moment) {
+/// Updates the conditions by a move to the reported values `reported`. Drives that do not move keep
+/// their side of approach.
+void MoveTo(const model::Robot& robot, const model::JointVector& reported,
+            effects::Conditions& moment) {
+  const model::JointVector q = effects::OfDrives(robot, reported);
   moment.last_move = q - moment.q;
   moment.q = q;
   if (moment.approach.size() != q.size()) moment.approach = model::JointVector::Zero(q.size());
@@ -311,15 +313,16 @@ void SetApproach(const effects::Conditions& previous, const DesignSpace& space,
     effects::Conditions& moment = rows.conditions[RowIndex(k)];
     moment.q = previous.q;
     moment.approach = previous.approach;
-    if (const std::optional<model::JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);
-    MoveTo(point.q, moment);
+    const model::Robot& robot = rows.cell.robot;
+    if (const auto via = ViaPose(space, point)) MoveTo(robot, *via, moment);
+    MoveTo(robot, point.q, moment);
     moment.tau.resize(0);
     const std::optional<int>& item = rows.measured(RowIndex(k)).payload_item;
     moment.payload_kg = point.payload_kg + loads::ItemMass_kg(rows.cell, item);
     if (previous.t_s) moment.t_s = *previous.t_s + point.wait_s;
     if (space.motions.empty()) continue;
-    moment.qd = space.motions[point.motion].qd;
-    moment.qdd = space.motions[point.motion].qdd;
+    moment.qd = effects::OfDrives(robot, space.motions[point.motion].qd);
+    moment.qdd = effects::OfDrives(robot, space.motions[point.motion].qdd);
   }
 }
 

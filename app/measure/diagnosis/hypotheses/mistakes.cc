@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,12 +89,30 @@ Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
   };
 }
 
+constexpr double kLeastMove = 1e-6;  // [rad] or [m]
+
+/// Sets the joint values of a row's conditions from the row and from its last move, as the
+/// controller reports them.
+void SetJoints(const model::JointVector& move, RowIndex row, Dataset& data) {
+  const MeasuredRow& measured = data.measured(row);
+  const model::Robot& robot = data.cell.robot;
+  effects::Conditions& conditions = data.conditions[row];
+  conditions.q = effects::OfDrives(robot, measured.q);
+  conditions.qd = effects::OfDrives(robot, measured.qd);
+  conditions.qdd = effects::OfDrives(robot, measured.qdd);
+  conditions.last_move = effects::OfDrives(robot, move);
+  for (Eigen::Index i = 0; i < conditions.last_move.size(); ++i) {
+    const double moved = conditions.last_move[i];
+    if (std::abs(moved) > kLeastMove) conditions.approach[i] = moved > 0 ? 1 : -1;
+  }
+}
+
 Undo OnJoints(std::function<void(model::JointVector&)> map) {
   return [map = std::move(map)](Dataset& data) {
     for (const RowIndex row : data.row_indices()) {
       model::JointVector& q = data.table.rows[row.offset()].q;
       map(q);
-      data.conditions[row].q = q;
+      data.conditions[row].q = effects::OfDrives(data.cell.robot, q);
     }
   };
 }
@@ -107,11 +126,12 @@ Undo ReverseSign(int joint) {
     for (const RowIndex row : data.row_indices()) {
       MeasuredRow& measured = data.table.rows[row.offset()];
       effects::Conditions& conditions = data.conditions[row];
-      for (model::JointVector* joints :
-           {&measured.q, &measured.qd, &measured.qdd, &measured.tau, &conditions.q, &conditions.qd,
-            &conditions.qdd, &conditions.tau, &conditions.last_move, &conditions.approach}) {
+      model::JointVector move = conditions.Reported(conditions.last_move);
+      for (model::JointVector* joints : {&measured.q, &measured.qd, &measured.qdd, &measured.tau,
+                                         &conditions.tau, &conditions.approach, &move}) {
         reverse(*joints);
       }
+      SetJoints(move, row, data);
     }
   };
 }
@@ -329,6 +349,14 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
   }
 }
 
+/// The ratio that the cell declares for two joints; 0 if none.
+double DeclaredRatio(const model::JointCoupling& pair, const model::Robot& robot) {
+  for (const model::JointCoupling& coupling : robot.couplings) {
+    if (coupling.joint == pair.joint && coupling.of == pair.of) return coupling.ratio;
+  }
+  return 0;
+}
+
 /// Adds to the ratio of a coupling of the cell, or couples the joints.
 void Couple(const model::JointCoupling& added, model::Robot& robot) {
   for (model::JointCoupling& coupling : robot.couplings) {
@@ -340,21 +368,21 @@ void Couple(const model::JointCoupling& added, model::Robot& robot) {
   robot.couplings.push_back(added);
 }
 
-std::string CouplingRemedy(const model::JointCoupling& added, const model::Robot& robot) {
-  model::Robot coupled = robot;
-  Couple(added, coupled);
-  double ratio = 0;
-  for (const model::JointCoupling& coupling : coupled.couplings) {
-    if (coupling.joint == added.joint && coupling.of == added.of) ratio = coupling.ratio;
+void CoupleRows(const model::JointCoupling& added, Dataset& data) {
+  Couple(added, data.cell.robot);
+  std::shared_ptr<const model::Robot> before, after;
+  for (const RowIndex row : data.row_indices()) {
+    effects::Conditions& conditions = data.conditions[row];
+    const model::JointVector move = conditions.Reported(conditions.last_move);
+    if (conditions.robot && conditions.robot != before) {
+      before = conditions.robot;
+      model::Robot coupled = *before;
+      coupled.couplings = data.cell.robot.couplings;
+      after = std::make_shared<const model::Robot>(std::move(coupled));
+    }
+    if (conditions.robot) conditions.robot = after;
+    SetJoints(move, row, data);
   }
-  constexpr double kNone = 1e-3;
-  if (std::abs(ratio) < kNone) {
-    return fmt::format("remove the [[robot.coupling]] of joint {} from the cell", added.joint + 1);
-  }
-  return fmt::format(
-      "declare it in the cell: [[robot.coupling]] with joint = {}, of = {}, ratio = {:.4g}; or "
-      "record the angle between the links",
-      added.joint + 1, added.of + 1, ratio);
 }
 
 /// Adds axes that the controller counts against another link than the one before: the ground, or
@@ -469,16 +497,40 @@ void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
 }  // namespace
 
 Mistake CouplingMistake(const Dataset& data, const model::JointCoupling& coupling) {
-  const bool whole = std::abs(coupling.ratio) == 1;
-  return {fmt::format("joint q{0} also turns with q{1} ({2}; the axis is at q{0} {3} {4}q{1})",
-                      coupling.joint + 1, coupling.of + 1,
-                      whole ? fmt::format("q{} is counted against the ground or another link",
-                                          coupling.joint + 1)
-                            : "a belt, gears or a parallelogram drive it",
-                      coupling.ratio > 0 ? "+" : "-",
-                      whole ? "" : fmt::format("{:.4g} ", std::abs(coupling.ratio))),
-          CouplingRemedy(coupling, data.cell.robot),
-          [coupling](Dataset& changed) { Couple(coupling, changed.cell.robot); }};
+  constexpr double kNone = 1e-3;
+  const int joint = coupling.joint + 1, of = coupling.of + 1;
+  const double declared = DeclaredRatio(coupling, data.cell.robot);
+  const double ratio = declared + coupling.ratio;
+  Mistake mistake{"", "", [coupling](Dataset& changed) { CoupleRows(coupling, changed); }};
+  if (declared != 0 && std::abs(ratio) < kNone) {
+    mistake.sentence =
+        fmt::format("joint q{} does not turn with q{}, as the cell declares", joint, of);
+    mistake.remedy = fmt::format(
+        "remove the [[robot.coupling]] with joint = {}, of = {} from the cell", joint, of);
+    return mistake;
+  }
+  const bool whole = std::abs(std::abs(ratio) - 1) < kNone;
+  const std::string axis = fmt::format("the axis is at q{} {} {}q{}", joint, ratio > 0 ? "+" : "-",
+                                       whole ? "" : fmt::format("{:.4g} ", std::abs(ratio)), of);
+  if (declared != 0) {
+    mistake.sentence = fmt::format(
+        "the ratio by which joint q{} turns with q{} is {:.4g}, not {:.4g} as the cell declares "
+        "({})",
+        joint, of, ratio, declared, axis);
+    mistake.remedy = fmt::format(
+        "correct the ratio in the [[robot.coupling]] with joint = {}, of = {}", joint, of);
+    return mistake;
+  }
+  mistake.sentence =
+      fmt::format("joint q{} also turns with q{} ({}; {})", joint, of,
+                  whole ? fmt::format("q{} is counted against the ground or another link", joint)
+                        : "a belt, gears or a parallelogram drive it",
+                  axis);
+  mistake.remedy = fmt::format(
+      "declare it in the cell: [[robot.coupling]] with joint = {}, of = {}, ratio = {:.4g}; or "
+      "record the angle between the links",
+      joint, of, ratio);
+  return mistake;
 }
 
 std::vector<model::JointCoupling> PossibleCouplings(const Dataset& data) {

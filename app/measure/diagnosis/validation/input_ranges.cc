@@ -140,7 +140,7 @@ void AddYield(const deflection::LoadedArm& arm, const Model& model,
   kinematics::Posture posture;
   kinematics::Jacobian jacobian;
   arm.chain().Evaluate(q, posture);
-  arm.chain().AxisJacobianAt(posture, posture.X_BF() * arm.X_FT(payload.tool).p, jacobian);
+  arm.chain().DriveJacobianAt(posture, posture.X_BF() * arm.X_FT(payload.tool).p, jacobian);
   for (int joint = 0; joint < arm.size(); ++joint) {
     const double slope = arm.compliance(joint) + influence.Joint(Entries::kCompliance, joint);
     double& own = yield[static_cast<std::size_t>(joint)];
@@ -182,7 +182,7 @@ InputsOfRows InputsOf(const Dataset& data, const Model& model, const PerRow<doub
   inputs.units = UnitsOf(inputs.rows, accepted, levers);
   for (int joint = 0; joint < arm.size(); ++joint) {
     inputs.units.per_rad.push_back(distance.lever(joint));
-    inputs.units.turns.push_back(arm.chain().type(joint) == model::JointType::kRevolute);
+    inputs.units.turns.push_back(arm.chain().RepeatsAfterTurn(joint));
   }
   return inputs;
 }

@@ -308,6 +308,11 @@ TEST_CASE("Couplings of joints are read in SI; cycles and joints out of range ar
   REQUIRE(cell);
   REQUIRE(cell->robot.couplings.size() == 2);
   CHECK(cell->robot.couplings[0] == model::JointCoupling{2, 0, -1});
+  CHECK(cell->robot.couplings[0].drive == model::CouplingDrive::kAxis);
+  const auto driven =
+      CellFromText(with(coupling(3, 1, "-1") + "drive = \"reading\"\n"), "cell.toml", faults);
+  REQUIRE(driven);
+  CHECK(driven->robot.couplings[0].drive == model::CouplingDrive::kReading);
   // 0.5 mm per degree
   CHECK(cell->robot.couplings[1].ratio == Approx(0.5e-3 / (kPi / 180)));
 
@@ -328,6 +333,12 @@ TEST_CASE("Couplings of joints are read in SI; cycles and joints out of range ar
         "robot.coupling[2].of: 1 is named twice for joint 3; add the ratios up in one "
         "[[robot.coupling]]");
   CHECK(fault(coupling(4, 1, "1.0")) == "robot.coupling[1].joint: 4 is outside 1..3");
+  CHECK(fault(coupling(3, 1, "0")) ==
+        "robot.coupling[1].ratio: 0 couples nothing; remove this [[robot.coupling]]");
+  CHECK(
+      fault(coupling(2, 1, "1.0") + coupling(3, 2, "1.0") + "drive = \"reading\"\n") ==
+      "robot.coupling[2].drive: \"reading\" differs from that of the coupling that joins the same "
+      "three joints; write the same drive in both");
   CHECK(fault(coupling(3, 1, "nan")) == "robot.coupling[1].ratio: nan is not a finite number");
   CHECK(fault("[[robot.coupling]]\njoint = 3\nof = 1\n") ==
         "robot.coupling[1].ratio: missing; expected a number, -1000..1000");

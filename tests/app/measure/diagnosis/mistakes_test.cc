@@ -264,7 +264,14 @@ TEST_CASE("wrong signs, offsets and references of joints are named, also of the 
     CHECK(Refusal(data).empty());
     data = Clean(seed);
     data.cell.robot.couplings = {{2, 1, 1.0}};
-    CHECK_THAT(Refusal(data), Catch::Contains("remove the [[robot.coupling]] of joint 3"));
+    CHECK_THAT(Refusal(data),
+               Catch::Contains("joint q3 does not turn with q2, as the cell declares"));
+    CHECK_THAT(Refusal(data),
+               Catch::Contains("remove the [[robot.coupling]] with joint = 3, of = 2"));
+    data.cell.robot.couplings = {{2, 1, -1.0}};
+    for (measure::MeasuredRow& row : data.table.rows) row.q[2] -= 0.5 * row.q[1];
+    CHECK_THAT(Refusal(data), Catch::Contains("is 0.5, not -1 as the cell declares"));
+    CHECK_THAT(Refusal(data), Catch::Contains("correct the ratio in the [[robot.coupling]]"));
   }
   // A tool on the last axis reveals the sign only by its bending; with a light payload it may
   // remain hidden.

@@ -61,6 +61,17 @@ TEST_CASE("values from 0 to 360 are brought within limits of one turn, and only 
   }
 }
 
+TEST_CASE("a joint whose whole turn moves a coupled axis by part of a turn is left alone") {
+  for (const double ratio : {1.0, 0.5}) {
+    measure::ImportedTable table = Table({10, 350, 200});
+    model::Robot robot = Limited(-180, 180);
+    robot.joints.push_back(robot.joints.front());
+    robot.couplings = {{1, 0, ratio}};
+    SubtractWholeTurns(robot, 0.02, table);
+    CHECK(table.notes.empty() == (ratio == 0.5));
+  }
+}
+
 TEST_CASE("what was subtracted is said") {
   measure::ImportedTable table = Table({10, 350, 200});
   SubtractWholeTurns(Limited(-180, 180), 0.02, table);
