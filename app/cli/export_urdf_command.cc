@@ -50,8 +50,8 @@ std::vector<std::string> NotCarried(const model::CellModel& cell,
   }
   if (!cell.robot.couplings.empty()) {
     lines.emplace_back(
-        "[[robot.coupling]]: the URDF's joints are the axes; whoever moves them adds ratio times "
-        "the other joint's reading");
+        "[[robot.coupling]]: the URDF's joints are the axes. To command the URDF, add ratio x the "
+        "other joint's reading to the coupled joint's reading.");
   }
   if (!tool.rigid) lines.emplace_back("[tool]: the bending of the tool");
   if (!tool.rigid || !tool.tcp_F.isZero()) {

@@ -22,8 +22,9 @@ struct ChainDifference {
 /// Deterministic.
 std::vector<model::JointVector> RandomPostures(const model::Robot& robot, int count);
 
-/// Difference between the chain's tip and X_WB times the flange of the robot. The joints of a chain
-/// are the axes: couplings of the robot apply to the postures only.
+/// Difference between the chain's tip and X_WB times the flange of the robot.
+/// @param postures  joint values as the controller reports them; the joints of the chain are set to
+///                  the positions of the robot's axes there (model::JointCoupling)
 ChainDifference DifferenceOf(const JointChain& chain, const model::Robot& robot,
                              const std::vector<model::JointVector>& postures);
 
