@@ -30,6 +30,7 @@ using robot::DecodingVerdict;
 using State = DecodingVerdict::State;
 
 constexpr double kWatchPeriod_s = 0.5;
+constexpr double kSearch_s = 20;  // time for the search in one table
 constexpr std::size_t kMaxImages = 60;
 
 struct ScanOptions {
@@ -46,7 +47,7 @@ struct Scan {
   int port = 502;
   robot::SurveyOptions survey{};
   std::optional<model::JointVector> pendant{};
-  double pendant_tolerance = 0;
+  double pendant_tolerance = 0;  ///< [deg] or [mm]
 };
 
 bool ReadNumber(std::string_view text, int& number) {
@@ -94,7 +95,7 @@ std::string ReadPendant(const std::string& text, const kinematics::Chain& chain,
     return fmt::format("{} values are needed, one per joint of the cell", chain.size());
   scan.pendant = q;
   // A display rounds or cuts off its last digit.
-  scan.pendant_tolerance = std::max(0.02, 1.1 * std::pow(10.0, -decimals)) * kRadPerDeg;
+  scan.pendant_tolerance = std::max(0.02, 1.1 * std::pow(10.0, -decimals));
   return "";
 }
 
@@ -138,9 +139,9 @@ struct Gathered {
 
 class Gathering {
  public:
-  Gathering(const ScanOptions& options, robot::RegisterProbe& probe, const robot::DeviceMap& map,
+  Gathering(const ScanOptions& options, robot::RegisterClient& client, const robot::DeviceMap& map,
             const deflection::LoadedArm& arm)
-      : options_(options), probe_(probe), map_(map), arm_(arm) {}
+      : options_(options), client_(client), map_(map), arm_(arm) {}
 
   Gathered Run(const Scan& scan) {
     for (int tool = 0; tool < arm_.tools(); ++tool) tools_.push_back(arm_.X_FT(tool));
@@ -161,12 +162,12 @@ class Gathering {
  private:
   bool AddImages() {
     for (std::size_t k = 0; k < map_.images.size(); ++k) {
-      auto image = robot::ReadAgain(probe_, map_, map_.images[k]);
+      auto image = robot::ReadAgain(client_, map_, map_.images[k]);
       if (!image) {
-        gathered_.problem = "the device refuses registers that it gave a moment ago";
+        gathered_.problem = image.error();
         return false;
       }
-      gathered_.tables[k].images.push_back(std::move(*image));
+      gathered_.tables[k].images.push_back(std::move(image).value());
     }
     return true;
   }
@@ -201,7 +202,7 @@ class Gathering {
   }
 
   const ScanOptions& options_;
-  robot::RegisterProbe& probe_;
+  robot::RegisterClient& client_;
   const robot::DeviceMap& map_;
   const deflection::LoadedArm& arm_;
   std::vector<Pose> tools_{};
@@ -212,8 +213,13 @@ class Gathering {
 std::pair<std::size_t, DecodingVerdict> VerdictOf(const kinematics::Chain& chain,
                                                   const Gathered& gathered) {
   std::vector<DecodingVerdict> verdicts;
-  for (const robot::DecodingEvidence& evidence : gathered.tables)
-    verdicts.push_back(robot::SearchDecoding(chain, evidence));
+  for (const robot::DecodingEvidence& evidence : gathered.tables) {
+    robot::SearchBounds bounds;
+    bounds.stop = [until_s = MonotonicSeconds() + kSearch_s] {
+      return Interruption::Requested() || MonotonicSeconds() > until_s;
+    };
+    verdicts.push_back(robot::SearchDecoding(chain, evidence, bounds));
+  }
   std::size_t best = 0, decided = 0;
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     if (verdicts[k].state == State::kDecided) ++decided;
@@ -238,17 +244,48 @@ std::pair<std::size_t, DecodingVerdict> VerdictOf(const kinematics::Chain& chain
   return {best, verdicts[best]};
 }
 
-/// Reads the profile back from its text and from the device. @return why it must not be used
+/// Why a profile decodes an image otherwise than the candidate that it was written from.
+std::string Difference(const robot::RobotCodec& codec, const robot::DecodingCandidate& candidate,
+                       const robot::RegisterImage& image, const deflection::LoadedArm& arm) {
+  std::vector<std::uint16_t> words;
+  for (const robot::RegisterBlock& block : codec.blocks()) {
+    for (int k = 0; k < block.count; ++k) words.push_back(image.words.at(block.first + k));
+  }
+  model::RobotState state;
+  codec.RobotStateFromRegisters(words, state);
+  constexpr double kSame = 1e-6, kSame_m = 1e-4;
+  if (state.q.size() != candidate.q.size() ||
+      (state.q - candidate.q).cwiseAbs().maxCoeff() > kSame) {
+    return "it decodes the same registers to other joints";
+  }
+  if (!candidate.pose) return "";
+  kinematics::Posture posture;
+  arm.chain().Evaluate(state.q, posture);
+  std::vector<Pose> tips = {Pose()};
+  for (int tool = 0; tool < arm.tools() && !state.tcp_is_flange; ++tool)
+    tips.push_back(arm.X_FT(tool));
+  const bool agrees =
+      state.X_BT && std::any_of(tips.begin(), tips.end(), [&](const Pose& X_FT) {
+        return ((posture.X_BF() * X_FT).p - state.X_BT->p).norm() < candidate.distance_m + kSame_m;
+      });
+  return agrees ? "" : "it decodes the same registers to another pose";
+}
+
+/// Decodes the last image and the present registers with the profile's text.
+/// @return why it must not be used
 std::string CheckProfile(const std::string& text, const FoundProfile& found,
-                         robot::RegisterProbe& probe, const kinematics::Chain& chain) {
+                         const robot::RegisterImage& image, robot::RegisterClient& client,
+                         const deflection::LoadedArm& arm) {
   config::FaultList faults;
   const auto profile = config::RobotProfileFromText(text, "profile", faults);
   if (!profile) return config::FaultsText(faults);
   const auto codec = robot::RobotCodec::Create(*profile);
   if (!codec) return codec.error();
+  if (const std::string why = Difference(*codec, found.candidate, image, arm); !why.empty())
+    return why;
   std::vector<std::uint16_t> words;
   for (const robot::RegisterBlock& block : codec->blocks()) {
-    const robot::ProbeAnswer answer = probe.Read(found.unit, block);
+    const robot::ReadOutcome answer = robot::ReadTwice(client, found.unit, block);
     if (!answer.ok()) {
       return fmt::format("the device does not give its {} registers from {}: {}", block.count,
                          block.first, answer.Text());
@@ -257,7 +294,8 @@ std::string CheckProfile(const std::string& text, const FoundProfile& found,
   }
   model::RobotState state;
   codec->RobotStateFromRegisters(words, state);
-  if (!chain.WithinLimits(state.q, 0.02)) return "read with it, a joint is outside its limits";
+  if (!arm.chain().WithinLimits(state.q, PlausibilityLimits{}.limit_margin_rad))
+    return "read with it, a joint is outside its limits";
   return "";
 }
 
@@ -403,7 +441,7 @@ int RunScan(const ScanOptions& options) {
   Interruption interruption;
   ScanReport report;
   const double start_s = MonotonicSeconds();
-  robot::RegisterProbe probe(
+  robot::RegisterClient client(
       {scan.host, scan.port, 1e-3 * options.timeout_ms, 1e-3 * options.pause_ms, 20000});
   {
     Progress progress(std::cerr, options.quiet || options.json);
@@ -411,20 +449,26 @@ int RunScan(const ScanOptions& options) {
       progress.Show(share, doing);
       return !Interruption::Requested();
     };
-    report.map = robot::Survey(probe, scan.survey);
+    report.map = robot::Survey(client, scan.survey);
   }
   if (Interruption::Requested()) return Interrupted();
   std::size_t table = 0;
+  robot::RegisterImage last;  // that the decoding was decided by
   if (!report.map.unit) {
     report.problem = "the device gives no registers, so nothing can be said about its joints";
   } else if (report.map.images.empty()) {
     report.problem = "the device answers, but gives no register of the ranges that were tried";
   } else {
-    Gathered gathered = Gathering(options, probe, report.map, arm).Run(scan);
+    Gathered gathered = Gathering(options, client, report.map, arm).Run(scan);
     if (Interruption::Requested()) return Interrupted();
-    report.problem = gathered.problem;
     if (!gathered.tables.front().images.empty())
       std::tie(table, report.verdict) = VerdictOf(chain, gathered);
+    if (Interruption::Requested()) return Interrupted();
+    if (report.verdict.state != State::kDecided) {
+      report.problem = gathered.problem;
+    } else {
+      last = gathered.tables[table].images.back();
+    }
   }
   if (report.verdict.state == State::kDecided) {
     FoundProfile found{options.name, scan.host,        report.verdict.evidence,
@@ -434,14 +478,14 @@ int RunScan(const ScanOptions& options) {
     for (int j = 0; j < chain.size(); ++j)
       prismatic.push_back(chain.type(j) == model::JointType::kPrismatic);
     report.profile = ProfileText(found, prismatic);
-    const std::string why = CheckProfile(report.profile, found, probe, chain);
+    const std::string why = CheckProfile(report.profile, found, last, client, arm);
     if (!why.empty()) {
       report.problem = "no profile is written: " + why;
       report.verdict.state = State::kUndecided;
       report.profile.clear();
     }
   }
-  report.requests = probe.requests();
+  report.requests = client.requests();
   report.seconds = MonotonicSeconds() - start_s;
   const bool decided = report.verdict.state == State::kDecided;
   if (!interruption.Disarm()) return Interrupted();
@@ -500,9 +544,10 @@ void AddRegistersScan(CLI::App& registers, int& exit_code) {
   scan->footer(
       "Only reads: one request at a time, with a pause. Tries every address, type, word order and\n"
       "unit; keeps what the limits of the arm allow. A profile is written only if the evidence\n"
-      "decides: a pose in the registers equals the forward kinematics of the joints, the joints\n"
-      "equal --joints, or each axis moved alone with --confirm. Otherwise the candidates are "
-      "listed,\nwith what would decide. In every case one joint must have been below zero.\n\n"
+      "decides: the joints equal --joints, each axis moved alone with --confirm, or a pose in the\n"
+      "registers followed the forward kinematics of the joints while the robot moved (--watch).\n"
+      "Otherwise the candidates are listed, with what would decide. In every case one joint must\n"
+      "have been below zero, unless none of the arm can be.\n\n"
       "Examples:\n"
       "  plumbline registers scan 192.168.0.2 --cell cell.toml --output robot.toml\n"
       "  plumbline registers scan 192.168.0.2:1502 --cell cell.toml \\\n"

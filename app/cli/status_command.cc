@@ -12,7 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include "app/base/config/daemon_config_reader.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
 #include "app/base/text/text.h"
@@ -20,7 +19,6 @@
 #include "app/cli/commands.h"
 #include "app/cli/daemon_option.h"
 #include "app/cli/daemon_registers.h"
-#include "app/cli/doctor/robot_reading.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
@@ -308,8 +306,7 @@ nlohmann::json StatusJson(const DaemonRegisters& daemon) {
 struct StatusOptions {
   std::string host = "127.0.0.1";
   int port = 502;
-  std::string state;   ///< state_directory; empty if it is not known
-  std::string config;  ///< plumbline.toml; empty if it is not known
+  std::string state;  ///< state_directory; empty if it is not known
   bool json = false;
 };
 
@@ -324,17 +321,6 @@ void PrintRobotProblem(const std::string& state_directory) {
   PrintStatusLine(std::cout, "", view.state.robot_remedy);
 }
 
-/// Asks a robot that is not trusted itself what is wrong with its registers.
-void PrintRegisterProblem(const std::string& config_file, InputFault fault) {
-  if (config_file.empty() || fault == InputFault::kOk) return;
-  config::FaultList faults;
-  const auto config = config::ReadDaemonConfig(config_file, faults);
-  const auto found = config ? ExamineRegisters(*config, fault) : std::nullopt;
-  if (!found) return;
-  PrintStatusLine(std::cout, "registers", found->finding);
-  PrintStatusLine(std::cout, "", found->remedy);
-}
-
 int Run(const StatusOptions& options) {
   const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options.host, options.port);
   if (!daemon) {
@@ -347,7 +333,6 @@ int Run(const StatusOptions& options) {
     std::cout << terminal::ForReading;
     PrintStatus(*daemon, std::cout);
     PrintRobotProblem(options.state);
-    PrintRegisterProblem(options.config, static_cast<InputFault>(daemon->Word("input_fault")));
   }
   const bool alarm = static_cast<HealthSeverity>(daemon->Word("health")) == HealthSeverity::kAlarm;
   return alarm ? kExitFault : kExitOk;
@@ -371,16 +356,13 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
             options->host = place.host;
             options->port = place.port;
             options->state = place.state_directory;
-            options->config = path;
           },
           kDaemonOptionText)
       ->excludes(host)
       ->excludes(port);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
-      "Reads the PLC registers over Modbus TCP; `plumbline registers` explains them. With "
-      "--config,\n"
-      "the registers of a robot that is not trusted are examined by a few requests.\n\n"
+      "Reads the PLC registers over Modbus TCP; `plumbline registers` explains them.\n\n"
       "Examples:\n  plumbline status --config my-cell/plumbline.toml\n  plumbline status --port "
       "1502\n\n"
       "Exit codes: 0 no alarm, 1 the health of the cell is ALARM, 2 no daemon responds.");

@@ -7,13 +7,13 @@
 
 #include "drivers/robot/decoding_search.h"
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/plausibility_filter.h"
 
 namespace plumbline::robot {
 
 inline constexpr double kWholeTurn = 2 * std::numbers::pi;
-inline constexpr double kZeroJoint = 1e-9;  // below it a joint counts as zero
-inline constexpr double kTinyJoint = 1e-6;  // no controller reports such a joint, but zero
-inline constexpr double kOffZero = 0.5 * kRadPerDeg;
+inline constexpr PlausibilityLimits kLimits{};  // what the daemon will judge the readings by
+inline constexpr double kOffZero = 0.5;         // [deg] or [mm]
 // Misfits of a pose that count as equal. What a person states decides only whether a decoding
 // agrees: commanded joints may lie nearer to rounded or unmoved numbers than noisy actual ones.
 inline constexpr double kRivalRatio = 3, kRivalFloor = 0.02;
@@ -65,15 +65,27 @@ double StepOf(const JointDecoding& decoding, const kinematics::Chain& chain, int
 /// Difference of two joint values; of revolute joints, whole turns do not count.
 double Difference(const kinematics::Chain& chain, int joint, double a, double b);
 
-/// Every decoding with joints at a common distance that is plausible in each image.
-std::vector<JointDecoding> PlausibleDecodings(const kinematics::Chain& chain,
-                                              const std::vector<RegisterImage>& images);
+/// SI value of the unit of a teach pendant: one degree, or one millimetre.
+double PendantUnit(const kinematics::Chain& chain, int joint);
+
+/// Decodings with joints at a common distance.
+struct PlausibleDecodings {
+  std::vector<JointDecoding> agreeing{};  ///< plausible in each image, and not contradicted
+  std::size_t plausible = 0;              ///< number of those within the arm's limits
+  bool complete = true;                   ///< false: stopped, or too many agree
+};
+
+/// Tries every decoding. Contradicted is what the pendant shows otherwise, and what stands still
+/// while the robot moves.
+PlausibleDecodings FindPlausible(const kinematics::Chain& chain, const DecodingEvidence& evidence,
+                                 const SearchBounds& bounds);
 
 // Agreement with the teach pendant.
 
-/// Largest difference in tolerances; more than 1: contradicts.
+/// Largest difference in tolerances; more than 1: contradicts. 0 without pendant values.
+/// @param whole_turns  whether a difference of whole turns counts
 double PendantMisfit(const JointDecoding& decoding, const kinematics::Chain& chain,
-                     const DecodingEvidence& evidence);
+                     const DecodingEvidence& evidence, bool whole_turns);
 
 /// Probability that random joints within the limits agree with the pendant; joints at zero do not
 /// count, because zeros are everywhere.
@@ -87,10 +99,6 @@ std::optional<double> MoveMisfit(const JointDecoding& decoding, const kinematics
 
 bool EveryAxisMoved(const kinematics::Chain& chain, const DecodingEvidence& evidence);
 
-/// True if any joint changed visibly from image to image.
-bool Changes(const JointDecoding& decoding, const kinematics::Chain& chain,
-             const std::vector<RegisterImage>& images);
-
 /// The joints of a decoding that fits if they were moved the other way than stated; empty if there
 /// is none.
 std::string ReversedJoints(const std::vector<JointDecoding>& decodings,
@@ -98,7 +106,8 @@ std::string ReversedJoints(const std::vector<JointDecoding>& decodings,
 
 /// Decodings whose joints lie at addresses without a common distance, each found by its own move.
 std::vector<JointDecoding> FreeDecodings(const kinematics::Chain& chain,
-                                         const DecodingEvidence& evidence);
+                                         const DecodingEvidence& evidence,
+                                         const SearchBounds& bounds);
 
 // Agreement of forward kinematics with a pose in the registers.
 
@@ -106,6 +115,7 @@ std::vector<JointDecoding> FreeDecodings(const kinematics::Chain& chain,
 /// @param expected  agreements of the best candidate that chance would give
 std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& all,
                                          const kinematics::Chain& chain,
-                                         const DecodingEvidence& evidence, double& expected);
+                                         const DecodingEvidence& evidence,
+                                         const SearchBounds& bounds, double& expected);
 
 }  // namespace plumbline::robot

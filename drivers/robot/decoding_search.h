@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -70,8 +71,9 @@ std::string TextOf(const JointDecoding& decoding);
 /// "12.5, -95.25, 88 deg": what a person compares with the teach pendant; prismatic joints in mm.
 std::string JointsText(const kinematics::Chain& chain, const model::JointVector& q);
 
-/// True if every joint is within its limits (or its part of a turn is), none is tiny, and enough of
-/// them are not at zero to tell a posture from empty registers.
+/// True if every joint is within its limits (or its part of a turn is), none is smaller than the
+/// plausibility filter lets a number be, and enough of them are not at zero to tell a posture from
+/// empty registers.
 bool IsPlausible(const kinematics::Chain& chain, const model::JointVector& q,
                  bool unsigned_words = false);
 
@@ -104,7 +106,7 @@ std::string TextOf(const PoseDecoding& pose);
 struct PendantValues {
   std::size_t image = 0;  ///< index of the image of that moment
   model::JointVector q;   ///< [rad] or [m]
-  double tolerance = 0;   ///< of the display [rad] or [m]
+  double tolerance = 0;   ///< of the display [deg] or [mm]
 };
 
 /// Joint `joint` alone was moved between the images `before` and `before` + 1.
@@ -122,13 +124,25 @@ struct DecodingEvidence {
   bool moving = false;        ///< the robot moved from image to image: joints that did not are none
 };
 
+/// Bounds of a search. Without them, a device whose registers all hold small numbers takes minutes
+/// and gigabytes, because nearly every decoding of them is plausible.
+struct SearchBounds {
+  std::size_t max_words = 16384;      ///< of an image
+  std::size_t max_decodings = 50000;  ///< that agree with what is known
+  std::function<bool()> stop{};       ///< polled; true ends the search, undecided
+};
+
 struct DecodingCandidate {
   JointDecoding joints{};
-  std::optional<PoseDecoding> pose{};  ///< agrees with the joints by forward kinematics
-  double misfit = 0;                   ///< of the pose, in tolerances; comparable within one search
-  double unrest = 0;                   ///< change of the joints that were not moved, in tolerances
-  double distance_m = 0;               ///< largest, of forward kinematics from the pose
-  model::JointVector q{};              ///< in the last image
+  /// A pose that agrees with the joints by forward kinematics; nullopt also if its angles can be
+  /// read in several conventions.
+  std::optional<PoseDecoding> pose{};
+  bool with_pose = false;  ///< a pose agrees with the joints
+  bool moved = false;      ///< both moved, further than a stored pose could agree
+  double misfit = 0;       ///< of the pose, in tolerances; comparable within one search
+  double unrest = 0;       ///< change of the joints that were not moved, in tolerances
+  double distance_m = 0;   ///< largest, of forward kinematics from the pose
+  model::JointVector q{};  ///< in the last image
 };
 
 /// Result of a search.
@@ -146,9 +160,11 @@ struct DecodingVerdict {
 };
 
 /// Tries every decoding. Decisive are: a pose in the registers that equals the forward kinematics
-/// of the joints, the values of the teach pendant, or the moves of every axis; each only where
-/// chance cannot produce the agreement, and where no other decoding agrees nearly as well.
-DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvidence& evidence);
+/// of the joints while both move, the values of the teach pendant, or the moves of every axis; each
+/// only where chance cannot produce the agreement, and where no other decoding agrees nearly as
+/// well. Joints and pose that do not move may be those of a stored point.
+DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvidence& evidence,
+                               const SearchBounds& bounds = {});
 
 /// A change to a profile that makes its joints plausible.
 struct ProfileRemedy {
@@ -158,9 +174,10 @@ struct ProfileRemedy {
 };
 
 /// The smallest changes of the [[joints]] of a profile that give plausible joints, best first: word
-/// order, address, unit, type. Several only if the words cannot tell them apart; where the image
-/// holds the profile's [tcp], those whose forward kinematics agree with it. Empty if none does, or
-/// if the joints of the profile are decoded in several ways.
+/// order, address, unit. Several only if the words cannot tell them apart; where the image holds
+/// the profile's [tcp], those whose forward kinematics agree with it. Empty if none does, or if the
+/// joints of the profile are decoded in several ways. If most joints are plausible as they are,
+/// only changes that agree with [tcp] are proposed.
 /// @param image  the profile's registers and, where known, those around them
 /// @param tools  X_FT of the cell's tools
 std::vector<ProfileRemedy> RemediesOf(const RobotProfile& profile, const kinematics::Chain& chain,

@@ -145,6 +145,7 @@ std::optional<model::JointVector> Decoded(const JointDecoding& decoding,
     if (!raw) return std::nullopt;
     const bool turns = chain.type(j) == model::JointType::kRevolute;
     q[j] = *raw * (turns ? decoding.unit->rad : decoding.unit->m);
+    if (!turns) continue;
     if (decoding.wrap == JointWrap::kPi && q[j] > std::numbers::pi) q[j] -= kOneTurn;
     if (decoding.wrap == JointWrap::kRevolutions) {
       const auto whole =

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "drivers/robot/host_name.h"
-#include "drivers/robot/register_probe.h"
+#include "drivers/robot/register_client.h"
 
 namespace plumbline::robot {
 namespace {
@@ -208,10 +208,11 @@ LinkResult ModbusClient::Synchronise() {
       break;
     }
     if (check.state == State::kException) {
-      return Fail(ResultOfException(check.exception),
-                  fmt::format("exception {:02}: the controller refuses to read a part of a block, "
-                              "without which late responses cannot be recognised",
-                              check.exception));
+      return Fail(
+          ResultOfException(check.exception),
+          fmt::format("exception 0x{:02X}: the controller refuses to read a part of a block, "
+                      "without which late responses cannot be recognised",
+                      check.exception));
     }
     if (attempt == kSynchronisations) {
       return Fail(LinkResult::kProtocol, check.state == State::kAnswer
@@ -285,7 +286,7 @@ LinkResult ModbusClient::Exchange(Bytes pdu, Bytes* data) {
   if (check.state == State::kException) {
     return Fail(
         ResultOfException(check.exception),
-        fmt::format("exception {:02} ({})", check.exception, ExceptionText(check.exception)));
+        fmt::format("exception 0x{:02X} ({})", check.exception, ExceptionText(check.exception)));
   }
   if (data != nullptr) *data = Bytes(response_).subspan(check.data);
   return LinkResult::kOk;

@@ -6,20 +6,20 @@
 namespace plumbline::robot {
 namespace {
 
-constexpr double kLimitMargin = 0.02;          // that of the plausibility filter
 constexpr double kOpenLimit = 2 * kWholeTurn;  // of a joint whose limits the cell does not declare
 
 }  // namespace
 
 std::vector<Encoding> Encodings() {
-  std::vector<Encoding> all = {{RegisterType::kInt16, modbus::WordOrder::kAbcd},
-                               {RegisterType::kUint16, modbus::WordOrder::kAbcd}};
-  for (const RegisterType type : {RegisterType::kInt32, RegisterType::kFloat32}) {
+  std::vector<Encoding> all;
+  for (const RegisterType type : {RegisterType::kFloat32, RegisterType::kInt32}) {
     for (const modbus::WordOrder order : {modbus::WordOrder::kAbcd, modbus::WordOrder::kCdab,
                                           modbus::WordOrder::kBadc, modbus::WordOrder::kDcba}) {
       all.push_back({type, order});
     }
   }
+  all.push_back({RegisterType::kInt16, modbus::WordOrder::kAbcd});
+  all.push_back({RegisterType::kUint16, modbus::WordOrder::kAbcd});
   return all;
 }
 
@@ -32,16 +32,16 @@ bool Uses(const Encoding& encoding, const JointUnit& unit) {
 }
 
 double Lower(const kinematics::Chain& chain, int joint) {
-  return std::max(chain.lower()[joint], -kOpenLimit) - kLimitMargin;
+  return std::max(chain.lower()[joint], -kOpenLimit) - kLimits.limit_margin_rad;
 }
 double Upper(const kinematics::Chain& chain, int joint) {
-  return std::min(chain.upper()[joint], kOpenLimit) + kLimitMargin;
+  return std::min(chain.upper()[joint], kOpenLimit) + kLimits.limit_margin_rad;
 }
 
 bool CanBe(const kinematics::Chain& chain, int joint, double q, bool unsigned_words) {
   if (!std::isfinite(q)) return false;
   const double size = std::abs(q);
-  if (size > kZeroJoint && size < kTinyJoint) return false;
+  if (size > 0 && size < kLimits.least_magnitude) return false;
   const bool within = q >= Lower(chain, joint) && q <= Upper(chain, joint);
   const bool revolute = chain.type(joint) == model::JointType::kRevolute;
   if (unsigned_words && (!revolute || q > kWholeTurn + 1e-3)) return false;
@@ -53,47 +53,66 @@ bool IsPlausible(const kinematics::Chain& chain, const model::JointVector& q, bo
   int off_zero = 0;
   for (int j = 0; j < q.size(); ++j) {
     if (!CanBe(chain, j, q[j], unsigned_words)) return false;
-    if (std::abs(q[j]) > kOffZero) ++off_zero;
+    if (std::abs(q[j]) > kOffZero * PendantUnit(chain, j)) ++off_zero;
   }
   return off_zero >= (q.size() >= 4 ? 2 : 1);
 }
 
-namespace {
-
-bool FitsIn(const JointDecoding& decoding, const kinematics::Chain& chain,
-            const std::vector<RegisterImage>& images) {
-  return std::all_of(images.begin(), images.end(), [&](const RegisterImage& image) {
-    const auto q = Decoded(decoding, chain, image);
-    return q && IsPlausible(chain, *q, decoding.type == RegisterType::kUint16);
-  });
+double PendantUnit(const kinematics::Chain& chain, int joint) {
+  return chain.type(joint) == model::JointType::kRevolute ? kRadPerDeg : kMetrePerMm;
 }
 
-}  // namespace
-
-std::vector<JointDecoding> PlausibleDecodings(const kinematics::Chain& chain,
-                                              const std::vector<RegisterImage>& images) {
-  std::vector<JointDecoding> found;
-  const RegisterImage& image = images.front();
+PlausibleDecodings FindPlausible(const kinematics::Chain& chain, const DecodingEvidence& evidence,
+                                 const SearchBounds& bounds) {
+  PlausibleDecodings found;
+  const RegisterImage& image = evidence.images.front();
   const int n = chain.size();
+  const bool must_change = evidence.moving || !evidence.moves.empty();
   for (const Encoding& encoding : Encodings()) {
-    const RawValues raw(image, encoding);
+    const bool no_sign = encoding.type == RegisterType::kUint16;
+    std::vector<RawValues> raw;
+    for (const RegisterImage& one : evidence.images) raw.emplace_back(one, encoding);
     for (const JointUnit& unit : JointUnits()) {
       if (!Uses(encoding, unit)) continue;
+      model::JointVector si(n);
+      for (int j = 0; j < n; ++j)
+        si[j] = chain.type(j) == model::JointType::kRevolute ? unit.rad : unit.m;
+      const auto possible = [&](std::size_t k, int first, int stride, model::JointVector& q) {
+        for (int j = 0; j < n; ++j) {
+          q[j] = raw[k][first + j * stride] * si[j];
+          if (!CanBe(chain, j, q[j], no_sign)) return false;
+        }
+        return IsPlausible(chain, q, no_sign);
+      };
+      int tried = 0;
       for (const auto& [first, word] : image.words) {
+        if (++tried % 256 == 0 && bounds.stop && bounds.stop()) {
+          found.complete = false;
+          return found;
+        }
         for (const int stride : kStrides) {
           if (stride < WordsOf(encoding.type)) continue;
           if (n == 1 && stride != WordsOf(encoding.type)) continue;
-          model::JointVector q(n);
-          bool possible = true;
-          for (int j = 0; j < n && possible; ++j) {
-            const bool turns = chain.type(j) == model::JointType::kRevolute;
-            q[j] = raw[first + j * stride] * (turns ? unit.rad : unit.m);
-            possible = CanBe(chain, j, q[j], encoding.type == RegisterType::kUint16);
+          model::JointVector q(n), q_first(n);
+          if (!possible(0, first, stride, q_first)) continue;
+          bool in_all = true, changes = false;
+          for (std::size_t k = 1; k < raw.size() && in_all; ++k) {
+            in_all = possible(k, first, stride, q);
+            for (int j = 0; j < n; ++j) {
+              changes = changes || std::abs(q[j] - q_first[j]) > kOffZero * PendantUnit(chain, j);
+            }
           }
-          if (!possible || !IsPlausible(chain, q, encoding.type == RegisterType::kUint16)) continue;
+          if (!in_all) continue;
+          ++found.plausible;
+          if (must_change && !changes) continue;
           JointDecoding decoding{image.table, {}, encoding.type, encoding.order, &unit};
           for (int j = 0; j < n; ++j) decoding.addresses.push_back(first + j * stride);
-          if (FitsIn(decoding, chain, images)) found.push_back(decoding);
+          if (PendantMisfit(decoding, chain, evidence, false) > 1) continue;
+          if (found.agreeing.size() >= bounds.max_decodings) {
+            found.complete = false;
+            continue;
+          }
+          found.agreeing.push_back(decoding);
         }
       }
     }

@@ -8,7 +8,8 @@
 namespace plumbline::robot {
 namespace {
 
-constexpr double kPoseTolerance_m = 0.010, kPoseTolerance_rad = 0.02;  // of the plausibility filter
+constexpr double kPoseTolerance_m = kLimits.tcp_tolerance_m,
+                 kPoseTolerance_rad = kLimits.tcp_tolerance_rad;
 constexpr double kMinDistance_m = 0.01;  // of a tool from the origin of the base
 constexpr int kMaxOrientationGap = 16;
 
@@ -117,7 +118,8 @@ struct PoseFit {
   bool agrees = false;
   double distance_m = 0, angle_rad = 0;
   double misfit = 0;
-  double chance = 1;  ///< that a random pose within reach agrees as well, at all postures together
+  double chance = 1;   ///< that a random pose within reach agrees as well, at all postures together
+  bool moved = false;  ///< further than one pose can agree with
 };
 
 PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const Pose& X_FT,
@@ -125,6 +127,7 @@ PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const P
                   double reach_m) {
   PoseFit fit;
   model::JointVector counted;
+  std::optional<Pose> X_BT_first;
   for (const RegisterImage& image : images) {
     const auto q = Decoded(joints, chain, image);
     const auto reported = PoseIn(image, pose);
@@ -135,14 +138,16 @@ PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const P
     const PoseTolerance tolerance = ToleranceOf(joints, chain, posture, X_BT.p);
     const double distance_m = (X_BT.p - reported->p).norm();
     const double angle_rad = VectorFromRotation(X_BT.R * reported->R.transpose()).norm();
-    if (distance_m > tolerance.distance_m + pose.length_m ||
-        angle_rad > tolerance.angle_rad +
-                        2 * pose.angle_rad * (pose.type == RegisterType::kFloat32 ? 0 : 1)) {
-      return fit;
-    }
+    const double most_m = tolerance.distance_m + pose.length_m;
+    const double most_rad =
+        tolerance.angle_rad + 2 * pose.angle_rad * (pose.type == RegisterType::kFloat32 ? 0 : 1);
+    if (distance_m > most_m || angle_rad > most_rad) return fit;
+    if (!X_BT_first) X_BT_first = X_BT;
+    fit.moved = fit.moved || (X_BT.p - X_BT_first->p).norm() > 2 * most_m ||
+                VectorFromRotation(X_BT.R * X_BT_first->R.transpose()).norm() > 2 * most_rad;
     fit.distance_m = std::max(fit.distance_m, distance_m);
     fit.angle_rad = std::max(fit.angle_rad, angle_rad);
-    if (counted.size() == 0 || (*q - counted).cwiseAbs().maxCoeff() > 2 * kOffZero) {
+    if (counted.size() == 0 || (*q - counted).cwiseAbs().maxCoeff() > 2 * kOffZero * kRadPerDeg) {
       counted = *q;
       const double near_m =
           std::max(distance_m, 0.3 * (tolerance.distance_m - kPoseTolerance_m) + 1e-4);
@@ -205,7 +210,8 @@ void ForEachOrientation(const PositionPlace& place, Use use) {
 
 std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& all,
                                          const kinematics::Chain& chain,
-                                         const DecodingEvidence& evidence, double& expected) {
+                                         const DecodingEvidence& evidence,
+                                         const SearchBounds& bounds, double& expected) {
   std::vector<Pose> tools = {Pose()};
   tools.insert(tools.end(), evidence.tools.begin(), evidence.tools.end());
   double reach_m = chain.Reach() + 0.05;
@@ -216,6 +222,7 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
   double best_chance = 1, best_misfit = std::numeric_limits<double>::infinity();
   std::size_t orientations = 1;
   for (const DecodingCandidate& one : all) {
+    if (bounds.stop && bounds.stop()) break;
     const auto q = Decoded(one.joints, chain, image);
     kinematics::Posture posture;
     chain.Evaluate(*q, posture);
@@ -241,7 +248,11 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
           if (same_place && std::abs(fit.misfit - best_fit) < kRivalFloor)
             conventions_differ = true;
           if (fit.misfit >= best_fit) return;
+          // A clearly better fit makes the doubt about another one void.
+          if (!same_place || best_fit - fit.misfit >= kRivalFloor) conventions_differ = false;
           best = one;
+          best->with_pose = true;
+          best->moved = fit.moved;
           best->pose = pose;
           best->distance_m = fit.distance_m;
           best->misfit = fit.misfit;

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "drivers/robot/codec.h"
 #include "drivers/robot/decoding_parts.h"
-#include "drivers/robot/reported_rotation.h"
 
 namespace plumbline::robot {
 namespace {
@@ -14,11 +14,10 @@ namespace {
 using modbus::WordOrder;
 
 // Costs of a change, in bits: how much rarer it is than another word order.
-constexpr double kOrder = 6, kShift = 9, kUnit = 9, kType = 15;
+constexpr double kOrder = 6, kShift = 9, kUnit = 9;
 constexpr double kBitOfMantissa = 0.5;  // numbers of controllers are rounder than shifted words
 constexpr double kMaxCost = 24;         // of the changes alone
 constexpr double kMargin = 4;           // two changes that differ by less cannot be told apart
-constexpr double kPose_m = 0.010, kPose_rad = 0.02;  // those of the plausibility filter
 
 bool DecodedAlike(const JointSignal& a, const JointSignal& b) {
   return a.wrap == b.wrap && a.value.table == b.value.table && a.value.type == b.value.type &&
@@ -27,58 +26,70 @@ bool DecodedAlike(const JointSignal& a, const JointSignal& b) {
 }
 
 /// How much a decoding that gives plausible joints says by that, in bits, as a cost: random words
-/// would hardly be such numbers, and the fractions of floats in shifted words are less round. The
-/// roundest does not count: its last word may be an empty register behind the joints.
-double EvidenceCost(const JointDecoding& decoding, const kinematics::Chain& chain,
-                    const RegisterImage& image) {
+/// are hardly ever floats of a usual size, and the fractions of floats in shifted words are less
+/// round. The roundest does not count: its last word may be an empty register behind the joints.
+/// Integers say nothing: any word is one.
+double PlausibilityCost(const JointDecoding& decoding, const RegisterImage& image) {
   constexpr double kPlausibleExponents = 24.0 / 256;
   constexpr int kMantissaBits = 23;
+  if (decoding.type != RegisterType::kFloat32) return 0;
   double cost = 0;
   int zeros = 0, most = 0;
-  for (int j = 0; j < chain.size(); ++j) {
-    const int address = decoding.addresses[static_cast<std::size_t>(j)];
+  for (const int address : decoding.addresses) {
     const double raw = RawAt(image, decoding.type, decoding.order, address).value_or(0);
     if (raw == 0) continue;
-    if (decoding.type == RegisterType::kFloat32) {
-      const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(raw)) & 0x7FFFFFU;
-      const int round = bits == 0 ? kMantissaBits : std::countr_zero(bits);
-      cost += std::log2(kPlausibleExponents);
-      zeros += round;
-      most = std::max(most, round);
-    } else {
-      const double counts = (Upper(chain, j) - Lower(chain, j)) / StepOf(decoding, chain, j);
-      cost += std::min(0.0, std::log2(counts) - 16 * WordsOf(decoding.type));
-    }
+    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(raw)) & 0x7FFFFFU;
+    const int round = bits == 0 ? kMantissaBits : std::countr_zero(bits);
+    cost += std::log2(kPlausibleExponents);
+    zeros += round;
+    most = std::max(most, round);
   }
   return cost - kBitOfMantissa * (zeros - most);
 }
 
-std::optional<double> ValueAt(const RegisterImage& image, const RegisterValue& value) {
-  if (value.table != image.table) return std::nullopt;
-  const auto raw = RawAt(image, value.type, value.order, value.address);
-  if (!raw) return std::nullopt;
-  return value.scale * *raw + value.offset;
+/// True if most joints of the profile that are not zero are plausible as they are. What is wrong
+/// with the others is then no matter of the decoding, which all of them have in common.
+bool MostArePlausible(const RobotProfile& profile, const kinematics::Chain& chain,
+                      const RegisterImage& image) {
+  int plausible = 0, others = 0;
+  for (int j = 0; j < chain.size(); ++j) {
+    const JointSignal& joint = profile.joints[static_cast<std::size_t>(j)];
+    const auto raw = RawAt(image, joint.value.type, joint.value.order, joint.value.address);
+    const double q = raw ? joint.value.scale * *raw : 0;
+    if (q == 0) continue;
+    ++(CanBe(chain, j, q, false) ? plausible : others);
+  }
+  return plausible > 0 && plausible >= others;
 }
 
+/// The profile's [tcp] in the image; nullopt if it has none, or the image lacks its registers.
 std::optional<Pose> ReportedPose(const RobotProfile& profile, const RegisterImage& image) {
-  if (!profile.tcp) return std::nullopt;
-  Vec3 position, angles;
-  for (int k = 0; k < 3; ++k) {
-    const auto place = static_cast<std::size_t>(k);
-    const auto length = ValueAt(image, profile.tcp->position[place]);
-    const auto angle = ValueAt(image, profile.tcp->orientation[place]);
-    if (!length || !angle || !std::isfinite(*length) || !std::isfinite(*angle)) return std::nullopt;
-    position[k] = *length;
-    angles[k] = *angle;
+  const auto codec = RobotCodec::Create(profile);
+  if (!codec || !profile.tcp) return std::nullopt;
+  for (const auto* values : {&profile.tcp->position, &profile.tcp->orientation}) {
+    for (const RegisterValue& value : *values) {
+      if (value.table != image.table || !RawAt(image, value.type, value.order, value.address))
+        return std::nullopt;
+    }
   }
-  return Pose{RotationFromReported(angles, profile.tcp->convention), position};
+  std::vector<std::uint16_t> words;
+  for (const RegisterBlock& block : codec->blocks()) {
+    for (int address = block.first; address < block.first + block.count; ++address) {
+      const auto word = image.words.find(address);
+      words.push_back(word == image.words.end() ? std::uint16_t{0} : word->second);
+    }
+  }
+  model::RobotState state;
+  codec->RobotStateFromRegisters(words, state);
+  if (!state.X_BT || !state.X_BT->p.allFinite() || !state.X_BT->R.allFinite()) return std::nullopt;
+  return state.X_BT;
 }
 
 struct Change {
   double cost = 0;
   JointDecoding decoding{};
   int shift = 0;
-  bool order = false, unit = false, type = false;
+  bool order = false, unit = false;
   model::JointVector q{};
   bool agrees = false;  ///< with the reported pose
   double misfit = 2;    ///< from it, in tolerances
@@ -86,7 +97,6 @@ struct Change {
 
 std::string ChangeText(const Change& change, WordOrder before) {
   std::vector<std::string> parts;
-  if (change.type) parts.push_back(fmt::format("type {}", NameOf(change.decoding.type)));
   if (change.order) parts.push_back(fmt::format("word order {}", NameOf(change.decoding.order)));
   if (change.shift != 0) {
     parts.push_back(
@@ -103,7 +113,6 @@ std::string ChangeText(const Change& change, WordOrder before) {
 
 std::string KeysText(const Change& change) {
   std::vector<std::string> keys;
-  if (change.type) keys.push_back(fmt::format("type = \"{}\"", NameOf(change.decoding.type)));
   if (change.order)
     keys.push_back(fmt::format("word_order = \"{}\"", NameOf(change.decoding.order)));
   if (change.shift != 0)
@@ -127,56 +136,54 @@ std::vector<ProfileRemedy> RemediesOf(const RobotProfile& profile, const kinemat
     return {};
   }
   const JointSignal& declared = profile.joints.front();
+  const RegisterType type = declared.value.type;
+  const bool only_agreeing = MostArePlausible(profile, chain, image);
   const std::optional<Pose> reported = ReportedPose(profile, image);
   std::vector<Change> changes;
   double best_misfit = 2;
-  for (const RegisterType type : {RegisterType::kFloat32, RegisterType::kInt32,
-                                  RegisterType::kInt16, RegisterType::kUint16}) {
-    for (const WordOrder order :
-         {WordOrder::kAbcd, WordOrder::kCdab, WordOrder::kBadc, WordOrder::kDcba}) {
-      if (WordsOf(type) == 1 && order != declared.value.order) continue;
-      for (const JointUnit& unit : JointUnits()) {
-        const bool real = type == RegisterType::kFloat32;
-        if (unit.real != real || (WordsOf(type) == 1 && !unit.in16bits)) continue;
-        for (int shift = -2; shift <= 2; ++shift) {
-          Change change;
-          change.shift = shift;
-          change.type = type != declared.value.type;
-          change.order = order != declared.value.order;
-          change.unit = std::abs(unit.rad / declared.value.scale - 1) > 1e-9 &&
-                        !(chain.type(0) == model::JointType::kPrismatic &&
-                          std::abs(unit.m / declared.value.scale - 1) < 1e-9);
-          change.cost = (change.order ? kOrder : 0) + kShift * std::abs(shift) +
-                        (change.unit ? kUnit : 0) + (change.type ? kType : 0);
-          if (change.cost == 0 || change.cost > kMaxCost) continue;
-          change.decoding = {image.table, {}, type, order, &unit, declared.wrap};
-          for (const JointSignal& joint : profile.joints) {
-            change.decoding.addresses.push_back(joint.value.address + shift);
-            if (declared.wrap != JointWrap::kRevolutions) continue;
-            change.decoding.revolutions.push_back(joint.revolutions.address);
-            change.decoding.revolutions_scale = joint.revolutions.scale;
-          }
-          const auto q = Decoded(change.decoding, chain, image);
-          if (!q || !IsPlausible(chain, *q)) continue;
-          change.q = *q;
-          change.cost += EvidenceCost(change.decoding, chain, image);
-          kinematics::Posture posture;
-          chain.Evaluate(*q, posture);
-          std::vector<Pose> tips = {Pose()};
-          if (!profile.tcp_is_flange) tips.insert(tips.end(), tools.begin(), tools.end());
-          for (const Pose& X_FT : tips) {
-            if (!reported) break;
-            const Pose X_BT = posture.X_BF() * X_FT;
-            const double distance = (X_BT.p - reported->p).norm() / kPose_m;
-            const double angle =
-                VectorFromRotation(X_BT.R * reported->R.transpose()).norm() / kPose_rad;
-            if (distance > 1 || angle > 1) continue;
-            change.agrees = true;
-            change.misfit = std::min(change.misfit, std::hypot(distance, angle));
-            best_misfit = std::min(best_misfit, change.misfit);
-          }
-          changes.push_back(change);
+  for (const WordOrder order :
+       {WordOrder::kAbcd, WordOrder::kCdab, WordOrder::kBadc, WordOrder::kDcba}) {
+    if (WordsOf(type) == 1 && order != declared.value.order) continue;
+    for (const JointUnit& unit : JointUnits()) {
+      const bool real = type == RegisterType::kFloat32;
+      if (unit.real != real || (WordsOf(type) == 1 && !unit.in16bits)) continue;
+      for (int shift = -2; shift <= 2; ++shift) {
+        Change change;
+        change.shift = shift;
+        change.order = order != declared.value.order;
+        change.unit = std::abs(unit.rad / declared.value.scale - 1) > 1e-9 &&
+                      !(chain.type(0) == model::JointType::kPrismatic &&
+                        std::abs(unit.m / declared.value.scale - 1) < 1e-9);
+        change.cost =
+            (change.order ? kOrder : 0) + kShift * std::abs(shift) + (change.unit ? kUnit : 0);
+        if (change.cost == 0 || change.cost > kMaxCost) continue;
+        change.decoding = {image.table, {}, type, order, &unit, declared.wrap};
+        for (const JointSignal& joint : profile.joints) {
+          change.decoding.addresses.push_back(joint.value.address + shift);
+          if (declared.wrap != JointWrap::kRevolutions) continue;
+          change.decoding.revolutions.push_back(joint.revolutions.address);
+          change.decoding.revolutions_scale = joint.revolutions.scale;
         }
+        const auto q = Decoded(change.decoding, chain, image);
+        if (!q || !IsPlausible(chain, *q)) continue;
+        change.q = *q;
+        change.cost += PlausibilityCost(change.decoding, image);
+        kinematics::Posture posture;
+        chain.Evaluate(*q, posture);
+        std::vector<Pose> tips = {Pose()};
+        if (!profile.tcp_is_flange) tips.insert(tips.end(), tools.begin(), tools.end());
+        for (const Pose& X_FT : tips) {
+          if (!reported) break;
+          const Pose X_BT = posture.X_BF() * X_FT;
+          const double distance = (X_BT.p - reported->p).norm() / kLimits.tcp_tolerance_m;
+          const double angle = VectorFromRotation(X_BT.R * reported->R.transpose()).norm() /
+                               kLimits.tcp_tolerance_rad;
+          if (distance > 1 || angle > 1) continue;
+          change.agrees = true;
+          change.misfit = std::min(change.misfit, std::hypot(distance, angle));
+          best_misfit = std::min(best_misfit, change.misfit);
+        }
+        if (change.agrees || !only_agreeing) changes.push_back(change);
       }
     }
   }

@@ -5,23 +5,43 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace plumbline::robot {
 namespace {
 
-using Kind = ProbeAnswer::Kind;
+using Kind = ReadOutcome::Kind;
+
+bool IsSilent(const ReadOutcome& outcome) {
+  return !outcome.ok() && outcome.kind != Kind::kException;
+}
 
 constexpr int kUnitIds[] = {1, 255, 0};
-constexpr int kUsualLast = 1023;     // every register up to here is tried
-constexpr int kMarkDistance = 1000;  // beyond, the first two registers of each thousand
-constexpr int kIsland = 512;         // registers that are tried around a mark that answers
-constexpr double kMarks_s = 4;       // time for the marks of one table
-constexpr int kStages = 4;           // of the progress: ranges and marks of two tables
+constexpr int kUsualLast = 1023;       // every register up to here is tried
+constexpr int kSampleDistance = 1000;  // beyond, the first two registers of each thousand
+constexpr int kIsland = 512;           // registers that are tried around a sample that answers
+constexpr double kSamples_s = 4;       // time for the samples of one table
+constexpr int kStages = 4;             // of the progress: ranges and samples of two tables
 constexpr RegisterTable kTables[] = {RegisterTable::kHolding, RegisterTable::kInput};
 
-bool AnswersUnit(const ProbeAnswer& answer) {
-  return answer.ok() ||
-         (answer.kind == Kind::kException && answer.exception != 10 && answer.exception != 11);
+/// The codes of a gateway that has no such unit.
+bool DeniesUnit(const ReadOutcome& outcome) {
+  return outcome.kind == Kind::kException && (outcome.exception == 10 || outcome.exception == 11);
+}
+
+bool AnswersUnit(const ReadOutcome& outcome) {
+  return !IsSilent(outcome) && !DeniesUnit(outcome);
+}
+
+/// The unit that a device has, of a silent one and another one that answered: a device that is
+/// slow, or loses requests, answers to any unit at times. nullopt if both answer irregularly.
+std::optional<int> UnitOf(RegisterClient& client, int silent, int other, RegisterTable table) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    if (AnswersUnit(client.Read(silent, {table, 0, 1}))) return silent;
+    if (!AnswersUnit(client.Read(other, {table, 0, 1}))) return std::nullopt;
+  }
+  return other;
 }
 
 std::string UnitsText(const std::vector<int>& units) {
@@ -29,16 +49,17 @@ std::string UnitsText(const std::vector<int>& units) {
 }
 
 /// Remedy for a device that answers no request at all in the way of Modbus TCP.
-std::string FramingText(RegisterProbe& probe, int unit, const ProbeAnswer& answer) {
+std::string FramingText(RegisterClient& client, int unit, const ReadOutcome& answer) {
   if (answer.kind == Kind::kForeign) {
     return answer.what.starts_with("transaction id")
                ? "the device does not repeat the transaction id of the request (" + answer.what +
-                     "), so a late answer cannot be told from the next one: update its firmware, "
+                     "), so a late answer cannot be distinguished from the next one: update its "
+                     "firmware, "
                      "or use another gateway"
                : "what answers is not a Modbus TCP server, or not this unit (" + answer.what +
                      "): check port and unit id";
   }
-  if (probe.AnswersRtuFrames(unit)) {
+  if (client.AnswersRtuFrames(unit)) {
     return "RTU frames over TCP: the gateway passes serial frames through; set it to Modbus TCP "
            "(often \"Modbus TCP to RTU\" instead of \"transparent\" or \"TCP server\")";
   }
@@ -48,9 +69,9 @@ std::string FramingText(RegisterProbe& probe, int unit, const ProbeAnswer& answe
 /// Reads ranges of one table into an image.
 class TableSurvey {
  public:
-  TableSurvey(RegisterProbe& probe, const SurveyOptions& options, int unit, RegisterTable table,
+  TableSurvey(RegisterClient& client, const SurveyOptions& options, int unit, RegisterTable table,
               int& max_count, double until_s)
-      : probe_(probe), options_(options), unit_(unit), max_count_(max_count), until_s_(until_s) {
+      : client_(client), options_(options), unit_(unit), max_count_(max_count), until_s_(until_s) {
     image_.table = table;
   }
 
@@ -59,6 +80,18 @@ class TableSurvey {
   bool lost() const { return lost_; }
   RegisterImage& image() { return image_; }
   void Begin(int stage) { stage_ = stage; }
+
+  /// Registers from `at` on that can be read; fewer than `count`. Even counts first, because a
+  /// device may refuse half of a 32-bit value.
+  int Prefix(int at, int count) {
+    int good = 0, bad = (count + 1) / 2;  // in pairs
+    while (bad - good > 1) {
+      const int middle = (good + bad) / 2;
+      (Read(at, 2 * middle) ? good : bad) = middle;
+    }
+    if (2 * good + 1 < count && Read(at, 2 * good + 1)) return 2 * good + 1;
+    return 2 * good;
+  }
 
   /// @param one_island  end at the first register that is missing
   void Range(int first, int end, bool one_island) {
@@ -88,15 +121,15 @@ class TableSurvey {
   }
 
   /// The first two registers of each thousand, and what lies behind those that answer.
-  void Marks(double until_s) {
-    from_ = kMarkDistance, to_ = 65536;
-    for (int mark = kMarkDistance; mark < 65500; mark += kMarkDistance) {
+  void SampleThousands(double until_s) {
+    from_ = kSampleDistance, to_ = 65536;
+    for (int sample = kSampleDistance; sample < 65500; sample += kSampleDistance) {
       if (MonotonicSeconds() > until_s) {
         stopped_ = true;
         return;
       }
-      if (!Going(mark)) return;
-      for (const int first : {mark, mark + 1}) {
+      if (!Going(sample)) return;
+      for (const int first : {sample, sample + 1}) {
         if (image_.words.contains(first) || !Read(first, 2)) continue;
         Range(first, std::min(first + max_count_, 65536), true);
         const auto from = image_.words.lower_bound(first);
@@ -120,30 +153,19 @@ class TableSurvey {
         !options_.progress || options_.progress((stage_ + std::clamp(share, 0.0, 1.0)) / kStages,
                                                 fmt::format("{} registers", NameOf(image_.table)));
     stopped_ = !goes_on || MonotonicSeconds() > until_s_ ||
-               probe_.requests() >= probe_.options().max_requests;
+               image_.words.size() >= options_.max_words ||
+               client_.requests() >= client_.options().max_requests;
     return !stopped_;
   }
 
   bool Read(int first, int count) {
-    const ProbeAnswer answer = probe_.Read(unit_, {image_.table, first, count});
+    const ReadOutcome answer = ReadTwice(client_, unit_, {image_.table, first, count});
     if (answer.ok()) image_.Set(first, answer.words);
-    silent_in_a_row_ = answer.ok() || answer.kind == Kind::kException ? 0 : silent_in_a_row_ + 1;
-    lost_ = lost_ || silent_in_a_row_ >= 4;
+    silent_in_a_row_ = IsSilent(answer) ? silent_in_a_row_ + 1 : 0;
+    lost_ = lost_ || silent_in_a_row_ >= 3;
     unknown_function_ =
         unknown_function_ || (answer.kind == Kind::kException && answer.exception == 1);
     return answer.ok();
-  }
-
-  /// Registers from `at` on that can be read; fewer than `count`. Even counts first, because a
-  /// device may refuse half of a 32-bit value.
-  int Prefix(int at, int count) {
-    int good = 0, bad = (count + 1) / 2;  // in pairs
-    while (bad - good > 1) {
-      const int middle = (good + bad) / 2;
-      (Read(at, 2 * middle) ? good : bad) = middle;
-    }
-    if (2 * good + 1 < count && Read(at, 2 * good + 1)) return 2 * good + 1;
-    return 2 * good;
   }
 
   int NextIsland(int first, int end) {
@@ -160,7 +182,7 @@ class TableSurvey {
     return end;
   }
 
-  RegisterProbe& probe_;
+  RegisterClient& client_;
   const SurveyOptions& options_;
   int unit_;
   int& max_count_;
@@ -172,21 +194,28 @@ class TableSurvey {
 };
 
 /// The unit that answers, with notes on those that do not.
-std::optional<int> FindUnit(RegisterProbe& probe, const SurveyOptions& options, DeviceMap& map) {
+std::optional<int> FindUnit(RegisterClient& client, const SurveyOptions& options, DeviceMap& map) {
   std::vector<int> units(std::begin(kUnitIds), std::end(kUnitIds));
   if (options.unit) units = {*options.unit};
   std::vector<std::string> refusals;
-  ProbeAnswer last;
+  std::optional<int> silent;  // the first one
+  ReadOutcome last;
   for (const int unit : units) {
-    last = probe.Read(unit, {RegisterTable::kHolding, 0, 1});
-    if (last.kind == Kind::kException && last.exception == 1)
-      last = probe.Read(unit, {RegisterTable::kInput, 0, 1});
+    const auto read = [&](int of_unit) {
+      ReadOutcome outcome = ReadTwice(client, of_unit, {RegisterTable::kHolding, 0, 1});
+      if (outcome.kind == Kind::kException && outcome.exception == 1)
+        outcome = ReadTwice(client, of_unit, {RegisterTable::kInput, 0, 1});
+      return outcome;
+    };
+    last = read(unit);
     if (AnswersUnit(last)) {
+      if (silent && UnitOf(client, *silent, unit, RegisterTable::kHolding) == silent) return silent;
       if (!refusals.empty()) {
         map.notes.push_back(fmt::format("{}: unit {} answers", fmt::join(refusals, ", "), unit));
       }
       return unit;
     }
+    if (!silent && IsSilent(last)) silent = unit;
     refusals.push_back(fmt::format("{} from unit {}", last.Text(), unit));
     if (last.kind == Kind::kUnreachable) {
       map.notes.push_back(last.what +
@@ -195,7 +224,7 @@ std::optional<int> FindUnit(RegisterProbe& probe, const SurveyOptions& options, 
       return std::nullopt;
     }
   }
-  const std::string framing = FramingText(probe, units.front(), last);
+  const std::string framing = FramingText(client, units.front(), last);
   map.notes.push_back(!framing.empty()
                           ? framing
                           : fmt::format("no unit id answers ({}): give the right one with --unit",
@@ -205,15 +234,21 @@ std::optional<int> FindUnit(RegisterProbe& probe, const SurveyOptions& options, 
 
 }  // namespace
 
-DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
+ReadOutcome ReadTwice(RegisterClient& client, int unit, const RegisterBlock& block) {
+  ReadOutcome outcome = client.Read(unit, block);
+  if (IsSilent(outcome) && outcome.kind != Kind::kUnreachable) outcome = client.Read(unit, block);
+  return outcome;
+}
+
+DeviceMap Survey(RegisterClient& client, const SurveyOptions& options) {
   DeviceMap map;
-  map.unit = FindUnit(probe, options, map);
+  map.unit = FindUnit(client, options, map);
   if (!map.unit) return map;
   const double until_s = MonotonicSeconds() + options.max_s;
   std::vector<TableSurvey> tables;
   tables.reserve(std::size(kTables));
   for (const RegisterTable table : kTables) {
-    tables.emplace_back(probe, options, *map.unit, table, map.max_count, until_s);
+    tables.emplace_back(client, options, *map.unit, table, map.max_count, until_s);
     std::vector<std::pair<int, int>> ranges = options.ranges;
     if (ranges.empty()) ranges = {{0, kUsualLast}};
     tables.back().Begin(static_cast<int>(tables.size()) - 1);
@@ -224,7 +259,7 @@ DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
     for (TableSurvey& table : tables) {
       table.Begin(stage++);
       if (table.unknown_function()) continue;
-      table.Marks(std::min(until_s, MonotonicSeconds() + kMarks_s));
+      table.SampleThousands(std::min(until_s, MonotonicSeconds() + kSamples_s));
     }
   }
   for (TableSurvey& table : tables) {
@@ -233,6 +268,12 @@ DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
       map.notes.push_back(fmt::format("function {} ({} registers) is unknown to the device",
                                       static_cast<int>(table.image().table),
                                       NameOf(table.image().table)));
+    }
+    if (table.image().words.size() >= options.max_words) {
+      map.notes.push_back(
+          fmt::format("{} {} registers answer, and no more are read: limit the scan "
+                      "with --range to those that the controller's manual names",
+                      table.image().words.size(), NameOf(table.image().table)));
     }
     if (table.image().words.empty()) continue;
     // Many devices serve the same registers by both functions.
@@ -243,7 +284,7 @@ DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
     map.notes.push_back(
         fmt::format("requests of more than {} registers are refused", map.max_count));
   }
-  if (probe.closings() > 2) {
+  if (client.closings() > 2) {
     map.notes.emplace_back(
         "the device closes the connection after each answer, so that the daemon reads it only a "
         "few "
@@ -254,8 +295,8 @@ DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options) {
   return map;
 }
 
-std::optional<RegisterImage> ReadAgain(RegisterProbe& probe, const DeviceMap& map,
-                                       const RegisterImage& image) {
+Result<RegisterImage> ReadAgain(RegisterClient& client, const DeviceMap& map,
+                                const RegisterImage& image) {
   RegisterImage again;
   again.table = image.table;
   again.starts = image.starts;
@@ -267,8 +308,11 @@ std::optional<RegisterImage> ReadAgain(RegisterProbe& probe, const DeviceMap& ma
       ++count;
       ++at;
     }
-    const ProbeAnswer answer = probe.Read(*map.unit, {image.table, first, count});
-    if (!answer.ok()) return std::nullopt;
+    const ReadOutcome answer = ReadTwice(client, *map.unit, {image.table, first, count});
+    if (!answer.ok()) {
+      return Error{fmt::format("the device does not give its {} {} registers from {} again: {}",
+                               count, NameOf(image.table), first, answer.Text())};
+    }
     again.Set(first, answer.words);
   }
   return again;
@@ -285,48 +329,50 @@ std::string RangesText(const RegisterImage& image) {
   return fmt::format("{}", fmt::join(ranges, ", "));
 }
 
-int CountAnswered(RegisterProbe& probe, int unit, const RegisterBlock& block) {
-  int good = 0, bad = block.count + 1;
-  while (bad - good > 1) {
-    const int middle = (good + bad) / 2;
-    (probe.Read(unit, {block.table, block.first, middle}).ok() ? good : bad) = middle;
-  }
-  return good;
-}
-
-LinkRemedyText ExamineLink(RegisterProbe& probe, int unit,
+LinkRemedyText ExamineLink(RegisterClient& client, int unit,
                            const std::vector<RegisterBlock>& blocks) {
   for (const RegisterBlock& block : blocks) {
-    const ProbeAnswer answer = probe.Read(unit, block);
+    const ReadOutcome answer = ReadTwice(client, unit, block);
     if (answer.ok()) continue;
     if (answer.kind == Kind::kUnreachable) return {};  // the link's own message says it
-    const std::string told = fmt::format("{} from unit {}", answer.Text(), unit);
+    const std::string refusal = fmt::format("{} from unit {}", answer.Text(), unit);
     if (!AnswersUnit(answer)) {
       for (const int other : kUnitIds) {
-        if (other == unit || !probe.Read(other, {block.table, block.first, 1}).ok()) continue;
-        return {fmt::format("{}: unit {} answers", told, other),
+        if (other == unit || !client.Read(other, {block.table, block.first, 1}).ok()) continue;
+        if (IsSilent(answer) && UnitOf(client, unit, other, block.table) != other) {
+          return {refusal + ", but later from time to time",
+                  "the device answers late, or not every request: set a larger robot.timeout_ms, "
+                  "and check the network and the load of the controller"};
+        }
+        return {fmt::format("{}: unit {} answers", refusal, other),
                 fmt::format("set unit_id = {} in [robot] or in the profile", other)};
       }
-      const std::string framing = FramingText(probe, unit, answer);
-      if (!framing.empty()) return {told, framing};
+      const std::string framing = FramingText(client, unit, answer);
+      if (!framing.empty()) return {refusal, framing};
       if (answer.kind != Kind::kException) return {};
-      return {fmt::format("{}: units {} do not answer either", told,
+      return {fmt::format("{}: units {} do not answer either", refusal,
                           UnitsText({std::begin(kUnitIds), std::end(kUnitIds)})),
               "set robot.unit_id to that of the controller behind the gateway"};
     }
     if (answer.exception == 1) {
       for (const RegisterTable other : kTables) {
-        if (other == block.table || !probe.Read(unit, {other, block.first, 1}).ok()) continue;
+        if (other == block.table || !client.Read(unit, {other, block.first, 1}).ok()) continue;
         return {fmt::format("function {} is unknown to the device, function {} is answered",
                             static_cast<int>(block.table), static_cast<int>(other)),
                 fmt::format("set table = \"{}\" in the profile", NameOf(other))};
       }
-      return {told, "use another table in the profile: function 3 reads \"holding\", 4 \"input\""};
+      return {refusal,
+              "use another table in the profile: function 3 reads \"holding\", 4 \"input\""};
     }
-    if (answer.exception != 2 && answer.exception != 3) return {told, "see the controller's log"};
+    if (answer.exception != 2 && answer.exception != 3)
+      return {refusal, "see the controller's log"};
     const std::string request =
-        fmt::format("exception {} at {} x {}", answer.exception, block.first, block.count);
-    const int answered = CountAnswered(probe, unit, block);
+        fmt::format("exception 0x{:02X} at {} x {}", answer.exception, block.first, block.count);
+    SurveyOptions options;
+    int max_count = kMaxRegistersOfRead;
+    TableSurvey table(client, options, unit, block.table, max_count,
+                      std::numeric_limits<double>::infinity());
+    const int answered = table.Prefix(block.first, block.count);
     if (answered == 0) {
       return {
           fmt::format("{}: register {} is missing", request, block.first),
@@ -334,8 +380,8 @@ LinkRemedyText ExamineLink(RegisterProbe& probe, int unit,
           "scan shows which registers the device has"};
     }
     const int next = block.first + answered;
-    const bool there = probe.Read(unit, {block.table, next, 1}).ok() ||
-                       probe.Read(unit, {block.table, next, 2}).ok();
+    const bool there = client.Read(unit, {block.table, next, 1}).ok() ||
+                       client.Read(unit, {block.table, next, 2}).ok();
     if (there) {
       return {fmt::format("{}: a request of {} registers is refused, {} are answered", request,
                           block.count, answered),

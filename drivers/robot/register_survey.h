@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "drivers/robot/decoding_search.h"
-#include "drivers/robot/register_probe.h"
+#include "drivers/robot/register_client.h"
+#include "firmware-like/result.h"
 
 namespace plumbline::robot {
 
@@ -17,6 +18,7 @@ struct SurveyOptions {
   std::optional<int> unit{};                  ///< the only one to be tried
   std::vector<std::pair<int, int>> ranges{};  ///< first and last; empty: the usual ones
   int joints = 6;                             ///< fewer adjacent registers are of no interest
+  std::size_t max_words = 16384;              ///< of one table, after which its survey ends
   double max_s = 20;                          ///< after which the survey ends where it is
   /// Called with the share that is done and the present step. @return false to stop
   std::function<bool(double, const std::string&)> progress{};
@@ -31,23 +33,24 @@ struct DeviceMap {
 };
 
 /// Tries the units, then both register tables over the ranges.
-DeviceMap Survey(RegisterProbe& probe, const SurveyOptions& options);
+DeviceMap Survey(RegisterClient& client, const SurveyOptions& options);
 
-/// Reads all registers of an image again. @return nullopt if the device refuses one of them now
-std::optional<RegisterImage> ReadAgain(RegisterProbe& probe, const DeviceMap& map,
-                                       const RegisterImage& image);
+/// Reads, and once more after anything but words or an exception: one answer that is late or lost
+/// is no refusal.
+ReadOutcome ReadTwice(RegisterClient& client, int unit, const RegisterBlock& block);
+
+/// Reads all registers of an image again. Fails with the reason if one of them is not given now.
+Result<RegisterImage> ReadAgain(RegisterClient& client, const DeviceMap& map,
+                                const RegisterImage& image);
 
 /// "0-41, 128-255".
 std::string RangesText(const RegisterImage& image);
-
-/// The largest number of registers from `first` on that one request may read, at most `count`.
-int CountAnswered(RegisterProbe& probe, int unit, const RegisterBlock& block);
 
 /// Why a device does not give the blocks of a profile, and what to do; what is empty if it does.
 struct LinkRemedyText {
   std::string what{}, remedy{};
 };
-LinkRemedyText ExamineLink(RegisterProbe& probe, int unit,
+LinkRemedyText ExamineLink(RegisterClient& client, int unit,
                            const std::vector<RegisterBlock>& blocks);
 
 }  // namespace plumbline::robot

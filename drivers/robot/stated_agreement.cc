@@ -10,22 +10,25 @@
 namespace plumbline::robot {
 namespace {
 
-constexpr double kStill = 0.4 * kRadPerDeg;  // change of a joint that was not moved
-constexpr double kStillTolerance = 0.05 * kRadPerDeg;
+constexpr double kStill = 0.4;  // change of a joint that was not moved [deg] or [mm]
+constexpr double kStillTolerance = 0.05;
 constexpr double kMoveShare = 0.25;  // of the stated amount; units differ by 1.7 at least
 constexpr std::size_t kMaxFree = 64;
 
 }  // namespace
 
 double PendantMisfit(const JointDecoding& decoding, const kinematics::Chain& chain,
-                     const DecodingEvidence& evidence) {
+                     const DecodingEvidence& evidence, bool whole_turns) {
   double worst = 0;
   for (const PendantValues& shown : evidence.pendant) {
     const auto q = Decoded(decoding, chain, evidence.images[shown.image]);
     if (!q || q->size() != shown.q.size()) return std::numeric_limits<double>::infinity();
     for (int j = 0; j < q->size(); ++j) {
-      const double tolerance = shown.tolerance + 0.6 * StepOf(decoding, chain, j);
-      worst = std::max(worst, std::abs(Difference(chain, j, (*q)[j], shown.q[j])) / tolerance);
+      const double tolerance =
+          shown.tolerance * PendantUnit(chain, j) + 0.6 * StepOf(decoding, chain, j);
+      const double difference =
+          whole_turns ? (*q)[j] - shown.q[j] : Difference(chain, j, (*q)[j], shown.q[j]);
+      worst = std::max(worst, std::abs(difference) / tolerance);
     }
   }
   return worst;
@@ -36,8 +39,10 @@ double PendantChance(const kinematics::Chain& chain, const DecodingEvidence& evi
   for (const PendantValues& shown : evidence.pendant) {
     std::set<double> seen;
     for (int j = 0; j < shown.q.size(); ++j) {
-      if (std::abs(shown.q[j]) < kOffZero || !seen.insert(std::abs(shown.q[j])).second) continue;
-      chance *= std::min(1.0, 2 * shown.tolerance / (Upper(chain, j) - Lower(chain, j)));
+      const double unit = PendantUnit(chain, j);
+      if (std::abs(shown.q[j]) < kOffZero * unit || !seen.insert(std::abs(shown.q[j])).second)
+        continue;
+      chance *= std::min(1.0, 2 * shown.tolerance * unit / (Upper(chain, j) - Lower(chain, j)));
     }
   }
   return chance;
@@ -47,20 +52,21 @@ namespace {
 
 struct MoveFit {
   bool fits = false;
-  double still_rms = 0;  ///< change of the joints that were not moved
+  double still_rms = 0;  ///< change of the joints that were not moved [deg] or [mm]
 };
 
 MoveFit FitOfJoint(const std::vector<double>& values, const DecodingEvidence& evidence, int joint,
                    const kinematics::Chain& chain, double step) {
   MoveFit fit;
   int count = 0;
+  const double unit = PendantUnit(chain, joint);
   for (const AxisMove& move : evidence.moves) {
     const double change = Difference(chain, joint, values[move.before + 1], values[move.before]);
     if (move.joint == joint) {
       if (std::abs(change - move.by) > kMoveShare * std::abs(move.by) + 2 * step) return fit;
     } else {
-      if (std::abs(change) > kStill + 2 * step) return fit;
-      const double beyond = std::max(0.0, std::abs(change) - 1.1 * step);
+      if (std::abs(change) > kStill * unit + 2 * step) return fit;
+      const double beyond = std::max(0.0, std::abs(change) - 1.1 * step) / unit;
       fit.still_rms += beyond * beyond;
       ++count;
     }
@@ -97,15 +103,6 @@ std::optional<double> MoveMisfit(const JointDecoding& decoding, const kinematics
   return fit.still_rms / kStillTolerance;
 }
 
-bool Changes(const JointDecoding& decoding, const kinematics::Chain& chain,
-             const std::vector<RegisterImage>& images) {
-  const auto first = Decoded(decoding, chain, images.front());
-  return std::any_of(images.begin(), images.end(), [&](const RegisterImage& image) {
-    const auto q = Decoded(decoding, chain, image);
-    return first && q && (*q - *first).cwiseAbs().maxCoeff() > kOffZero;
-  });
-}
-
 bool EveryAxisMoved(const kinematics::Chain& chain, const DecodingEvidence& evidence) {
   std::set<int> moved;
   for (const AxisMove& move : evidence.moves) moved.insert(move.joint);
@@ -136,7 +133,8 @@ std::string ReversedJoints(const std::vector<JointDecoding>& decodings,
 }
 
 std::vector<JointDecoding> FreeDecodings(const kinematics::Chain& chain,
-                                         const DecodingEvidence& evidence) {
+                                         const DecodingEvidence& evidence,
+                                         const SearchBounds& bounds) {
   std::vector<JointDecoding> found;
   const RegisterImage& image = evidence.images.front();
   for (const Encoding& encoding : Encodings()) {
@@ -144,6 +142,7 @@ std::vector<JointDecoding> FreeDecodings(const kinematics::Chain& chain,
     for (const RegisterImage& one : evidence.images) raw.emplace_back(one, encoding);
     for (const JointUnit& unit : JointUnits()) {
       if (!Uses(encoding, unit)) continue;
+      if (bounds.stop && bounds.stop()) return {};
       std::vector<std::vector<int>> places(static_cast<std::size_t>(chain.size()));
       for (const auto& [address, word] : image.words) {
         for (int j = 0; j < chain.size(); ++j) {

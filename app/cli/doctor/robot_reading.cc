@@ -90,9 +90,9 @@ std::string WhyUntrusted(InputFault fault, const model::RobotState& state) {
   return fmt::format("joint {} is not a number", fmt::join(joints, ", "));
 }
 
-robot::RegisterProbe ProbeOf(const config::RobotLinkConfig& link) {
-  return robot::RegisterProbe({link.connection.tcp.host, link.connection.tcp.port,
-                               std::max(1.0, link.connection.timeout_s), 0.01, 200});
+robot::RegisterClient ClientOf(const config::RobotLinkConfig& link) {
+  return robot::RegisterClient({link.connection.tcp.host, link.connection.tcp.port,
+                                std::max(1.0, link.connection.timeout_s), 0.01, 200});
 }
 
 constexpr int kAround = 4;  // registers before and behind a block, in which shifted joints may lie
@@ -100,15 +100,16 @@ constexpr int kAround = 4;  // registers before and behind a block, in which shi
 /// The registers of the joints' table that the profile reads, and those around them.
 robot::RegisterImage ImageOf(const config::RobotLinkConfig& link) {
   const robot::RobotProfile& profile = link.connection.profile;
-  robot::RegisterProbe probe = ProbeOf(link);
+  robot::RegisterClient client = ClientOf(link);
   robot::RegisterImage image;
   image.table = profile.joints.front().value.table;
   bool answers = true;
   const auto read = [&](int first, int count) {
     if (!answers || first < 0 || first + count > 65536) return;
-    const auto answer = probe.Read(link.connection.unit_id, {image.table, first, count});
+    const auto answer =
+        robot::ReadTwice(client, link.connection.unit_id, {image.table, first, count});
     if (answer.ok()) image.Set(first, answer.words);
-    answers = answer.ok() || answer.kind == robot::ProbeAnswer::Kind::kException;
+    answers = answer.ok() || answer.kind == robot::ReadOutcome::Kind::kException;
   };
   for (const robot::RegisterBlock& block : profile.blocks) {
     if (block.table != image.table) continue;
@@ -141,9 +142,8 @@ std::string RemedyOfReading(const config::RobotLinkConfig& link, const deflectio
   }
   if (text.empty()) {
     if (fault == InputFault::kNotFinite && !state.q.allFinite()) {
-      return "no other decoding gives plausible joints, so the controller itself may hold no "
-             "number "
-             "there: check the program that fills its registers, and the profile's addresses";
+      return "no other decoding explains it, so the controller itself may hold no number there: "
+             "check the program that fills its registers, and the profile's addresses";
     }
     if (fault == InputFault::kAllZero)
       return "the robot was never referenced, or the addresses are wrong: " + general;
@@ -156,23 +156,15 @@ std::string RemedyOfReading(const config::RobotLinkConfig& link, const deflectio
 /// Why the device does not give the blocks of the profile; nullopt if it does or does not answer.
 std::optional<CheckResult> LinkFault(const config::RobotLinkConfig& link) {
   if (link.transport != "tcp") return std::nullopt;
-  robot::RegisterProbe probe = ProbeOf(link);
+  robot::RegisterClient client = ClientOf(link);
   const robot::LinkRemedyText found =
-      robot::ExamineLink(probe, link.connection.unit_id, link.connection.profile.blocks);
+      robot::ExamineLink(client, link.connection.unit_id, link.connection.profile.blocks);
   if (found.what.empty()) return std::nullopt;
   return CheckResult{Health::kFault, "robot", fmt::format("{}: {}", PlaceOf(link), found.what),
                      found.remedy};
 }
 
 }  // namespace
-
-std::optional<CheckResult> ExamineRegisters(const config::DaemonConfig& config, InputFault fault) {
-  if (auto found = LinkFault(config.robot)) return found;
-  const std::string remedy =
-      RemedyOfReading(config.robot, deflection::LoadedArm(config.machine.cell), fault, {});
-  if (remedy.empty() || remedy == RemedyOf(fault)) return std::nullopt;
-  return CheckResult{Health::kFault, "robot", Describe(fault), remedy};
-}
 
 CheckResult CheckRobot(const config::DaemonConfig& config) {
   const config::RobotLinkConfig& link = config.robot;

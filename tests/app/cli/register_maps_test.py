@@ -52,8 +52,8 @@ JOINTS = "12.5,-95.25,88,-61.75,-90.5,170.125"
 CASES = {
     "cdab": (12, ["too small", "e-41", "word order CDAB gives plausible joints", "12.5, -95.25, 88, -61.75"], "float32 CDAB in deg at holding 0, 2,"),
     "one_late": (12, ["not trusted", "address + 1 gives plausible joints", "12.5, -95.25, 88"], "float32 ABCD in deg at holding 1, 3,"),
-    "nan": (12, ["joint 3 is not a number"], None),
-    "gap": (42, ["exception 2 at 0 x 42", "first missing register is 12", "shorten [[read]]"], "float32 ABCD in deg at holding 0, 2,"),
+    "nan": (12, ["joint 3 is not a number", "the controller itself may hold no number there"], None),
+    "gap": (42, ["exception 0x02 at 0 x 42", "first missing register is 12", "shorten [[read]]"], "float32 ABCD in deg at holding 0, 2,"),
     "eight": (12, ["request of 12 registers is refused", "8 are answered", "split [[read]]"], "float32 ABCD in deg at holding 0, 2,"),
     "input_only": (12, ["function 3 is unknown", 'table = "input"'], "float32 ABCD in deg at input 0, 2,"),
     "unit_255": (12, ["exception 0x0B", "from unit 1: unit 255 answers", "unit_id = 255"], "float32 ABCD in deg at holding 0, 2,"),

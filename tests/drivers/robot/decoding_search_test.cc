@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "firmware-like/geometry/units.h"
 
@@ -72,14 +73,18 @@ TEST_CASE("plausible numbers alone decide nothing") {
   CHECK_THAT(TextOf(verdict.candidates.front().joints), Catch::Contains("float32"));
 }
 
-TEST_CASE("a pose that equals forward kinematics decides place, order and unit") {
+TEST_CASE("a pose that moves with its joints decides place, order and unit") {
   const kinematics::Chain chain(Arm());
   for (const modbus::WordOrder order : {modbus::WordOrder::kAbcd, modbus::WordOrder::kCdab,
                                         modbus::WordOrder::kBadc, modbus::WordOrder::kDcba}) {
     for (const double unit : {1.0, kRadPerDeg}) {
-      RegisterImage image = FloatImage(kPosture, order, 7, unit);
-      SetPose(image, chain, kPosture, 21, order);
-      const DecodingVerdict verdict = SearchDecoding(chain, {{image}});
+      DecodingEvidence evidence;
+      const model::JointVector before = kPosture.array() + 8 * kRadPerDeg;
+      for (const model::JointVector& q : {before, kPosture}) {
+        evidence.images.push_back(FloatImage(q, order, 7, unit));
+        SetPose(evidence.images.back(), chain, q, 21, order);
+      }
+      const DecodingVerdict verdict = SearchDecoding(chain, evidence);
       REQUIRE(verdict.state == State::kDecided);
       const DecodingCandidate& found = verdict.candidates.front();
       CHECK(found.joints.addresses == std::vector{7, 9, 11, 13, 15, 17});
@@ -93,11 +98,40 @@ TEST_CASE("a pose that equals forward kinematics decides place, order and unit")
   }
 }
 
+TEST_CASE("joints and pose at standstill may be a stored point") {
+  const kinematics::Chain chain(Arm());
+  const model::JointVector taught = Deg({-40.2, -70.1, 60.3, -30.5, -88.2, 15.7});
+  RegisterImage image = FloatImage(kPosture, modbus::WordOrder::kAbcd, 0, kRadPerDeg, 200);
+  for (int j = 0; j < 6; ++j)
+    SetFloat(image, 100 + 2 * j, taught[j] / kRadPerDeg, modbus::WordOrder::kAbcd);
+  SetPose(image, chain, taught, 112, modbus::WordOrder::kAbcd);
+  DecodingEvidence evidence;
+  evidence.images = {image, image};
+  const DecodingVerdict still = SearchDecoding(chain, evidence);
+  CHECK(still.state == State::kUndecided);
+  CHECK_THAT(still.open, Catch::Contains("stored point") && Catch::Contains("--watch"));
+  REQUIRE_FALSE(still.candidates.empty());
+  CHECK(still.candidates.front().joints.addresses.front() == 100);
+  evidence.pendant = {{0, kPosture, 0.02}};
+  const DecodingVerdict shown = SearchDecoding(chain, evidence);
+  REQUIRE(shown.state == State::kDecided);
+  CHECK(shown.candidates.front().joints.addresses.front() == 0);
+  CHECK_FALSE(shown.candidates.front().pose);
+  // The robot stands at the stored point: its joints and the actual ones are equal.
+  evidence.images = {image};
+  for (int j = 0; j < 6; ++j)
+    SetFloat(evidence.images[0], 2 * j, taught[j] / kRadPerDeg, modbus::WordOrder::kAbcd);
+  evidence.pendant = {{0, taught, 0.02}};
+  const DecodingVerdict reached = SearchDecoding(chain, evidence);
+  CHECK(reached.state == State::kUndecided);
+  CHECK_THAT(reached.open, Catch::Contains("two places"));
+}
+
 TEST_CASE("the teach pendant decides, unless its values agree with nothing") {
   const kinematics::Chain chain(Arm());
   DecodingEvidence evidence;
   evidence.images = {FloatImage(kPosture, modbus::WordOrder::kDcba, 3)};
-  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  evidence.pendant = {{0, kPosture, 0.02}};
   CHECK(SearchDecoding(chain, evidence).state == State::kDecided);
   evidence.pendant[0].q[2] += 0.1;
   const DecodingVerdict none = SearchDecoding(chain, evidence);
@@ -110,7 +144,7 @@ TEST_CASE("without a joint below zero it is open how negative angles are counted
   const model::JointVector q = Deg({12.5, 95.3, 88.4, 61.7, 90.6, 170.1});
   DecodingEvidence evidence;
   evidence.images = {FloatImage(q, modbus::WordOrder::kAbcd, 0)};
-  evidence.pendant = {{0, q, 0.02 * kRadPerDeg}};
+  evidence.pendant = {{0, q, 0.02}};
   const DecodingVerdict verdict = SearchDecoding(chain, evidence);
   CHECK(verdict.state == State::kUndecided);
   CHECK_THAT(verdict.open, Catch::Contains("below zero"));
@@ -129,7 +163,7 @@ TEST_CASE("angles modulo one turn, with the registers of whole turns") {
   }
   DecodingEvidence evidence;
   evidence.images = {image};
-  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  evidence.pendant = {{0, kPosture, 0.02}};
   const DecodingVerdict verdict = SearchDecoding(chain, evidence);
   REQUIRE(verdict.state == State::kDecided);
   const JointDecoding& joints = verdict.candidates.front().joints;
@@ -137,6 +171,95 @@ TEST_CASE("angles modulo one turn, with the registers of whole turns") {
   CHECK(joints.wrap == JointWrap::kRevolutions);
   CHECK(joints.revolutions.front() == 120);
   CHECK(joints.type == RegisterType::kUint16);
+}
+
+TEST_CASE("registers that leave out whole turns do not equal the teach pendant") {
+  model::JointVector shown = kPosture;
+  shown[5] = 200 * kRadPerDeg;
+  model::JointVector counted = shown;
+  counted[5] -= 2 * std::numbers::pi;
+  const kinematics::Chain chain(Arm());
+  DecodingEvidence evidence;
+  evidence.images = {FloatImage(counted, modbus::WordOrder::kAbcd, 0)};
+  evidence.pendant = {{0, shown, 0.02}};
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  CHECK(verdict.state == State::kUndecided);
+  CHECK_THAT(verdict.open, Catch::Contains("modulo one turn"));
+}
+
+TEST_CASE("angles modulo one turn need one row of whole turns, or an arm within half a turn") {
+  const auto scan = [](double limit_deg, const std::vector<int>& rows, bool flags = false) {
+    const kinematics::Chain chain(Arm(limit_deg));
+    RegisterImage image;
+    for (int a = 0; a < 200; ++a) image.words[a] = 0;
+    for (int j = 0; j < 6; ++j) {
+      const double turn = 2 * std::numbers::pi;
+      const double turns = std::floor(kPosture[j] / turn);
+      image.words[70 + j] =
+          static_cast<std::uint16_t>(std::lround(1e3 * (kPosture[j] - turns * turn)));
+      for (const int row : rows)
+        image.words[row + j] = static_cast<std::uint16_t>(static_cast<std::int16_t>(turns));
+    }
+    for (int a = 130; flags && a < 136; ++a) image.words[a] = 1;
+    DecodingEvidence evidence;
+    evidence.images = {image};
+    evidence.pendant = {{0, kPosture, 0.06}};
+    return SearchDecoding(chain, evidence);
+  };
+  CHECK(scan(360, {120}).state == State::kDecided);
+  CHECK(scan(360, {120, 140}).state == State::kUndecided);
+  CHECK(scan(360, {}).state == State::kUndecided);
+  CHECK(scan(360, {120}, true).state == State::kUndecided);
+  const DecodingVerdict within = scan(178, {});
+  REQUIRE(within.state == State::kDecided);
+  CHECK(within.candidates.front().joints.wrap == JointWrap::kPi);
+}
+
+namespace {
+
+model::Robot Gantry() {
+  model::Robot robot;
+  for (const double alpha : {90.0, -90.0, 0.0}) {
+    model::Joint joint;
+    joint.type = model::JointType::kPrismatic;
+    joint.alpha_rad = alpha * kRadPerDeg;
+    joint.min = 0;
+    joint.max = 2;
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+}  // namespace
+
+TEST_CASE("an arm whose joints cannot be below zero is decided by the pendant, in millimetres") {
+  const kinematics::Chain chain(Gantry());
+  model::JointVector q(3), off(3);
+  q << 0.5125, 1.25025, 0.803;
+  off << 0.500, 1.240, 0.790;
+  DecodingEvidence evidence;
+  evidence.images = {FloatImage(q, modbus::WordOrder::kAbcd, 4, 1e-3)};
+  evidence.pendant = {{0, q, 0.02}};
+  const DecodingVerdict verdict = SearchDecoding(chain, evidence);
+  INFO(verdict.open);
+  REQUIRE(verdict.state == State::kDecided);
+  CHECK(verdict.candidates.front().joints.addresses.front() == 4);
+  evidence.pendant = {{0, off, 1.1}};
+  CHECK(SearchDecoding(chain, evidence).state == State::kNone);
+}
+
+TEST_CASE("a search is bounded, and ends when it is stopped") {
+  const kinematics::Chain chain(Arm());
+  RegisterImage image;
+  for (int a = 0; a < 4000; ++a) image.words[a] = static_cast<std::uint16_t>(37 * a % 3600 + 1);
+  DecodingEvidence evidence;
+  evidence.images = {image};
+  CHECK(SearchDecoding(chain, evidence, {1000, 50000, {}}).open.starts_with("too many registers"));
+  int polls = 0;
+  const auto stop = [&polls] { return ++polls > 3; };
+  CHECK_THAT(SearchDecoding(chain, evidence, {16384, 50000, stop}).open,
+             Catch::Contains("--range"));
+  CHECK(polls < 100);
 }
 
 TEST_CASE("moves of every axis find joints at addresses without a rule") {
@@ -176,7 +299,7 @@ TEST_CASE("two rows with the same joints stay open") {
   for (int j = 0; j < 6; ++j)
     SetFloat(image, 30 + 2 * j, kPosture[j] / kRadPerDeg, modbus::WordOrder::kAbcd);
   evidence.images = {image};
-  evidence.pendant = {{0, kPosture, 0.02 * kRadPerDeg}};
+  evidence.pendant = {{0, kPosture, 0.02}};
   const DecodingVerdict verdict = SearchDecoding(chain, evidence);
   CHECK(verdict.state == State::kUndecided);
   CHECK_THAT(verdict.open, Catch::Contains("two places"));
@@ -228,6 +351,29 @@ TEST_CASE("the smallest change of a profile that makes its joints plausible") {
   CHECK(RemediesOf(Profile(), chain, RegisterImage{}, {}).empty());
 }
 
+TEST_CASE("a profile that gives most joints rightly is not changed for the others") {
+  const auto remedies = [](const model::JointVector& q, double limit_deg) {
+    const kinematics::Chain chain(Arm(limit_deg));
+    return RemediesOf(Profile(), chain, FloatImage(q, modbus::WordOrder::kAbcd, 0), {});
+  };
+  const model::JointVector q = Deg({12.5, -95.25, 88, -61.75, -90.5, 170.125});
+  model::JointVector without = q, beyond = q;
+  without[2] = std::numeric_limits<double>::quiet_NaN();
+  beyond[5] = 380 * kRadPerDeg;
+  CHECK(remedies(without, 360).empty());
+  CHECK(remedies(beyond, 360).empty());
+  CHECK(remedies(q, 120).empty());  // joint 6 beyond the limits of a smaller arm
+}
+
+TEST_CASE("a remedy never changes the type: any word is an integer") {
+  const kinematics::Chain chain(Arm());
+  RobotProfile profile = Profile();
+  for (JointSignal& joint : profile.joints) joint.value.type = RegisterType::kInt32;
+  const auto remedies =
+      RemediesOf(profile, chain, FloatImage(kPosture, modbus::WordOrder::kAbcd, 0), {});
+  for (const ProfileRemedy& one : remedies) CHECK_THAT(one.change, !Catch::Contains("type ="));
+}
+
 TEST_CASE("a reported pose decides between changes of a profile") {
   const kinematics::Chain chain(Arm());
   RegisterImage image = FloatImage(kPosture, modbus::WordOrder::kAbcd, 1);
@@ -242,6 +388,7 @@ TEST_CASE("a reported pose decides between changes of a profile") {
                                modbus::WordOrder::kAbcd, 1,          0};
   }
   profile.tcp = pose;
+  profile.blocks[0].count = 32;
   const auto remedies = RemediesOf(profile, chain, image, {});
   REQUIRE(remedies.size() == 1);
   CHECK_THAT(remedies.front().what, Catch::Contains("address + 1 gives plausible joints") &&

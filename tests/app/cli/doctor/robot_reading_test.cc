@@ -93,6 +93,17 @@ TEST_CASE("a decoding that gives plausible joints is named, with what to change"
                               Catch::Contains("set address = [1, 3, 5, 7, 9, 11]"));
 }
 
+TEST_CASE("a profile that gives most joints rightly is not to be changed") {
+  std::array<float, 6> nan = kJoints, outside = kJoints;
+  nan[2] = std::numeric_limits<float>::quiet_NaN();
+  outside[5] = 380;
+  const cli::CheckResult without = Checked(nan), beyond = Checked(outside);
+  CHECK_THAT(without.remedy, Catch::Contains("the controller itself may hold no number there") &&
+                                 !Catch::Contains("set "));
+  CHECK_THAT(beyond.remedy,
+             Catch::Contains("check min_deg and max_deg of the cell") && !Catch::Contains("set "));
+}
+
 TEST_CASE("a request that the controller refuses is explained") {
   using Exchange = robot::FakeController::Exchange;
   robot::FakeController controller;

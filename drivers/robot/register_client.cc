@@ -1,4 +1,4 @@
-#include "drivers/robot/register_probe.h"
+#include "drivers/robot/register_client.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -20,7 +20,7 @@
 namespace plumbline::robot {
 namespace {
 
-using Kind = ProbeAnswer::Kind;
+using Kind = ReadOutcome::Kind;
 
 /// Waits for an event of the socket. @return false after until_s
 bool Await(int fd, short events, double until_s) {
@@ -71,7 +71,7 @@ const char* ExceptionText(int code) {
   }
 }
 
-std::string ProbeAnswer::Text() const {
+std::string ReadOutcome::Text() const {
   switch (kind) {
     case Kind::kWords:
       return fmt::format("{} registers", words.size());
@@ -89,7 +89,7 @@ std::string ProbeAnswer::Text() const {
   return "";
 }
 
-bool RegisterProbe::Connect(std::string& why) {
+bool RegisterClient::Connect(std::string& why) {
   const std::string service = std::to_string(options_.port);
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
@@ -121,8 +121,8 @@ bool RegisterProbe::Connect(std::string& why) {
   return false;
 }
 
-ProbeAnswer RegisterProbe::Exchange(Bytes request, Framing framing, const RegisterBlock& block) {
-  ProbeAnswer answer;
+ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const RegisterBlock& block) {
+  ReadOutcome answer;
   const double sent_s = MonotonicSeconds();
   std::array<std::uint8_t, modbus::kMaxTcpFrameBytes> received{};
   answer.kind = Kind::kClosed;
@@ -150,7 +150,6 @@ ProbeAnswer RegisterProbe::Exchange(Bytes request, Framing framing, const Regist
     size += static_cast<std::size_t>(count);
     check = judge(request, Bytes(received).first(size));
   }
-  longest_s_ = std::max(longest_s_, MonotonicSeconds() - sent_s);
   if (check.state == State::kMismatch) {
     answer.kind = Kind::kForeign;
     answer.what = check.found == check.expected
@@ -174,8 +173,8 @@ ProbeAnswer RegisterProbe::Exchange(Bytes request, Framing framing, const Regist
   return answer;
 }
 
-ProbeAnswer RegisterProbe::Read(int unit, const RegisterBlock& block) {
-  ProbeAnswer answer;
+ReadOutcome RegisterClient::Read(int unit, const RegisterBlock& block) {
+  ReadOutcome answer;
   if (requests_ >= options_.max_requests) return answer;
   std::array<std::uint8_t, modbus::kMbapBytes + 5> request{};
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -204,7 +203,7 @@ ProbeAnswer RegisterProbe::Read(int unit, const RegisterBlock& block) {
   return answer;
 }
 
-bool RegisterProbe::AnswersRtuFrames(int unit) {
+bool RegisterClient::AnswersRtuFrames(int unit) {
   std::string why;
   socket_.Reset();
   ++requests_;
@@ -214,7 +213,7 @@ bool RegisterProbe::AnswersRtuFrames(int unit) {
   std::array<std::uint8_t, modbus::kMaxRtuFrameBytes> request{};
   const std::size_t size =
       modbus::WriteRtuFrame(static_cast<std::uint8_t>(unit), pdu, std::span(request));
-  const ProbeAnswer answer =
+  const ReadOutcome answer =
       Exchange(Bytes(request).first(size), Framing::kRtu, {RegisterTable::kHolding, 0, 1});
   socket_.Reset();
   return answer.kind == Kind::kWords || answer.kind == Kind::kException;

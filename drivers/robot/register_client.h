@@ -15,7 +15,7 @@
 namespace plumbline::robot {
 
 /// What a device did with one request.
-struct ProbeAnswer {
+struct ReadOutcome {
   enum class Kind : std::uint8_t {
     kWords,
     kException,    ///< `exception` is its code
@@ -30,7 +30,7 @@ struct ProbeAnswer {
   std::vector<std::uint16_t> words{};
 
   bool ok() const { return kind == Kind::kWords; }
-  /// "exception 02 (no such register)", "no answer within 1 s".
+  /// "exception 0x02 (no such register)", "no answer in time".
   std::string Text() const;
 };
 
@@ -39,7 +39,7 @@ const char* ExceptionText(int code);
 
 /// Not thread-safe. Waits `pause_s` before each request; a connection that the device closed is
 /// opened once more.
-class RegisterProbe {
+class RegisterClient {
  public:
   struct Options {
     std::string host;
@@ -49,9 +49,9 @@ class RegisterProbe {
     int max_requests = 4000;  ///< after which every answer is kSilent
   };
 
-  explicit RegisterProbe(Options options) : options_(std::move(options)) {}
+  explicit RegisterClient(Options options) : options_(std::move(options)) {}
 
-  ProbeAnswer Read(int unit, const RegisterBlock& block);
+  ReadOutcome Read(int unit, const RegisterBlock& block);
 
   /// True if the device answers a request in RTU frames over TCP, as a gateway does that does not
   /// convert the protocol.
@@ -60,7 +60,6 @@ class RegisterProbe {
   int requests() const { return requests_; }
   /// Times that the device closed the connection after it had answered.
   int closings() const { return closings_; }
-  double longest_s() const { return longest_s_; }  ///< longest time to an answer
   const Options& options() const { return options_; }
 
  private:
@@ -68,14 +67,13 @@ class RegisterProbe {
   enum class Framing : std::uint8_t { kTcp, kRtu };
 
   bool Connect(std::string& why);
-  ProbeAnswer Exchange(Bytes request, Framing framing, const RegisterBlock& block);
+  ReadOutcome Exchange(Bytes request, Framing framing, const RegisterBlock& block);
 
   Options options_;
   os::Descriptor socket_;
   std::uint16_t transaction_ = 0;
   int requests_ = 0, closings_ = 0;
   bool answered_ = false;  ///< on this connection
-  double longest_s_ = 0;
 };
 
 }  // namespace plumbline::robot
