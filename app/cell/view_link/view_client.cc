@@ -78,7 +78,7 @@ Received ReceiveFrom(int socket) {
 
 std::string ConnectProblem(int code) {
   if (code == EACCES || code == EPERM) return kMayNotConnect;
-  if (code == ENOENT || code == ECONNREFUSED) return "plumblined is not running";
+  if (code == ENOENT || code == ECONNREFUSED) return kNotRunning;
   return fmt::format("plumblined cannot be reached: {}", std::strerror(code));
 }
 

@@ -27,6 +27,8 @@ struct View {
 
 /// problem() if the socket exists, but not for this process's user.
 inline constexpr const char* kMayNotConnect = "this user may not connect to plumblined";
+/// problem() if nobody listens at the socket.
+inline constexpr const char* kNotRunning = "plumblined is not running";
 
 /// Connects and reconnects automatically, with growing pauses. Always returns the newest state;
 /// older ones in the socket are discarded, without being read. Used by one thread.

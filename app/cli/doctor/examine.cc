@@ -157,14 +157,20 @@ CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc) {
           "set allow = [\"the PLC's address\"] under [plc], then systemctl restart plumbline"};
 }
 
-CheckResults CheckDaemon(const config::DaemonConfig& config) {
+CheckResults CheckDaemon(const config::DaemonConfig& config, bool& runs) {
   cell::ViewClient client(cell::ViewSocketOf(config.state_directory));
   cell::View view;
-  if (!client.Read(kStateWait_s, view)) {
-    return {{Health::kWarning, "daemon", client.problem(),
-             "systemctl start plumbline; if it is running, run the doctor as its user or as root "
-             "(sudo)"},
+  const bool seen = client.Read(kStateWait_s, view);
+  runs = seen || client.problem() != cell::kNotRunning;
+  if (!runs) {
+    return {{Health::kWarning, "daemon", client.problem(), "systemctl start plumbline"},
             CheckRobot(config)};
+  }
+  if (!seen) {
+    return {{Health::kWarning, "daemon", client.problem(),
+             "run the doctor as the daemon's user or as root (sudo); if that is of no use, "
+             "systemctl restart plumbline"},
+            {Health::kNotChecked, "robot", "only the daemon reads it while it runs", {}}};
   }
   const cell::ViewState& state = view.state;
   const bool trusted = (state.status & status::kRobotLink) != 0;
@@ -181,8 +187,8 @@ CheckResults CheckDaemon(const config::DaemonConfig& config) {
        : state.robot_remedy.empty() ? "plumbline log --level error --explain; plumbline status"
                                     : state.robot_remedy}};
   if (!trusted) {
-    const CheckResult seen = CheckRobot(config);  // with what to change, where it finds it
-    if (seen.health == Health::kFault) found.back() = seen;
+    found.back().remedy +=
+        "; or systemctl stop plumbline, and let plumbline doctor ask the controller itself";
   }
   const CheckResults alarms = AlarmResults(state);
   found.insert(found.end(), alarms.begin(), alarms.end());
@@ -241,11 +247,18 @@ CheckResult AskZoomSensor(const std::string& subject, const zoom::ZoomKind& kind
 
 }  // namespace
 
-CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account) {
+CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account,
+                            bool daemon_runs) {
   constexpr const char* kSubject = "zoom sensor";
   const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
   if (kind == nullptr) return {Health::kNotChecked, kSubject, "none: a lens without zoom", {}};
   if (kind->in_network != nullptr && kind->in_network(zoom.connection)) {
+    if (daemon_runs) {
+      return {Health::kNotChecked,
+              kSubject,
+              kind->identity(zoom.connection) + ": only the daemon asks it while it runs",
+              {}};
+    }
     return AskZoomSensor(kSubject, *kind, zoom);
   }
   const Result<std::string> device = kind->device(zoom.connection);
@@ -463,10 +476,11 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   add(FaultsOf(applied, "model in force",
                "plumbline model list, then plumbline model apply or rollback"));
   add(CheckPrograms(*config, files::ProgramFolder()));
-  add(CheckDaemon(*config));
+  bool daemon_runs = false;
+  add(CheckDaemon(*config, daemon_runs));
   add({CheckPlcAccess(config->plc.tcp)});
   for (const config::CameraConfig& camera : config->vision.cameras) {
-    add({CheckCamera(camera, account), CheckZoomSensor(camera.zoom, account)});
+    add({CheckCamera(camera, account), CheckZoomSensor(camera.zoom, account, daemon_runs)});
   }
   for (const config::GaugeConfig& gauge : config->gauges) add({CheckGauge(gauge, account)});
   add({CheckDisplay(config->overlay, account)});

@@ -54,17 +54,21 @@ using CheckResults = std::vector<CheckResult>;
 // Checks of the cell: daemon, robot, PLC access, camera, zoom sensor, gauges, display and MQTT
 // broker.
 
-/// State and alarms of the running daemon, which owns robot and camera. If no daemon runs, reads
-/// the robot, and judges the readings as the daemon does (robot_reading.h).
-CheckResults CheckDaemon(const config::DaemonConfig& config);
+/// State and alarms of the running daemon, which owns robot and camera. Only if no daemon runs, the
+/// robot itself is read, and the readings judged as the daemon does (robot_reading.h): many
+/// controllers accept one connection, and a serial line one master.
+/// @param runs  set to whether a daemon runs
+CheckResults CheckDaemon(const config::DaemonConfig& config, bool& runs);
 /// Who may send commands to the Modbus server: anyone, if plc.allow is empty.
 CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc);
 /// Whether the camera is connected, uniquely identified and accessible.
 CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,
                         const camera::DeviceTree& tree = {});
 /// Whether the sensor's device is accessible. Not checked for a HID sensor, which only its own
-/// driver finds.
-CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account);
+/// driver finds. A camera in the network is asked only if no daemon runs, because a second client
+/// resets the sequence of its commands.
+CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account,
+                            bool daemon_runs = false);
 /// Whether the gauge's serial line is accessible, or its HID device can be opened.
 CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account);
 /// Whether the MQTT broker accepts a connection and the files configured for it are readable.

@@ -1,11 +1,17 @@
 #include "app/cli/doctor/examine.h"
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
+#include "app/base/config/daemon_config_reader.h"
 #include "app/base/text/json_text.h"
 #include "app/cell/journal/journal.h"
+#include "app/cell/view_link/view_client.h"
+#include "drivers/os/descriptor.h"
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
@@ -110,6 +116,33 @@ TEST_CASE("a zoom camera in the network is asked; the remedy speaks of the netwo
                                   Catch::Contains(std::string("refuses ") + port + " port 1"));
     CHECK_THAT(found.remedy, Catch::Contains("Enable VISCA over IP in the camera"));
   }
+}
+
+TEST_CASE("beside a daemon, neither the robot nor a zoom camera in the network is asked") {
+  const Installation here;
+  here.Configure("");
+  config::FaultList faults;
+  const auto config = config::ReadDaemonConfig(here.file, faults);
+  REQUIRE(config);
+  std::filesystem::create_directory(config->state_directory);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string path = cell::ViewSocketOf(config->state_directory);
+  REQUIRE(path.size() < sizeof address.sun_path);
+  path.copy(address.sun_path, path.size());
+  const os::Descriptor listener(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+  REQUIRE(bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  REQUIRE(listen(listener.get(), 1) == 0);
+  bool runs = false;
+  const CheckResults found = CheckDaemon(*config, runs);
+  CHECK(runs);
+  REQUIRE(Of(found, "robot") != nullptr);
+  CHECK(Of(found, "robot")->health == Health::kNotChecked);
+  config::ZoomConfig zoom;
+  zoom.kind = "visca";
+  zoom.connection.visca.device = "127.0.0.1:1";
+  zoom.connection.visca.transport = "udp";
+  CHECK(CheckZoomSensor(zoom, AccountByName("root"), runs).health == Health::kNotChecked);
 }
 
 TEST_CASE("a HID gauge that is not connected is a fault with a remedy") {
