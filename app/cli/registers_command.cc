@@ -260,7 +260,8 @@ nlohmann::json AsJson() {
 
 void AddRegistersCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
-      "registers", "The Modbus register map as a document; scan: that of a controller");
+      "registers",
+      "Print Plumbline's register map; `scan` identifies a robot controller's registers");
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "For programs that generate PLC tags");
   command->footer("Example:\n  plumbline registers > register-map.md");
