@@ -35,14 +35,24 @@ class Arm:
             pose = pose @ np.array(step)
         return pose
 
-    def posture(self, rng, negative=False):
-        """A random posture, as a working robot has it: no joint near its limit."""
+    def turns_beyond(self):
+        """Joints that go clearly beyond half a turn."""
+        return np.flatnonzero(self.upper > 215)
+
+    def posture(self, rng, negative=False, beyond=False):
+        """A random posture, as a working robot has it: no joint near its limit.
+        beyond: one joint is beyond half a turn, if the arm goes there."""
         reach = np.minimum(np.minimum(-self.lower, self.upper), 175.0)
         q = rng.uniform(-0.9, 0.9, len(self.rows)) * np.maximum(reach, 30.0)
         q = np.clip(q, self.lower + 12, self.upper - 12)
         if negative and not (q < -15).any():
             joint = int(np.argmin(self.lower))
             q[joint] = max(-25.0, self.lower[joint] + 12)
+        if beyond and len(self.turns_beyond()):
+            joint = int(rng.choice(self.turns_beyond()))
+            q[joint] = rng.uniform(190, min(self.upper[joint] - 12, 345))
+            if negative and not (q < -15).any():
+                q[(joint + 1) % len(q)] = max(-25.0, self.lower[(joint + 1) % len(q)] + 12)
         return q
 
 
@@ -105,7 +115,8 @@ class Device:
 
     def __init__(self, arm, rng):
         self.arm, self.rng = arm, rng
-        self.q = arm.posture(rng)
+        self.beyond = rng.random() < 0.25  # one joint beyond half a turn, where the arm goes there
+        self.q = self.posture()
         self.speed_deg_s = np.zeros(len(self.q))  # moving: a swing of each joint about q
         self.fields = []          # function(q_deg, qd_deg_s) -> {address: word}
         self.static = {}
@@ -115,12 +126,16 @@ class Device:
         self.delay_s, self.closes, self.framing, self.bad_transaction = 0.0, False, "tcp", False
         self.pairs_from = None    # first register of an area that is only read in whole pairs
         self.expected = None      # words of a note that must appear instead of a profile
-        self.may_stay_open = False
+        self.may_stay_open = False   # nothing within a standstill tells which of two places is right
+        self.must_stay_open = False  # a profile would be wrong somewhere
         self.tool, self.base, self.errors = np.eye(4), np.eye(4), None
         self.noise_deg = 0.0
         self.start_s, self.lock = time.monotonic(), threading.Lock()
         self.requests = 0
         self.one_turn = False     # joints beyond +-180 degrees cannot be told
+
+    def posture(self, negative=False):
+        return self.arm.posture(self.rng, negative, self.beyond)
 
     def now(self):
         t = time.monotonic() - self.start_s
@@ -180,16 +195,16 @@ class Handler(socketserver.BaseRequestHandler):
                     frame = self.take(8)
                     if crc(frame[:6]) != frame[6:]:
                         continue
-                    told = bytes([frame[0]]) + device.answer(frame[0], frame[1:6])
-                    self.request.sendall(told + crc(told))
+                    answer = bytes([frame[0]]) + device.answer(frame[0], frame[1:6])
+                    self.request.sendall(answer + crc(answer))
                     continue
                 head = self.take(7)
                 transaction, _, size, unit = struct.unpack(">HHHB", head)
                 pdu = self.take(size - 1)
                 if device.delay_s:
                     time.sleep(device.delay_s)
-                told = device.answer(unit, pdu)
-                self.request.sendall(struct.pack(">HHHB", 0 if device.bad_transaction else transaction, 0, len(told) + 1, unit) + told)
+                answer = device.answer(unit, pdu)
+                self.request.sendall(struct.pack(">HHHB", 0 if device.bad_transaction else transaction, 0, len(answer) + 1, unit) + answer)
                 if device.closes:
                     return
         except (ConnectionError, OSError):
@@ -363,7 +378,46 @@ def modulo_without_turns(arm, rng):
     device = Device(arm, rng)
     first, counts = int(rng.integers(0, 300)), pick(rng, [3600, 36000])
     device.fields.append(lambda q, qd: {first + j: int(round(value % 360 * counts / 360)) % counts for j, value in enumerate(q)})
-    device.one_turn = True
+    device.one_turn, device.beyond = True, False
+    device.q = device.posture()
+    # Beyond half a turn, where the arm goes there, no profile is right.
+    device.must_stay_open = bool(max(arm.upper.max(), -arm.lower.min()) > 185)
+    return device
+
+
+def modulo_beyond(arm, rng):
+    """Angles within half a turn of an arm that is beyond it: 200 degrees are counted as -160."""
+    device = Device(arm, rng)
+    kind, unit = pick(rng, [("float32", "deg"), ("float32", "rad"), ("int32", "0.001 deg"), ("int16", "0.1 deg")])
+    order, first = pick(rng, ORDERS), int(rng.integers(0, 300))
+    fill = joints(spread(first, len(device.q), width(kind)), kind, unit, order)
+    device.fields.append(lambda q, qd: fill((q + 180) % 360 - 180, qd))
+    device.beyond, device.must_stay_open = True, bool(len(arm.turns_beyond()))
+    device.one_turn = not device.must_stay_open
+    device.q = device.posture()
+    device.needs_pendant = True  # moves and poses do not tell whole turns
+    return device
+
+
+def modulo_two_rows(arm, rng):
+    """Two equal rows of whole turns, perhaps the commanded and the actual ones."""
+    device = modulo_with_turns(arm, rng)
+    fill = device.fields[0]
+    device.fields.append(lambda q, qd: {a + 400: w for a, w in list(fill(q, qd).items())[1::2]})
+    device.must_stay_open, device.q = bool(max(arm.upper.max(), -arm.lower.min()) > 185), device.posture(negative=True)
+    return device
+
+
+def stored_point(arm, rng):
+    """The actual joints, at times without a pose, and the joints and pose of a stored point in the same form."""
+    device = plain(arm, rng, *pick(rng, FORMS[:5]), first=int(rng.integers(0, 300)), pose=bool(rng.random() < 0.3))
+    kind, unit, order, _, stride = device.form
+    stored = Device(arm, rng)
+    stored.fields.append(joints(spread(500, len(stored.q), stride), kind, unit, order))
+    add_pose(stored, 500 + len(stored.q) * stride, kind, order, rng)
+    stored.tool, stored.base, stored.errors = np.eye(4), np.eye(4), None
+    fixed = stored.registers(stored.q, np.zeros(len(stored.q)))
+    device.static.update(fixed)
     return device
 
 
@@ -583,6 +637,6 @@ def modulo_with_flags(arm, rng):
 
 
 KINDS = [float_deg, float_rad, int32_milli_degree, int32_micro_radian, int16_tenth_degree, modulo_with_turns,
-         modulo_without_turns, pose_first, interleaved, gaps, irregular, noise, moving, slow, closing, rtu_gateway,
+         modulo_without_turns, modulo_beyond, modulo_two_rows, stored_point, pose_first, interleaved, gaps, irregular, noise, moving, slow, closing, rtu_gateway,
          no_transaction, zeros, offset_one, decoys, small_requests, holes, islands, unit_255, input_only, whole_pairs,
          far_away, mirrored, commanded_and_actual, following_error, two_arms, two_units, modulo_with_flags]
