@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/os/await.h"
 #include "drivers/robot/host_name.h"
 #include "drivers/robot/register_client.h"
 
@@ -26,21 +26,6 @@ constexpr int kSynchronisations = 3;             // markers sent before the line
 bool SetConnectTimeout(_modbus* context, double timeout_s) {
   const auto microseconds = static_cast<std::uint32_t>(std::lround(1e6 * timeout_s));
   return modbus_set_response_timeout(context, microseconds / 1000000, microseconds % 1000000) == 0;
-}
-
-/// Waits until bytes, or the end of the connection, can be read. @return false after until_s
-bool AwaitBytes(int fd, double until_s) {
-  while (true) {
-    const double left_s = std::max(0.0, until_s - MonotonicSeconds());
-    timespec left{};
-    left.tv_sec = static_cast<time_t>(left_s);
-    left.tv_nsec = static_cast<long>(1e9 * (left_s - static_cast<double>(left.tv_sec)));
-    pollfd waiting{fd, POLLIN, 0};
-    const int ready = ppoll(&waiting, 1, &left, nullptr);
-    if (ready > 0) return true;
-    if (ready == 0) return false;
-    if (errno != EINTR) return true;  // read() reports the error
-  }
 }
 
 /// Bytes that are there, without waiting: their number, 0 if there are none; -1 with errno.
@@ -181,7 +166,7 @@ const RegisterBlock& ModbusClient::NextMarker() {
 LinkResult ModbusClient::AwaitSilence(bool& was_silent) {
   const int fd = modbus_get_socket(context_.get());
   const double give_up_s = MonotonicSeconds() + timeout_s_ + 2 * longest_frame_s_;
-  for (was_silent = true; AwaitBytes(fd, MonotonicSeconds() + longest_frame_s_);) {
+  for (was_silent = true; os::Await(fd, POLLIN, MonotonicSeconds() + longest_frame_s_);) {
     was_silent = false;
     if (ReadSome(fd, response_) < 0) return FailWith(errno);
     if (MonotonicSeconds() > give_up_s) {
@@ -226,7 +211,7 @@ LinkResult ModbusClient::Synchronise() {
 LinkResult ModbusClient::DiscardUnread() {
   const int fd = modbus_get_socket(context_.get());
   std::size_t unread = 0;
-  while (AwaitBytes(fd, 0)) {
+  while (os::Await(fd, POLLIN, 0)) {
     const auto count = ReadSome(fd, response_);
     if (count < 0) return FailWith(errno);
     unread += static_cast<std::size_t>(count);
@@ -265,7 +250,7 @@ LinkResult ModbusClient::Receive(double until_s, modbus::ResponseCheck& check) {
   const Bytes request = Bytes(request_).first(request_size_);
   response_size_ = 0;
   for (check = judge(request, {}); check.state == State::kIncomplete;) {
-    if (!AwaitBytes(fd, until_s)) return FailWith(ETIMEDOUT);
+    if (!os::Await(fd, POLLIN, until_s)) return FailWith(ETIMEDOUT);
     const auto count =
         ReadSome(fd, std::span(response_).subspan(response_size_, check.size - response_size_));
     if (count < 0) return FailWith(errno);

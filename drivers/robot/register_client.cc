@@ -5,33 +5,21 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cmath>
 #include <memory>
 #include <system_error>
 
 #include "drivers/modbus/adu.h"
+#include "drivers/os/await.h"
 
 namespace plumbline::robot {
 namespace {
 
 using Kind = ReadOutcome::Kind;
-
-/// Waits for an event of the socket. @return false after until_s
-bool Await(int fd, short events, double until_s) {
-  while (true) {
-    const double left_s = until_s - MonotonicSeconds();
-    pollfd waiting{fd, events, 0};
-    const int ready = poll(&waiting, 1, std::max(0, static_cast<int>(std::ceil(1e3 * left_s))));
-    if (ready > 0) return true;
-    if (ready == 0 || errno != EINTR) return ready != 0;
-  }
-}
 
 std::string ErrnoText(int error) {
   switch (error) {
@@ -107,7 +95,7 @@ bool RegisterClient::Connect(std::string& why) {
     if (error == EINPROGRESS) {
       error = ETIMEDOUT;
       socklen_t size = sizeof error;
-      if (Await(socket_.get(), POLLOUT, MonotonicSeconds() + std::max(1.0, options_.timeout_s)))
+      if (os::Await(socket_.get(), POLLOUT, MonotonicSeconds() + std::max(1.0, options_.timeout_s)))
         getsockopt(socket_.get(), SOL_SOCKET, SO_ERROR, &error, &size);
     }
     if (error != 0) continue;
@@ -127,7 +115,7 @@ ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const Regis
   std::array<std::uint8_t, modbus::kMaxTcpFrameBytes> received{};
   answer.kind = Kind::kClosed;
   // Bytes or an end that came after the last answer belong to no request.
-  if (Await(socket_.get(), POLLIN, 0) &&
+  if (os::Await(socket_.get(), POLLIN, 0) &&
       recv(socket_.get(), received.data(), received.size(), 0) <= 0) {
     return answer;
   }
@@ -140,7 +128,7 @@ ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const Regis
   std::size_t size = 0;
   modbus::ResponseCheck check = judge(request, {});
   while (check.state == State::kIncomplete) {
-    if (!Await(socket_.get(), POLLIN, sent_s + options_.timeout_s)) {
+    if (!os::Await(socket_.get(), POLLIN, sent_s + options_.timeout_s)) {
       answer.kind = Kind::kSilent;
       return answer;
     }
