@@ -211,7 +211,8 @@ def main():
     sweep = 2 * 1024 + 2 * 64  # the same registers of both tables, one by one
     requests = float(np.median([one["requests"] for one in results]))
     print("requests of a scan: median %.0f; one by one the same registers take %d (ratio %.2f)" % (requests, sweep, requests / sweep))
-    return 0 if count["WRONG"] == 0 and share >= 0.95 and longest <= 30 else 1
+    # Seconds depend on what else the machine does: shown, not judged.
+    return 0 if count["WRONG"] == 0 and share >= 0.95 else 1
 
 
 if __name__ == "__main__":
