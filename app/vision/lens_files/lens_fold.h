@@ -15,10 +15,11 @@ struct LensFold {
   double corner_px = 0;  ///< distance of the farthest corner of the image
 };
 
-/// Where the radial distortion stops growing with the angle, if that is inside the image;
-/// tangential and thin prism terms are neglected.
-///   fisheye: 1 + 3 k1 t^2 + 5 k2 t^4 + 7 k3 t^6 + 9 k4 t^8 <= 0;  Brown: D (N + 2 s N') <= 2 s N
-///   D'
+/// Where the radius r of the image of a direction stops growing with its angle t from the axis, if
+/// that is inside the image; found in steps of 0.03 deg. Tangential and thin prism terms are
+/// neglected.
+///   fisheye, t < 180 deg:   r = t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8)
+///   otherwise, t < 90 deg:  r = c tan t, with c of DistortedNormalised()
 std::optional<LensFold> FoldInside(const lens::Lens& lens, const image::ImageSize& size);
 
 /// The same as a note with its remedy; empty if the lens does not fold inside the image.

@@ -2,6 +2,8 @@
 #include "app/vision/lens_files/lens_fold.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
 
 namespace plumbline::lens_fold_test {
 
@@ -34,6 +36,18 @@ TEST_CASE("a fisheye polynomial that folds inside the image, and not outside of 
   CHECK_THAT(FoldNote(LensOf(500, true, -0.2, large), large),
              Catch::Contains("the fisheye distortion folds back 430 px from the centre, 74.0 deg"));
   CHECK(FoldNote(LensOf(500, true, -0.2, small), small).empty());
+}
+
+TEST_CASE("a fisheye that folds behind the plane of the lens, in the corners of its image") {
+  // 1 + 3 k1 t^2 = 0 at t = 95 deg, where t (1 + k1 t^2) = 2 t / 3
+  const double fold_rad = 95 * std::numbers::pi / 180;
+  const image::ImageSize size{1280, 960};
+  const auto fold = FoldInside(LensOf(400, true, -1 / (3 * fold_rad * fold_rad), size), size);
+  REQUIRE(fold);
+  CHECK(fold->angle_rad == Approx(fold_rad).margin(1e-3));
+  CHECK(fold->radius_px == Approx(400 * 2 * fold_rad / 3).margin(0.1));
+  // An equidistant fisheye reaches its corners at 115 deg without folding.
+  CHECK_FALSE(FoldInside(LensOf(400, true, 0, size), size));
 }
 
 TEST_CASE("k1 alone folds at r = 1 / sqrt(-3 k1), where r (1 + k1 r^2) = 2 r / 3") {
