@@ -1,27 +1,18 @@
 #include "drivers/robot/host_name.h"
 
 #include <netdb.h>
-#include <sys/socket.h>
+
+#include "drivers/os/host_addresses.h"
 
 namespace plumbline::robot {
 
 const char* ResolveFailure(const std::string& host) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  const int error = getaddrinfo(host.c_str(), nullptr, &hints, &found);
-  if (error != 0) return gai_strerror(error);
-  freeaddrinfo(found);
-  return nullptr;
+  const int error = os::FindHost(host, 0, os::HostForm::kAny).error;
+  return error == 0 ? nullptr : gai_strerror(error);
 }
 
 bool IsAddress(const std::string& host) {
-  addrinfo hints{};
-  hints.ai_flags = AI_NUMERICHOST;
-  addrinfo* found = nullptr;
-  if (getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return false;
-  freeaddrinfo(found);
-  return true;
+  return os::FindHost(host, 0, os::HostForm::kNumeric).error == 0;
 }
 
 }  // namespace plumbline::robot

@@ -23,23 +23,6 @@ std::string ErrnoText(int error) {
   return std::generic_category().message(error);
 }
 
-/// @param flags  of getaddrinfo(): AI_NUMERICHOST asks no name server
-/// @return       0, or an error of getaddrinfo()
-int FindAddress(const visca::Address& address, int flags, sockaddr_storage& found,
-                socklen_t& size) {
-  addrinfo hints{};
-  hints.ai_flags = flags | AI_NUMERICSERV;
-  hints.ai_socktype = SOCK_STREAM;  // one row for each address; the type is not used
-  addrinfo* list = nullptr;
-  const std::string port = std::to_string(address.port);
-  const int error = getaddrinfo(address.host.c_str(), port.c_str(), &hints, &list);
-  if (error != 0) return error;
-  size = list->ai_addrlen;
-  std::memcpy(&found, list->ai_addr, size);
-  freeaddrinfo(list);
-  return 0;
-}
-
 }  // namespace
 
 /// Shared with the thread, which may outlive the sensor.
@@ -47,24 +30,18 @@ struct CameraHost::Lookup {
   std::mutex mutex;  ///< guards the rest
   std::condition_variable finished;
   bool done = false;
-  int error = 0;
-  sockaddr_storage address{};
-  socklen_t size = 0;
+  os::HostAddresses answer;
 };
 
-bool CameraHost::Find(double wait_s, sockaddr_storage& found, socklen_t& size,
-                      std::string& problem) {
-  if (FindAddress(address_, AI_NUMERICHOST, found, size) == 0) return true;
+bool CameraHost::Find(double wait_s, std::string& problem) {
+  found_ = os::FindHost(address_.host, address_.port, os::HostForm::kNumeric).list;
+  if (!found_.empty()) return true;
   if (!pending_) {
     pending_ = std::make_shared<Lookup>();
     std::thread([lookup = pending_, address = address_] {
-      sockaddr_storage answer{};
-      socklen_t length = 0;
-      const int error = FindAddress(address, 0, answer, length);
+      os::HostAddresses answer = os::FindHost(address.host, address.port, os::HostForm::kAny);
       const std::lock_guard lock(lookup->mutex);
-      lookup->address = answer;
-      lookup->size = length;
-      lookup->error = error;
+      lookup->answer = std::move(answer);
       lookup->done = true;
       lookup->finished.notify_all();
     }).detach();
@@ -80,25 +57,24 @@ bool CameraHost::Find(double wait_s, sockaddr_storage& found, socklen_t& size,
     return false;
   }
   pending_ = nullptr;
-  if (lookup->error != 0) {
+  found_ = lookup->answer.list;
+  if (found_.empty()) {
     problem = fmt::format(
         "the name \"{}\" is not known ({}). Check the name, or give the camera's address.",
-        address_.host, gai_strerror(lookup->error));
+        address_.host, gai_strerror(lookup->answer.error));
     return false;
   }
-  found = lookup->address;
-  size = lookup->size;
   return true;
 }
 
-std::string NetworkErrorText(int error, const visca::Address& address) {
-  const bool udp = address.transport == Transport::kUdp;
+std::string CameraHost::ErrorText(int error) const {
+  const bool udp = address_.transport == Transport::kUdp;
   switch (error) {
     case ECONNREFUSED:
       return fmt::format(
           "refuses {} port {}. Enable VISCA over IP in the camera, or set its port and transport: "
           "{}.",
-          udp ? "UDP" : "TCP", address.port,
+          udp ? "UDP" : "TCP", address_.port,
           udp ? "many cameras speak VISCA over TCP only, transport = \"tcp\""
               : "cameras with the 8-byte header use transport = \"udp\"");
     case EHOSTUNREACH:
@@ -111,7 +87,7 @@ std::string NetworkErrorText(int error, const visca::Address& address) {
       return fmt::format(
           "{}. The service reaches private networks only: systemctl edit plumbline.service, "
           "IPAddressAllow={}; or check the firewall of this computer.",
-          ErrnoText(error), address.host);
+          ErrnoText(error), next_ < found_.size() ? found_[next_].Text() : "ADDRESS");
     case ECONNRESET:
     case EPIPE:
       return "the camera has closed the connection. Check whether it was restarted or accepts only "
@@ -122,18 +98,21 @@ std::string NetworkErrorText(int error, const visca::Address& address) {
 }
 
 bool CameraHost::Connect(double wait_s, os::Descriptor& fd, std::string& problem) {
-  sockaddr_storage to{};
-  socklen_t size = 0;
-  if (!Find(wait_s, to, size, problem)) return false;
+  if (next_ == 0 && !Find(wait_s, problem)) return false;
   const int type = address_.transport == Transport::kUdp ? SOCK_DGRAM : SOCK_STREAM;
-  fd.Reset(socket(to.ss_family, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (fd && (connect(fd.get(), reinterpret_cast<const sockaddr*>(&to), size) == 0 ||
-             errno == EINPROGRESS)) {
-    return true;
-  }
-  problem = NetworkErrorText(errno, address_);
-  fd.Reset();
+  do {
+    const os::HostAddress& to = found_[next_];
+    fd.Reset(socket(to.storage.ss_family, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (fd && (connect(fd.get(), to.get(), to.size) == 0 || errno == EINPROGRESS)) return true;
+    problem = ErrorText(errno);
+    fd.Reset();
+  } while (TryNext());
   return false;
+}
+
+bool CameraHost::TryNext() {
+  next_ = next_ + 1 < found_.size() ? next_ + 1 : 0;
+  return next_ > 0;
 }
 
 }  // namespace plumbline::zoom

@@ -1,12 +1,12 @@
 // Sockets to a VISCA camera in the network.
 #pragma once
 
-#include <sys/socket.h>
-
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "drivers/os/descriptor.h"
+#include "drivers/os/host_addresses.h"
 #include "drivers/zoom/visca_address.h"
 
 namespace plumbline::zoom {
@@ -22,16 +22,21 @@ class CameraHost {
   /// @param problem  receives the reason of a failure, with its remedy
   bool Connect(double wait_s, os::Descriptor& fd, std::string& problem);
 
+  /// The camera is not at the address that Connect() used: the next call uses the next one.
+  /// @return  false after the last address of the name; the next call starts with the first again
+  bool TryNext();
+
+  /// Reason and remedy of a failed network call. @param error  its errno
+  std::string ErrorText(int error) const;
+
  private:
   struct Lookup;
-  bool Find(double wait_s, sockaddr_storage& found, socklen_t& size, std::string& problem);
+  bool Find(double wait_s, std::string& problem);
 
   const visca::Address address_;
   std::shared_ptr<Lookup> pending_;
+  std::vector<os::HostAddress> found_;  ///< kept until all have been tried
+  std::size_t next_ = 0;                ///< of them
 };
-
-/// Reason and remedy of a failed network call.
-/// @param error  its errno
-std::string NetworkErrorText(int error, const visca::Address& address);
 
 }  // namespace plumbline::zoom

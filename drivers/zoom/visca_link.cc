@@ -144,24 +144,11 @@ class TcpLink : public StreamLink {
       : StreamLink(address, clock), host_(address) {}
 
   bool Open(double deadline_s) override {
-    Close();
-    if (!host_.Connect(deadline_s - clock_(), fd_, problem_)) return false;
-    int error = 0, ready = 0;
     do {
-      ready = WaitFor(fd(), POLLOUT, deadline_s - clock_());
-    } while (ready < 0 && errno == EINTR);
-    socklen_t size = sizeof error;
-    getsockopt(fd(), SOL_SOCKET, SO_ERROR, &error, &size);
-    if (ready == 0) {
-      problem_ =
-          "no connection in time. Check the address, that the camera is on, and the network cable.";
-    } else if (error != 0) {
-      problem_ = NetworkErrorText(error, address_);
-    } else {
-      const int on = 1;
-      setsockopt(fd(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      return true;
-    }
+      Close();
+      if (!host_.Connect(deadline_s - clock_(), fd_, problem_)) return false;
+      if (AwaitConnection(deadline_s)) return true;
+    } while (host_.TryNext() && clock_() < deadline_s);
     Close();
     return false;
   }
@@ -183,10 +170,33 @@ class TcpLink : public StreamLink {
     return send(fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   std::string LossText(int error) const override {
-    return NetworkErrorText(error == 0 ? ECONNRESET : error, address_);
+    return host_.ErrorText(error == 0 ? ECONNRESET : error);
   }
 
  private:
+  bool AwaitConnection(double deadline_s) {
+    int ready = 0;
+    do {
+      ready = WaitFor(fd(), POLLOUT, deadline_s - clock_());
+    } while (ready < 0 && errno == EINTR);
+    const int poll_error = ready < 0 ? errno : 0;
+    int error = 0;
+    socklen_t size = sizeof error;
+    getsockopt(fd(), SOL_SOCKET, SO_ERROR, &error, &size);
+    if (error == 0) error = poll_error;
+    if (ready == 0) {
+      problem_ =
+          "no connection in time. Check the address, that the camera is on, and the network cable.";
+    } else if (error != 0) {
+      problem_ = host_.ErrorText(error);
+    } else {
+      const int on = 1;
+      setsockopt(fd(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      return true;
+    }
+    return false;
+  }
+
   CameraHost host_;
 };
 

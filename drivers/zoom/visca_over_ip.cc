@@ -20,7 +20,12 @@ constexpr double kResetShare = 0.3;  ///< of the time left that the answer to a 
 bool ViscaOverIp::Open(double deadline_s) {
   Close();
   silent_requests_ = 0;
-  return Reset(deadline_s);
+  if (!heard_) host_.TryNext();
+  heard_ = false;
+  do {
+    if (Reset(deadline_s)) return true;
+  } while (fd_ && host_.TryNext() && clock_() < deadline_s);
+  return false;
 }
 
 /// Sets the sequence number to 0 on both ends.
@@ -56,7 +61,7 @@ bool ViscaOverIp::SendDatagram(const visca::Datagram& datagram) {
     sent = send(fd_.get(), datagram.bytes.data(), datagram.size, MSG_NOSIGNAL);
   } while (sent < 0 && errno == EINTR);
   if (sent >= 0 || errno == EAGAIN) return true;  // a full queue loses it, as any router may
-  problem_ = NetworkErrorText(errno, address_);
+  problem_ = host_.ErrorText(errno);
   return false;
 }
 
@@ -98,12 +103,13 @@ Arrival ViscaOverIp::ReceiveDatagram(double deadline_s, visca::DatagramReply& fo
     std::array<std::uint8_t, 64> bytes;  // a longer one is malformed in any case
     const ssize_t size = recv(fd_.get(), bytes.data(), bytes.size(), 0);
     if (size >= 0) {
+      heard_ = true;
       found = visca::ReplyFromDatagram(std::span(bytes).first(static_cast<std::size_t>(size)));
       return clock_() > deadline_s + kFlood_s ? Arrival::kNone : Arrival::kPacket;
     }
     if (errno == EINTR) continue;
     if (errno != EAGAIN) {
-      problem_ = NetworkErrorText(errno, address_);
+      problem_ = host_.ErrorText(errno);
       return Arrival::kLost;
     }
     const double left_s = deadline_s - clock_();

@@ -37,6 +37,7 @@ class ViscaOverIp : public ViscaLink {
   visca::Request request_;
   std::uint32_t sequence_ = 0;  ///< of the last request
   int silent_requests_ = 0;     ///< since anything arrived
+  bool heard_ = true;           ///< anything from this address of the camera's name
   // Since the last request:
   int other_sequences_ = 0, without_header_ = 0, resets_ = 0;
   std::uint32_t other_sequence_ = 0;

@@ -47,16 +47,17 @@ def judge(name, rows, share=None, words=None, longest_ms=TIMEOUT_MS + 150):
     texts = {row[4] for row in rows if row[4]}
     longest = max((1e3 * (row[1] - row[0]) for row in rows), default=0)
     faults = []
-    if wrong(rows):
-        faults.append(f"wrong readings {wrong(rows)[:3]}")
+    bad = wrong(rows)
+    if bad:
+        faults.append(f"wrong readings {bad[:3]}")
     if share is not None and good < share:
         faults.append(f"only {good:.2f} of the readings succeed: {sorted(texts)[:3]}")
     if words is not None and not any(words in text for text in texts):
         faults.append(f"no problem has \"{words}\": {sorted(texts)[:3]}")
     if longest > longest_ms:
         faults.append(f"a call took {longest:.0f} ms")
-    print(f"{'FAILED' if faults else 'ok    '} {name}: {good:.2f} of {len(rows)} succeed, none wrong"
-          f", longest {longest:.0f} ms" + "".join("\n    " + fault for fault in faults))
+    print(f"{'FAILED' if faults else 'ok    '} {name}: {good:.2f} of {len(rows)} succeed, {len(bad)} wrong, "
+          f"longest {longest:.0f} ms" + "".join("\n    " + fault for fault in faults))
     if faults:
         FAILED.append(name)
 
