@@ -297,11 +297,13 @@ std::string BetterReadingText(const std::vector<HandEyeView>& views,
   if (!(best.misfit_m < limit_m)) return "";
   const std::string unit = WrongUnitText(1 / best.scale, kUnitTolerance);
   if (text.empty()) return unit;
-  return fmt::format(
-      "the poses of the robot contradict the images by {}. They fit to {:.1f} mm if {}{}",
-      as_given.misfit_m < 1e3 ? fmt::format("{:.0f} mm", 1e3 * as_given.misfit_m)
-                              : std::string("any distance"),
-      1e3 * best.misfit_m, text, unit.empty() ? "" : "; and " + unit);
+  const std::string misfit =
+      as_given.misfit_m < 1e3
+          ? fmt::format("the poses of the robot contradict the images by {:.0f} mm",
+                        1e3 * as_given.misfit_m)
+          : std::string("no rigid transformation fits the poses of the robot to the images");
+  return fmt::format("{}. They fit to {:.1f} mm if {}{}", misfit, 1e3 * best.misfit_m, text,
+                     unit.empty() ? "" : "; and " + unit);
 }
 
 }  // namespace plumbline::vision

@@ -231,7 +231,6 @@ TEST_CASE("a table of poses that means something else is refused by name, in bot
          return Pose{FixedXyz(VectorFromRotation(X.R)), X.p / 25.4};
        }},
   };
-  int named = 0, all = 0;
   for (const Case& c : cases) {
     for (const auto setup : {HandEyeSetup::kEyeToHand, HandEyeSetup::kEyeInHand}) {
       for (const std::uint64_t seed : {31, 32}) {
@@ -245,12 +244,9 @@ TEST_CASE("a table of poses that means something else is refused by name, in bot
         CHECK_FALSE(result.accepted);
         CHECK(result.reasons.size() == 1);
         CHECK(HasReason(result, c.words));
-        named += HasReason(result, c.words) ? 1 : 0;
-        ++all;
       }
     }
   }
-  CHECK(named == all);
 }
 
 TEST_CASE("a target that was turned in its mount is named in its images") {
