@@ -28,7 +28,7 @@ struct MeshFile {
   std::uint64_t other_elements = 0;  ///< as in RawMesh
   std::vector<std::string> outside;  ///< as in RawMesh
   std::uint64_t outside_count = 0;
-  double largest_m = 0;    ///< largest coordinate, before or after any transformation
+  double largest_m = 0;    ///< largest coordinate at any stage, in the scale of the whole
   double precision_m = 0;  ///< distance of neighbouring single-precision numbers there
 };
 

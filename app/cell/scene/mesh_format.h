@@ -52,8 +52,8 @@ struct RawMesh {
   std::uint64_t other_elements = 0;  ///< number of points and lines, which have no surface
   std::vector<std::string> outside;  ///< references to other files and addresses; never opened
   std::uint64_t outside_count = 0;   ///< number of references; `outside` has the first of them
-  /// Largest coordinate before or after any transformation: the parsers compute in single
-  /// precision.
+  /// Largest coordinate before or after any transformation, multiplied by the scale of those that
+  /// follow: the parsers compute in single precision.
   double largest_coordinate = 0;
 };
 

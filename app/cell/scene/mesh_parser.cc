@@ -25,8 +25,8 @@ Error TooManyTriangles(std::uint64_t count, std::uint64_t most) {
                   count, most)};
 }
 
-void NoteCoordinates(RawMesh& raw, float x, float y, float z) {
-  for (const float value : {x, y, z}) {
+void NoteCoordinates(RawMesh& raw, const Vec3f& p) {
+  for (const float value : p) {
     if (std::isfinite(value)) {
       raw.largest_coordinate =
           std::max(raw.largest_coordinate, std::abs(static_cast<double>(value)));
@@ -34,10 +34,14 @@ void NoteCoordinates(RawMesh& raw, float x, float y, float z) {
   }
 }
 
+bool AddReference(std::vector<std::string>& references, const std::string& name) {
+  if (std::find(references.begin(), references.end(), name) != references.end()) return false;
+  if (references.size() < kMaxReferences) references.push_back(name);
+  return true;
+}
+
 void NoteOutside(RawMesh& raw, const std::string& name) {
-  if (std::find(raw.outside.begin(), raw.outside.end(), name) != raw.outside.end()) return;
-  ++raw.outside_count;
-  if (raw.outside.size() < kMaxReferences) raw.outside.push_back(name);
+  if (AddReference(raw.outside, name)) ++raw.outside_count;
 }
 
 }  // namespace plumbline::cell

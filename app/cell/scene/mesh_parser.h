@@ -26,8 +26,12 @@ Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t>
 /// "12345 triangles or more; the limit is 2000000: ..."
 Error TooManyTriangles(std::uint64_t count, std::uint64_t most);
 
-/// Notes a coordinate, or an offset of a transformation, in `largest_coordinate`.
-void NoteCoordinates(RawMesh& raw, float x, float y, float z);
+/// Notes a vertex, or an offset of a transformation, in `largest_coordinate`.
+/// @param p  multiplied by the scale of the transformations that are still to be applied to it
+void NoteCoordinates(RawMesh& raw, const Vec3f& p);
+
+/// Adds a name unless the list has it, or has kMaxReferences others. @return  false if it had it
+bool AddReference(std::vector<std::string>& references, const std::string& name);
 
 /// Adds a reference to `outside`, unless it is already listed.
 void NoteOutside(RawMesh& raw, const std::string& name);

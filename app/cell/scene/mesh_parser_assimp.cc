@@ -78,6 +78,12 @@ void KeepOneImporter(Assimp::Importer& importer, std::string_view suffix) {
   }
 }
 
+/// Lengths of the transformed unit vectors.
+Vec3f ScaleOf(const aiMatrix4x4& X) {
+  return {Vec3f(X.a1, X.b1, X.c1).norm(), Vec3f(X.a2, X.b2, X.c2).norm(),
+          Vec3f(X.a3, X.b3, X.c3).norm()};
+}
+
 /// Merges the meshes of all nodes, transformed by their poses, into one mesh.
 class Gatherer {
  public:
@@ -89,8 +95,8 @@ class Gatherer {
       return Error{"too many nodes, or nested too deeply: flatten the model, or export it again"};
     }
     const aiMatrix4x4 X = X_parent * node.mTransformation;
-    NoteCoordinates(raw_, node.mTransformation.a4, node.mTransformation.b4,
-                    node.mTransformation.c4);
+    const aiMatrix4x4& own = node.mTransformation;
+    NoteCoordinates(raw_, ScaleOf(X_parent).cwiseProduct(Vec3f(own.a4, own.b4, own.c4)));
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       if (node.mMeshes[i] >= scene_.mNumMeshes)
         return Error{"a node refers to a missing mesh: export it again"};
@@ -112,11 +118,12 @@ class Gatherer {
       return Error{fmt::format("{} vertices for {} triangles: repair the model, or export it again",
                                all.vertices_O.size() + mesh.mNumVertices, count)};
     }
+    const Vec3f scale = ScaleOf(X);
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D& stored = mesh.mVertices[i];
       const aiVector3D p = X * stored;
-      NoteCoordinates(raw_, stored.x, stored.y, stored.z);
-      NoteCoordinates(raw_, p.x, p.y, p.z);
+      NoteCoordinates(raw_, scale.cwiseProduct(Vec3f(stored.x, stored.y, stored.z)));
+      NoteCoordinates(raw_, {p.x, p.y, p.z});
       all.vertices_O.emplace_back(p.x, p.y, p.z);
     }
     const bool mirrored = X.Determinant() < 0;

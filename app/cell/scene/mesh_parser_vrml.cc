@@ -26,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/base/text/vrml_tokens.h"
 #include "app/cell/scene/mesh_parser.h"
 
 namespace plumbline::cell {
@@ -50,12 +51,6 @@ void KeepFirstError(const SoError* error, void* data) {
 }
 
 void IgnoreError(const SoError*, void*) {}
-
-void NoteMissing(VrmlReading& reading, const std::string& what) {
-  std::vector<std::string>& missing = reading.missing;
-  const bool known = std::find(missing.begin(), missing.end(), what) != missing.end();
-  if (!known && missing.size() < kMaxReferences) missing.push_back(what);
-}
 
 /// Coin does not check indices and would read beyond the coordinates.
 void CheckIndices(VrmlReading& reading, const SoVRMLIndexedFaceSet& faces) {
@@ -83,32 +78,46 @@ bool RunsClockwise(const SoNode& node) {
   return false;
 }
 
+std::string ReferenceText(std::string_view node, std::string_view url) {
+  return fmt::format("{} \"{}\"", node, url.substr(0, kMaxReferenceLength));
+}
+
+std::string FirstOf(const SoMFString& urls) {
+  return urls.getNum() > 0 ? urls[0].getString() : "";
+}
+
 void RefuseInline(const SbString& url, void* data, SoVRMLInline* node) {
   auto& reading = *static_cast<VrmlReading*>(data);
-  NoteMissing(reading, fmt::format("Inline \"{}\"", url.getString()));
+  AddReference(reading.missing, ReferenceText("Inline", url.getString()));
   node->cancelURLDataRequest();
 }
 
 SoProto* RefuseExternProto(SoInput*, const SbString* urls, const int count, void* data) {
   auto& reading = *static_cast<VrmlReading*>(data);
-  NoteMissing(reading, fmt::format("EXTERNPROTO \"{}\"", count > 0 ? urls[0].getString() : ""));
+  AddReference(reading.missing, ReferenceText("EXTERNPROTO", count > 0 ? urls[0].getString() : ""));
   return nullptr;
 }
 
 /// Coin may stop at the first such reference, so all of them are looked up in the text.
 Error MissingError(VrmlReading& reading, std::string_view text) {
-  for (const std::string_view key : {"EXTERNPROTO", "Inline"}) {
-    for (auto at = text.find(key); at != text.npos; at = text.find(key, at + key.size())) {
-      const auto first = text.find('"', at), last = text.find('"', first + 1);
-      if (first == text.npos || last == text.npos) break;
-      const auto url = text.substr(first + 1, std::min(last - first - 1, kMaxReferenceLength));
-      NoteMissing(reading, fmt::format("{} \"{}\"", key, url));
-    }
+  for (const text::VrmlReference& one : text::VrmlReferences(text, kMaxReferences)) {
+    AddReference(reading.missing, ReferenceText(one.node, one.file));
   }
   return Error{fmt::format(
       "it refers to geometry in other files, which are never opened: {}; export everything into "
       "one file",
       fmt::join(reading.missing, ", "))};
+}
+
+Vec3f Vector(const SbVec3f& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// Lengths of the transformed unit vectors; Coin multiplies rows by the matrix.
+Vec3f ScaleOf(const SbMatrix& X) {
+  Vec3f scale;
+  for (int i = 0; i < 3; ++i) scale[i] = Vec3f(X[i][0], X[i][1], X[i][2]).norm();
+  return scale;
 }
 
 void NoteUrls(RawMesh& raw, const SoMFString& urls) {
@@ -129,9 +138,9 @@ SoCallbackAction::Response AtNode(void* data, SoCallbackAction* action, const So
   }
   if (node->isOfType(SoVRMLTransform::getClassTypeId())) {
     const auto& transform = *static_cast<const SoVRMLTransform*>(node);
+    const Vec3f scale = ScaleOf(action->getModelMatrix());  // of the nodes above
     for (const SoSFVec3f* offset : {&transform.translation, &transform.center}) {
-      const SbVec3f& p = offset->getValue();
-      NoteCoordinates(reading.raw, p[0], p[1], p[2]);
+      NoteCoordinates(reading.raw, scale.cwiseProduct(Vector(offset->getValue())));
     }
   }
   if (node->isOfType(SoVRMLIndexedFaceSet::getClassTypeId())) {
@@ -140,9 +149,8 @@ SoCallbackAction::Response AtNode(void* data, SoCallbackAction* action, const So
   if (!reading.refusal.empty()) return SoCallbackAction::ABORT;
   reading.clockwise = RunsClockwise(*node);
   if (node->isOfType(SoVRMLInline::getClassTypeId())) {
-    const auto& urls = static_cast<const SoVRMLInline*>(node)->url;
-    NoteMissing(reading,
-                fmt::format("Inline \"{}\"", urls.getNum() > 0 ? urls[0].getString() : ""));
+    AddReference(reading.missing,
+                 ReferenceText("Inline", FirstOf(static_cast<const SoVRMLInline*>(node)->url)));
   } else if (node->isOfType(SoVRMLAppearance::getClassTypeId())) {
     const SoNode* texture = static_cast<const SoVRMLAppearance*>(node)->texture.getValue();
     if (texture != nullptr && texture->isOfType(SoVRMLImageTexture::getClassTypeId())) {
@@ -158,14 +166,15 @@ void AtTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a
   scene::TriangleMesh& mesh = reading.raw.mesh;
   if (mesh.triangles.size() > reading.most_triangles) return;  // the next node aborts the traversal
   const SbMatrix& X = action->getModelMatrix();
+  const Vec3f scale = ScaleOf(X);
   const auto first = static_cast<std::uint32_t>(mesh.vertices_O.size());
   for (const SoPrimitiveVertex* vertex : {a, b, c}) {
     const SbVec3f& stored = vertex->getPoint();
     SbVec3f p;
     X.multVecMatrix(stored, p);
-    NoteCoordinates(reading.raw, stored[0], stored[1], stored[2]);
-    NoteCoordinates(reading.raw, p[0], p[1], p[2]);
-    mesh.vertices_O.emplace_back(p[0], p[1], p[2]);
+    NoteCoordinates(reading.raw, scale.cwiseProduct(Vector(stored)));
+    NoteCoordinates(reading.raw, Vector(p));
+    mesh.vertices_O.push_back(Vector(p));
   }
   // Coin does not reverse clockwise faces; a mirroring transformation reverses faces once more.
   const bool turned = reading.clockwise != (X.det3() < 0);

@@ -108,6 +108,14 @@ TEST_CASE("a shape far from its origin is rounded to single precision, which is 
                     box + " } }",
                 "steps of 0.5 mm"},  // it ends at the origin, but has been rounded
            Case{"Transform { translation 100000 0 0 " + box + " }", ""},
+           // In single precision at 4700 m, and then reduced to millimetres.
+           Case{"Transform { scale 0.001 0.001 0.001 children Transform { "
+                "translation 4700123 0 0 " +
+                    box + " } }",
+                ""},
+           Case{"Transform { scale 1000 1000 1000 children Transform { translation 4700 0 0 " +
+                    box + " } }",
+                "steps of 0.5 mm"},
        }) {
     CAPTURE(scene);
     const auto read = files.Read("a.wrl", Vrml(scene), 1e-3);
@@ -115,6 +123,13 @@ TEST_CASE("a shape far from its origin is rounded to single precision, which is 
     CHECK_THAT(PrecisionProblem(*read), Catch::Contains(words));
     CHECK(PrecisionProblem(*read).empty() == words.empty());
   }
+  const auto reduced = files.Read("part.wrl",
+                                  Vrml("Transform { scale .001 .001 .001 children Shape { geometry "
+                                       "Box { size 5000 60 40 } } }"),
+                                  1);
+  REQUIRE(reduced);
+  CHECK(PrecisionProblem(*reduced).empty());
+  CHECK(1e3 * reduced->precision_m == Approx(0.00024).epsilon(0.01));
   scene::TriangleMesh far = Cuboid({100, 60, 40});
   for (Vec3f& p : far.vertices_O) p.x() += 4700123.5F;
   for (const auto format : {MeshFormat::kStl, MeshFormat::kObj, MeshFormat::kPly}) {
@@ -127,6 +142,11 @@ TEST_CASE("a shape far from its origin is rounded to single precision, which is 
 
 TEST_CASE("references to other files are reported and never opened") {
   const MeshFolder files;
+  const std::string names = files.Why(
+      "a.wrl", Vrml("DEF InlineFour Shape { appearance Appearance { texture ImageTexture { url "
+                    "\"wood.png\" } } geometry Box { } }\n# Inline { url \"comment.wrl\" }\n"
+                    "Inline { url \"part.wrl\" }"));
+  CHECK_THAT(names, Catch::Contains("never opened: Inline \"part.wrl\"; export"));
   files.Write("other.wrl", Vrml(kBox));
   const std::string other = files.folder.path() + "/other.wrl";
   for (const std::string& url :
