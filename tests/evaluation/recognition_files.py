@@ -87,6 +87,17 @@ def ros_camera_info(rng):
     return "ost.yaml", text.encode(), dict(size_fact(lens), contradiction=contradiction)
 
 
+def ros_ini(rng):
+    w, h, fx, fy, cx, cy = lens_numbers(rng)
+    def rows(data, width):
+        return "".join(" ".join("%.6f" % v for v in data[k:k + width]) + "\n" for k in range(0, len(data), width))
+    text = "# oST version 5.0 parameters\n\n[image]\n\nwidth\n%d\n\nheight\n%d\n\n[narrow_stereo]\n\n" % (w, h)
+    text += "camera matrix\n" + rows([fx, 0, cx, 0, fy, cy, 0, 0, 1], 3) + "\ndistortion\n" + rows(terms_of(rng, 5), 5)
+    text += "\nrectification\n" + rows([1, 0, 0, 0, 1, 0, 0, 0, 1], 3)
+    text += "\nprojection\n" + rows([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], 4)
+    return "ost.ini", text.encode(), {}
+
+
 def ros_echo(rng):
     w, h, fx, fy, cx, cy = lens = lens_numbers(rng)
     terms, k = terms_of(rng, 5), [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
@@ -426,7 +437,7 @@ UR_NAMES = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
 
 # kind: maker. The kind is the word that explain must give.
 MAKERS = {
-    "opencv-lens": opencv_lens, "ros-camera-info": ros_camera_info, "ros-camera-info-echo": ros_echo,
+    "opencv-lens": opencv_lens, "ros-camera-info": ros_camera_info, "ros-camera-info-echo": ros_echo, "ros-ini-lens": ros_ini,
     "kalibr-camchain": kalibr, "mrcal-cameramodel": mrcal, "colmap-cameras": colmap, "artoolkit-lens": artoolkit,
     "lens-json": lens_json, "urdf": urdf, "xacro": xacro, "ur-kinematics": factory_table(UR_NAMES),
     "joint-frames": factory_table(["joint%d" % k for k in range(1, 7)]), "sdf": sdf, "mjcf": mjcf, "dh-table": dh_table,

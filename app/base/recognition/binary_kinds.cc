@@ -283,8 +283,11 @@ constexpr std::array kBinaryKinds = {
          },
          nullptr, "", "Extract single images: ffmpeg -i {} frame_%04d.png"},
     Kind{"mp4", "a video (MP4, MOV)", Content::kImage,
-         [](const Outline& file) { return FirstBytes(file, "ftyp", "\"ftyp\" at byte 4", 4); }, nullptr,
-         "", "Extract single images: ffmpeg -i {} frame_%04d.png"},
+         [](const Outline& file) -> std::optional<Fact> {
+           if (file.syntax() != Syntax::kBinary) return std::nullopt;
+           return FirstBytes(file, "ftyp", "\"ftyp\" at byte 4", 4);
+         },
+         nullptr, "", "Extract single images: ffmpeg -i {} frame_%04d.png"},
     Kind{"pdf", "a PDF document", Content::kDocument,
          [](const Outline& file) { return FirstBytes(file, "%PDF-", "%PDF-"); },
          [](const Outline& file, Recognition& found) {
@@ -334,7 +337,13 @@ constexpr std::array kBinaryKinds = {
          [](const Outline& file) { return FirstBytes(file, "\xFD\x37zXZ\0"sv, "FD 7zXZ"); }, nullptr, "",
          kUnpack},
     Kind{"bzip2", "a file compressed by bzip2", Content::kContainer,
-         [](const Outline& file) { return FirstBytes(file, "BZh", "BZh"); }, nullptr, "", kUnpack},
+         [](const Outline& file) -> std::optional<Fact> {
+           // The level, then pi in BCD, or its square root in an empty file.
+           const std::string_view block = file.bytes().substr(std::min<std::size_t>(4, file.bytes().size()));
+           const bool begins = block.starts_with("1AY&SY") || block.starts_with("\x17\x72\x45\x38\x50\x90");
+           return begins ? FirstBytes(file, "BZh", "BZh") : std::nullopt;
+         },
+         nullptr, "", kUnpack},
     Kind{"zstd", "a file compressed by zstd", Content::kContainer,
          [](const Outline& file) { return FirstBytes(file, "\x28\xB5\x2F\xFD", "28 B5 2F FD"); },
          nullptr, "", kUnpack},
@@ -398,6 +407,18 @@ constexpr std::array kBinaryKinds = {
            return FirstBytes(file, "MZ", "MZ");
          },
          nullptr, "", "It is no data; check the name."},
+    Kind{"old-line-ends", "a text whose lines end in a carriage return only", Content::kContainer,
+         [](const Outline& file) -> std::optional<Fact> {
+           const std::string_view text = file.text();
+           const std::size_t end = text.find('\r');
+           if (end == std::string_view::npos || end + 1 >= text.size() ||
+               text.find('\n') != std::string_view::npos) {
+             return std::nullopt;
+           }
+           return Fact{"", "carriage returns, and no line feed", 1};
+         },
+         nullptr, "",
+         "Write it with line feeds: tr '\\r' '\\n' < {} > NEW, and run `plumbline explain NEW`."},
     Kind{"bare-utf16", "a text in UTF-16 without a byte-order mark", Content::kContainer, IsBareUtf16,
          nullptr, "",
          "Write it as UTF-8: iconv -f UTF-16LE -t UTF-8 {} > NEW, and run `plumbline explain NEW`."},

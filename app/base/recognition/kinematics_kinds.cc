@@ -106,7 +106,10 @@ void ReadFactoryTable(const Outline& file, Recognition& found) {
 }
 
 const Entry* FactoryEntry(const Outline& file, std::string_view path) {
-  return file.syntax() == Syntax::kYaml ? file.Find(path) : nullptr;
+  const Entry* const entry = file.syntax() == Syntax::kYaml ? file.Find(path) : nullptr;
+  const bool number =
+      entry != nullptr && entry->value.find_first_of("0123456789") != std::string_view::npos;
+  return number ? entry : nullptr;
 }
 
 /// Columns a, alpha, d, theta of a table, in any order.

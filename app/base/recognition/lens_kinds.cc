@@ -492,6 +492,16 @@ constexpr std::array kLensKinds = {
            return yaml ? Shown(MatrixOf(file, "camera_matrix")) : std::nullopt;
          },
          ReadCameraMatrix, kUseLens, ""},
+    Kind{"ros-ini-lens", "a lens file of ROS in its .ini form", Content::kLensOfOthers,
+         [](const Outline& file) -> std::optional<Fact> {
+           const Line* const matrix = file.FindLine("camera ");
+           const bool complete = matrix != nullptr && Words(matrix->text).size() == 2 &&
+                                 matrix->text.ends_with(" matrix") &&
+                                 file.FindLine("distortion") != nullptr &&
+                                 file.FindLine("projection") != nullptr;
+           return complete ? Shown(matrix) : std::nullopt;
+         },
+         nullptr, "", "Convert it: rosrun camera_calibration_parsers convert {} camera.yaml"},
     Kind{"ros-camera-info-echo", "a message of a camera_info topic of ROS (echo)",
          Content::kLensOfOthers,
          [](const Outline& file) -> std::optional<Fact> {

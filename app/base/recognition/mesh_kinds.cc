@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "app/base/recognition/kinds.h"
+#include "app/base/text/vrml_tokens.h"
 
 namespace plumbline::recognition {
 namespace {
@@ -30,16 +31,10 @@ void UnitIsOpen(const Outline& /*file*/, Recognition& found) {
 
 /// Contradicts if braces and brackets do not close.
 void CheckBraces(const Outline& file, Recognition& found) {
-  const std::string_view text = file.text();
   std::int64_t open = 0;
-  bool quoted = false, comment = false;
-  for (const char c : text) {
-    if (c == '\n') comment = false;
-    if (comment) continue;
-    if (c == '"') quoted = !quoted;
-    if (quoted) continue;
-    if (c == '#') comment = true;
-    open += c == '{' || c == '[' ? 1 : c == '}' || c == ']' ? -1 : 0;
+  text::VrmlTokens tokens(file.text());
+  for (text::VrmlToken token = tokens.Next(); !token.at_end(); token = tokens.Next()) {
+    open += token.depth();
   }
   if (open > 0) {
     Contradict(found, "end", fmt::format("{} brackets are still open: the file is cut", open),
@@ -53,15 +48,12 @@ void ReadVrml(const Outline& file, Recognition& found) {
   const std::string_view text = file.text();
   const std::size_t sets = CountIn(text, "IndexedFaceSet");
   AddFact(found, "face sets", fmt::format("{}", sets));
-  for (const std::string_view word : {"Inline", "EXTERNPROTO"}) {
-    const std::size_t at = text.find(word);
-    if (at == std::string_view::npos) continue;
-    const int line = file.LineAt(at);
-    const std::size_t end = std::min(text.find('\n', at), text.size());
+  constexpr std::size_t kMostNamed = 8;
+  for (const text::VrmlReference& one : text::VrmlReferences(text, kMostNamed)) {
     Contradict(
         found, "other files",
-        fmt::format("{}: what that file holds is missing here", Quoted(text.substr(at, end - at))),
-        line);
+        fmt::format("{} \"{}\": what that file holds is missing here", one.node, Quoted(one.file)),
+        file.LineAt(one.at));
   }
   CheckBraces(file, found);
   UnitIsOpen(file, found);
@@ -137,7 +129,10 @@ std::optional<Fact> IsObj(const Outline& file) {
       known += word == one ? 1 : 0;
     }
   }
-  return known * 10 >= all * 9 ? Shown(vertex) : std::nullopt;
+  // A list of points may have "v" for names.
+  const bool faces =
+      file.extension() == "obj" || file.text().find("\nf ") != std::string_view::npos;
+  return faces && known * 10 >= all * 9 ? Shown(vertex) : std::nullopt;
 }
 
 void ReadObj(const Outline& file, Recognition& found) {

@@ -22,11 +22,11 @@ const Entry* FirstOf(const Outline& file, std::initializer_list<std::string_view
   return nullptr;
 }
 
-/// A table of TOML, or a key of it: [[read]], [cell.x].
-const Entry* TomlTableOf(const Outline& file, std::string_view path) {
+/// A list of tables: [[read]]. Other programs have single tables of these names.
+const Entry* TomlListOf(const Outline& file, std::string_view path) {
   const Entry* const entry = FirstOf(file, {path});
-  const bool is_table = entry != nullptr && (entry->path != path || entry->value.starts_with("["));
-  return is_table ? entry : nullptr;
+  const bool is_list = entry != nullptr && entry->path == path && entry->value.starts_with("[[");
+  return is_list ? entry : nullptr;
 }
 
 std::optional<Fact> KeyOf(const Entry* entry) {
@@ -98,7 +98,7 @@ const Entry* JsonKey(const Outline& file, std::initializer_list<std::string_view
 constexpr std::array kOwnKinds = {
     Kind{"lens-json", "a lens of plumbline calibrate-lens (LENS.json)", Content::kLens,
          [](const Outline& file) {
-           return KeyOf(JsonKey(file, {"fx", "fy", "image_size"}));
+           return KeyOf(JsonKey(file, {"fx", "fy", "image_size", "schema"}));
          },
          [](const Outline& file, Recognition& found) {
            ReadSchema(file, found, 1);
@@ -112,7 +112,7 @@ constexpr std::array kOwnKinds = {
          "plumbline track --image IMAGE --intrinsics {} --tag-size-mm SIZE", ""},
     Kind{"hand-eye-json", "a result of plumbline calibrate-hand-eye", Content::kHandEye,
          [](const Outline& file) {
-           return KeyOf(JsonKey(file, {"setup", "camera"}));
+           return KeyOf(JsonKey(file, {"setup", "camera", "schema"}));
          },
          [](const Outline& file, Recognition& found) {
            ReadSchema(file, found, 1);
@@ -124,7 +124,7 @@ constexpr std::array kOwnKinds = {
          "([measurement])."},
     Kind{"diagnosis-json", "an answer of plumbline diagnose (DIAGNOSIS.json)", Content::kDiagnosis,
          [](const Outline& file) {
-           return KeyOf(JsonKey(file, {"verdict", "effects"}));
+           return KeyOf(JsonKey(file, {"verdict", "effects", "schema"}));
          },
          [](const Outline& file, Recognition& found) {
            ReadSchema(file, found, 1);
@@ -133,18 +133,18 @@ constexpr std::array kOwnKinds = {
          "plumbline model propose CORRECTED.toml --diagnosis {}", ""},
     Kind{"state-json", "the state of the daemon's model store (state.json)", Content::kState,
          [](const Outline& file) {
-           return KeyOf(JsonKey(file, {"applied", "proposed", "history"}));
+           return KeyOf(JsonKey(file, {"applied", "proposed", "history", "schema"}));
          },
          [](const Outline& file, Recognition& found) { ReadSchema(file, found, 1); },
          "plumbline model list --state FOLDER", ""},
     Kind{"zoom-profile", "a profile of a zoom lens", Content::kZoomProfile,
-         [](const Outline& file) { return KeyOf(TomlTableOf(file, "exchange")); }, ReadProfile, "",
+         [](const Outline& file) { return KeyOf(TomlListOf(file, "exchange")); }, ReadProfile, "",
          "Name it in plumbline.toml: [camera.zoom] profile = \"{}\", then: plumbline check "
          "plumbline.toml"},
     Kind{"robot-profile", "a register profile of a robot controller", Content::kRobotProfile,
          [](const Outline& file) -> std::optional<Fact> {
-           const Entry* const read = TomlTableOf(file, "read");
-           return KeyOf(read != nullptr ? read : TomlTableOf(file, "joints"));
+           const Entry* const read = TomlListOf(file, "read");
+           return KeyOf(read != nullptr ? read : TomlListOf(file, "joints"));
          },
          ReadProfile, "",
          "Name it in plumbline.toml: [robot] profile = \"{}\", then: plumbline check "
@@ -152,7 +152,7 @@ constexpr std::array kOwnKinds = {
     Kind{"configuration", "the configuration of a daemon (plumbline.toml)", Content::kConfiguration,
          [](const Outline& file) -> std::optional<Fact> {
            const Entry* const cell = file.syntax() == Syntax::kToml ? file.Find("cell") : nullptr;
-           return cell != nullptr
+           return cell != nullptr && cell->value.ends_with(".toml")
                       ? Fact{"", fmt::format("cell = \"{}\"", Quoted(cell->value)), cell->line}
                       : std::optional<Fact>();
          },
@@ -167,24 +167,26 @@ constexpr std::array kOwnKinds = {
          "plumbline check {}", ""},
     Kind{"tags", "tags and bodies (bodies.toml)", Content::kTags,
          [](const Outline& file) {
-           const Entry* const body = TomlTableOf(file, "body");
-           return KeyOf(body != nullptr ? body : TomlTableOf(file, "tag"));
+           const Entry* const body = TomlListOf(file, "body");
+           return KeyOf(body != nullptr ? body : TomlListOf(file, "tag"));
          },
          ReadCount<kBody>, "plumbline track --image IMAGE --intrinsics LENS.json --bodies {}", ""},
     Kind{"objects", "virtual objects (objects.toml)", Content::kObjects,
-         [](const Outline& file) { return KeyOf(TomlTableOf(file, "object")); }, ReadCount<kObject>,
+         [](const Outline& file) { return KeyOf(TomlListOf(file, "object")); }, ReadCount<kObject>,
          "",
          "Name it in plumbline.toml: [overlay] objects = \"{}\", then: plumbline check "
          "plumbline.toml"},
     Kind{"mapping", "a mapping of columns, written by plumbline import", Content::kMapping,
-         [](const Outline& file) { return KeyOf(TomlTableOf(file, "column")); }, ReadCount<kColumn>,
+         [](const Outline& file) { return KeyOf(TomlListOf(file, "column")); }, ReadCount<kColumn>,
          "plumbline import TABLE.csv --mapping {} --preview", ""},
     Kind{"cell", "a model of a cell (cell.toml)", Content::kCell,
          [](const Outline& file) -> std::optional<Fact> {
            const Entry* const key = FirstOf(file, {"robot.joint", "robot.convention", "tool.model",
                                                    "tool.tcp_mm", "tool.length_mm"});
-           if (key != nullptr) return KeyOf(key);
            const Entry* const schema = FirstOf(file, {"schema"});
+           if (schema != nullptr || FirstOf(file, {"robot"}) != nullptr) {
+             if (key != nullptr) return KeyOf(key);
+           }
            return schema != nullptr && file.FindName("robot.name") != nullptr ? KeyOf(schema)
                                                                               : std::nullopt;
          },

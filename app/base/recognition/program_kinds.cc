@@ -90,6 +90,7 @@ constexpr std::array kProgramKinds = {
            if (line == nullptr) line = LineWith(file, "DEFDAT ");
            if (line == nullptr && LineHolding(file, {"$TOOL", "PTP ", "LIN ", "BAS(", "BAS ("})) {
              line = LineWith(file, "DEF ");
+             if (line != nullptr && line->text.ends_with(':')) line = nullptr;  // URScript, Python
            }
            return Shown(line);
          },
@@ -138,9 +139,16 @@ constexpr std::array kProgramKinds = {
          nullptr, "", kPoints},
     Kind{"urscript", "a program of a Universal Robots controller (URScript)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
-           return Shown(
-               LineHolding(file, {"movej(", "movel(", "movep(", "movec(", "set_tcp(",
-                                  "set_payload(", "get_inverse_kin(", "set_target_payload("}));
+           // At the start of a line, where no comment, text or other language has them.
+           constexpr std::array<std::string_view, 8> kCalls = {
+               "movej(",   "movel(",       "movep(",           "movec(",
+               "set_tcp(", "set_payload(", "get_inverse_kin(", "set_target_payload("};
+           if (!IsText(file)) return std::nullopt;
+           const auto found = std::ranges::find_if(file.head(), [&](const Line& line) {
+             return std::ranges::any_of(
+                 kCalls, [&](std::string_view call) { return line.text.starts_with(call); });
+           });
+           return found == file.head().end() ? std::nullopt : Shown(&*found);
          },
          ReadUrScript, "", kPoints},
     Kind{"g-code", "a program in G-code", Content::kProgram,

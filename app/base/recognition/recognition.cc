@@ -82,15 +82,18 @@ std::string UnknownName(const Outline& file) {
                                Quoted(file.entries().front().path));
     case Syntax::kBraces:
       return "JSON, or a text in braces, of a kind that Plumbline does not know";
-    case Syntax::kYaml:
+    case Syntax::kYaml:  // any text with colons looks like it
+      if (!file.extension().starts_with("y")) break;
       return "YAML of a kind that Plumbline does not know";
     case Syntax::kToml:
+      if (file.extension() != "toml" && file.extension() != "ini") break;
       return "TOML or INI of a kind that Plumbline does not know";
     case Syntax::kBinary:
       return "a binary file of a kind that Plumbline does not know";
     default:
-      return "a text of a kind that Plumbline does not know";
+      break;
   }
+  return "a text of a kind that Plumbline does not know";
 }
 
 /// Starts of files that come at the start of a line only.

@@ -24,7 +24,8 @@ const text::DelimitedText* TableOf(const Outline& file) {
       numbers += text::NumberIn(field, table.decimal) ? 1 : 0;
     }
     const std::string& first = record.fields.empty() ? std::string() : record.fields.front();
-    labels += !first.empty() && (first.back() == ':' || first.back() == '=') ? 1 : 0;
+    const bool sign = record.fields.size() > 1 && record.fields[1] == "=";
+    labels += sign || (!first.empty() && (first.back() == ':' || first.back() == '=')) ? 1 : 0;
   }
   const bool sentence =
       std::ranges::any_of(table.names, [](const std::string& name) { return name.ends_with(':'); });
@@ -35,6 +36,8 @@ const text::DelimitedText* TableOf(const Outline& file) {
   const auto commonest =
       std::ranges::max_element(widths, {}, [](const auto& width) { return width.second; });
   if (commonest->second * 2 <= table.records.size()) return nullptr;
+  // A few words are no table.
+  if (table.names.size() * table.records.size() < 3) return nullptr;
   const bool named = table.header_line > 0;
   const bool enough = named ? numbers * 3 >= fields : numbers * 10 >= fields * 6;
   return numbers > 0 && enough ? &table : nullptr;

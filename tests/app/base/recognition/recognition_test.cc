@@ -160,7 +160,7 @@ TEST_CASE("two files in one, and files that are cut") {
   CHECK(contradicts("<robot name='a'><link name='b'/>", "a.urdf"));
   const std::string table = "q1_deg,x_mm,y_mm,z_mm\n1,2,3,4\n";
   CHECK(contradicts(table + table, "a.csv"));
-  CHECK(contradicts("{\"verdict\": \"unknown\", \"effects\": []} {}", "a.json"));
+  CHECK(contradicts("{\"schema\": 1, \"verdict\": \"unknown\", \"effects\": []} {}", "a.json"));
   const std::string info = CameraInfo("plumb_bob", "0, 0, 0, 0, 0", 5);
   CHECK(contradicts(info + info, "a.yaml"));
   CHECK(contradicts("a,b,c\n1,2,3\n4,5,6\n7\n", "a.csv"));
@@ -204,6 +204,41 @@ TEST_CASE("every kind is complete") {
     CHECK((kind.command.empty() || kind.command.starts_with("plumbline ")));
   }
   CHECK(ids.size() > 70);
+}
+
+TEST_CASE("files of other programs are not taken for those that they resemble") {
+  const auto kind = [](const std::string& text, const char* name) {
+    return Recognise(text, name).kind;
+  };
+  CHECK(kind("{\"camera\": {\"fov\": 50}, \"setup\": {\"engine\": \"cycles\"}}", "a.json") ==
+        "unknown");
+  CHECK(kind("{\"verdict\": \"guilty\", \"effects\": [\"a\"]}", "a.json") == "unknown");
+  CHECK(kind("{\"applied\": true, \"proposed\": [], \"history\": [1]}", "a.json") == "unknown");
+  CHECK(kind("[body]\nmargin = 0\n[object]\nfit = \"cover\"\n", "a.toml") == "unknown");
+  CHECK(kind("[read]\ntopic = \"x\"\nurl = \"y\"\n", "a.toml") == "unknown");
+  CHECK(kind("[tool]\nmodel = \"z\"\n", "pyproject.toml") == "unknown");
+  CHECK(kind("cell = \"A1\"\nvalue = 3\n", "a.toml") == "unknown");
+  CHECK(kind("kinematics:\n  shoulder:\n    x: shoulder pain\n", "a.yaml") == "unknown");
+  CHECK(kind("# Notes\n\nRun `movej([0, 0, 0])`.\n", "a.md") == "unknown");
+  CHECK(kind("import rtde\n# movej([0, 0])\nc.moveJ([0, 0])\n", "a.py") == "unknown");
+  CHECK(kind("def go():\n  # PTP HOME\n  set_tcp(p[0,0,0.1,0,0,0])\nend\n", "a.script") ==
+        "urscript");
+  CHECK(kind("BZhello everybody, this is text\n", "a.txt") == "unknown");
+  CHECK(kind("the ftyp here\n", "a.txt") == "unknown");
+  CHECK(kind("v 1 2 3\nv 4 5 6\nv 7 8 9\n", "points.txt") == "bare-table");
+  CHECK(kind("module example.com/foo\n\ngo 1.21\n", "go.mod") == "unknown");
+  CHECK(kind("image_width: 640\rimage_height: 480\r", "a.yaml") == "old-line-ends");
+  CHECK(
+      kind(
+          "[image]\nwidth\n640\n[left]\ncamera matrix\n1 0 0\n0 1 0\n0 0 1\ndistortion\n0 0 0 0 0\n"
+          "projection\n1 0 0 0\n0 1 0 0\n0 0 1 0\n",
+          "left.ini") == "ros-ini-lens");
+  // References to other files are nodes, not names or comments.
+  for (const Fact& fact :
+       Recognise("#VRML V2.0 utf8\nDEF InlineFour Shape { }  # Inline { }\n", "a.wrl")
+           .contradictions) {
+    CHECK(fact.what != "other files");
+  }
 }
 
 }  // namespace plumbline::recognition_test
