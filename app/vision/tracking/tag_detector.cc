@@ -194,6 +194,8 @@ SeenTag Turned(const SeenTag& tag, int quarters) {
 
 TagDetector::TagDetector(target::TagFamily family, const DetectorSettings& settings)
     : family_(std::move(family)),
+      // A second reading is a second chance for random cells inside a dark frame.
+      most_border_(family_.strict ? 1 : 2),
       settings_(settings),
       threshold_(settings.threshold),
       quads_({.max_regions = settings.max_regions}) {
@@ -203,17 +205,17 @@ TagDetector::TagDetector(target::TagFamily family, const DetectorSettings& setti
 struct TagDetector::Decoded {
   target::TagCode code;
   double contrast;
+  int cells;  ///< per side, including the border
 };
 
-/// Random cells have a border of two cells more seldom than one of one, so this adds no false tags.
 std::optional<TagDetector::Decoded> TagDetector::Decode(const image::LumaView& image,
                                                         const Corners& corners,
                                                         int most_wrong_bits) const {
-  for (const int border : {1, 2}) {
-    const auto cells = ReadCells(image, family_, border, corners, threshold_.min_range());
-    if (!cells) return std::nullopt;
-    const auto code = target::NearestTag(family_, cells->bits, most_wrong_bits);
-    if (code) return Decoded{*code, cells->contrast};
+  for (int border = 1; border <= most_border_; ++border) {
+    const auto read = ReadCells(image, family_, border, corners, threshold_.min_range());
+    if (!read) return std::nullopt;
+    const auto code = target::NearestTag(family_, read->bits, most_wrong_bits);
+    if (code) return Decoded{*code, read->contrast, family_.data_cells + 2 * border};
   }
   return std::nullopt;
 }
@@ -225,12 +227,19 @@ std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double r
   edges.min_step = 0.4 * threshold_.min_range();
   edges.reach_px = reach_px;
   if (!SnapToEdges(image, edges, corners)) return std::nullopt;
-  const bool small = ShortestSide(corners) < kFewPixels * family_.cells();
+  const double side_px = ShortestSide(corners);
+  const auto is_small = [side_px](int cells) { return side_px < kFewPixels * cells; };
   auto decoded = Decode(image, corners, family_.correctable_bits);
-  if (!decoded && !(small && Decode(image, corners, kMostWrongBits))) return std::nullopt;
-  auto refined = RefineCorners(image, corners, family_.cells(), lens);
+  int cells = decoded ? decoded->cells : 0;
+  if (!decoded) {
+    if (!is_small(family_.data_cells + 2 * most_border_)) return std::nullopt;
+    const auto nearly = Decode(image, corners, kMostWrongBits);
+    if (!nearly || !is_small(nearly->cells)) return std::nullopt;
+    cells = nearly->cells;
+  }
+  auto refined = RefineCorners(image, corners, cells, lens);
   if (!refined) {
-    if (!small || !decoded) return std::nullopt;
+    if (!decoded || !is_small(cells)) return std::nullopt;
     // A small tag may have too few pixels for the fit.
     refined = RefinedCorners{corners, kSnapped_px * kSnapped_px * CornersCovariance::Identity()};
   }

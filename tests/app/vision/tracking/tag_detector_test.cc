@@ -215,6 +215,10 @@ TEST_CASE("A border of two cells, as on boards of Kalibr and with borderBits = 2
       CHECK(score.rmse() < 0.1);
     }
   }
+  Look often_matched;
+  often_matched.family = "16h5";
+  often_matched.border = 2;
+  CHECK(Scored(often_matched, 2).found == 0);
 }
 
 TEST_CASE("A threshold set by hand") {
