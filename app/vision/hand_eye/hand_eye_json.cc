@@ -115,6 +115,16 @@ std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, co
   return text::JsonText(root, 2) + "\n";
 }
 
+/// Empty if a refused fit was not evaluated on held-out images.
+std::string HeldOutText(const HandEye& result) {
+  if (result.adjusted.rms_px == 0) return "";
+  return fmt::format(
+      "  error on held-out images: {:.2f} px and {:.2f} mm ({:.2f} px and {:.2f} mm by the linear "
+      "method)\n",
+      result.adjusted.rms_px, kMmPerMetre * result.adjusted.position_m, result.linear.rms_px,
+      kMmPerMetre * result.linear.position_m);
+}
+
 std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {
   const bool to_hand = options.setup == HandEyeSetup::kEyeToHand;
   std::string text = result.accepted ? "accepted\n" : "refused\n";
@@ -125,14 +135,11 @@ std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {
     const int ratio = text::DecimalsFor({result.size_ratio_sd}, 4);
     text += fmt::format(
         "  standard deviation of a point that the camera sees: {:.{}f} mm\n"
-        "  error on held-out images: {:.2f} px and {:.2f} mm ({:.2f} px and {:.2f} mm by the "
-        "linear method)\n"
-        "  noise: corners {:.3f} px, robot {:.3f} mm; target size {:.{}f} +- {:.{}f} times the "
+        "{}  noise: corners {:.3f} px, robot {:.3f} mm; target size {:.{}f} +- {:.{}f} times the "
         "declared one\n",
         kMmPerMetre * result.point_sd_m, text::DecimalsFor({kMmPerMetre * result.point_sd_m}, 3),
-        result.adjusted.rms_px, kMmPerMetre * result.adjusted.position_m, result.linear.rms_px,
-        kMmPerMetre * result.linear.position_m, result.sigma_px, kMmPerMetre * result.robot_m,
-        result.size_ratio, ratio, result.size_ratio_sd, ratio);
+        HeldOutText(result), result.sigma_px, kMmPerMetre * result.robot_m, result.size_ratio,
+        ratio, result.size_ratio_sd, ratio);
   }
   text += fmt::format("  {} images used, {} refused\n", result.used.size(), result.refused.size());
   for (const RefusedView& view : result.refused)
