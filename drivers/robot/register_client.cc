@@ -124,10 +124,10 @@ ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const Regis
     return answer;
   }
   const auto judge = framing == Framing::kTcp ? modbus::CheckTcpResponse : modbus::CheckRtuResponse;
-  using State = modbus::ResponseCheck::State;
+  using CheckState = modbus::ResponseCheck::State;
   std::size_t size = 0;
   modbus::ResponseCheck check = judge(request, {});
-  while (check.state == State::kIncomplete) {
+  while (check.state == CheckState::kIncomplete) {
     if (!os::Await(socket_.get(), POLLIN, sent_s + options_.timeout_s)) {
       answer.kind = Kind::kSilent;
       return answer;
@@ -138,7 +138,7 @@ ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const Regis
     size += static_cast<std::size_t>(count);
     check = judge(request, Bytes(received).first(size));
   }
-  if (check.state == State::kMismatch) {
+  if (check.state == CheckState::kMismatch) {
     answer.kind = Kind::kForeign;
     answer.what = check.found == check.expected
                       ? std::string(check.what)
@@ -146,7 +146,7 @@ ReadOutcome RegisterClient::Exchange(Bytes request, Framing framing, const Regis
     return answer;
   }
   answered_ = true;
-  if (check.state == State::kException) {
+  if (check.state == CheckState::kException) {
     answer.kind = Kind::kException;
     answer.exception = check.exception;
     return answer;
