@@ -30,6 +30,20 @@ bool IsHostCharacter(char c) {
          c == '-' || c == '_' || c == ':' || c == '%';
 }
 
+/// Digits and dots only, which no name of a host is, but not four numbers up to 255.
+bool IsWrongIpv4(std::string_view host) {
+  if (host.find_first_not_of("0123456789.") != host.npos) return false;
+  for (int left = 3; left >= 0; --left) {
+    const std::string_view number = host.substr(0, host.find('.'));
+    int value = 0;
+    std::from_chars(number.data(), number.data() + number.size(), value);
+    if (number.empty() || number.size() > 3 || value > 255) return true;
+    host.remove_prefix(number.size());
+    if (left > 0 && !Take(host, ".")) return true;
+  }
+  return !host.empty();
+}
+
 /// Splits "host", "host:port", "[v6]", "[v6]:port" or a bare IPv6 address.
 /// @param port  unchanged if none is given; 0 if it is not a port
 bool SplitHost(std::string_view text, std::string& host, int& port) {
@@ -102,6 +116,10 @@ Result<Address> AddressFrom(std::string_view device, std::string_view transport)
     return Error{
         "is neither a path nor a network address; write /dev/..., 192.168.1.9, "
         "HOST:PORT or [IPv6]:PORT"};
+  }
+  if (IsWrongIpv4(address.host)) {
+    return Error{
+        "is no network address; write four numbers from 0 to 255, such as 192.168.1.9, or a name"};
   }
   if (address.port == 0) return Error{"has a port outside 1..65535"};
   return address;

@@ -186,8 +186,8 @@ DatagramReply ReplyFromDatagram(std::span<const std::uint8_t> datagram) {
     found.reply = ReplyFromPacket(content);
   } else if (type == kControlReply && length == 1 && content[0] == kResetSequence) {
     found.kind = Kind::kSequenceReset;
-  } else if (type == kControlReply && length == 2 && content[0] == kAbnormal &&
-             content[1] == kAbnormalSequence) {
+  } else if ((type == kControlReply || type == kControl) && length == 2 &&
+             content[0] == kAbnormal && content[1] == kAbnormalSequence) {
     found.kind = Kind::kUnexpectedSequence;
   }
   return found;

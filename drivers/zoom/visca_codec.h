@@ -7,8 +7,8 @@
 // VISCA over IP puts one packet into each UDP datagram, behind a header of 8 bytes: type (0110
 // inquiry, 0111 reply, 0200 control command, 0201 control reply), length of the rest and sequence
 // number, big-endian. A reply has the sequence number of its request. The control command 01 sets
-// the sequence number to 0; the control reply 0F 01 reports one that the camera did not expect.
-// [Sony, BRC-X400 / SRG-X400 Command List, "VISCA over IP"]
+// the sequence number to 0; the message 0F 01, as a command or a reply, reports one that the camera
+// did not expect. [Sony, BRC-X400 / SRG-X400 Command List, "VISCA over IP"]
 #pragma once
 
 #include <array>

@@ -220,6 +220,7 @@ ZoomResult ViscaZoom::Query(const visca::Request& request, std::size_t length, d
 
 ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer) {
   int malformed = 0, other = 0;  // other: address of another camera that answered
+  std::size_t unlike = 0;        // length of an answer that is none to this inquiry
   for (;;) {
     Reply reply;
     const Arrival arrival = link_->Receive(deadline_s, reply);
@@ -238,6 +239,7 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
       answer = reply;
       return ZoomResult::kOk;
     }
+    if (reply.kind == Reply::Kind::kAnswer) unlike = reply.size;
     if (reply.kind == Reply::Kind::kError) {
       answer = reply;
       return Fail(ZoomResult::kRefused, fmt::format("reports an error: {} ({:02X})",
@@ -253,6 +255,13 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
         fmt::format("{}: camera {} does not answer, but camera {} does. Check camera.zoom.address.",
                     address_.Text(), options_.address, other);
     return ZoomResult::kTimeout;
+  }
+  if (unlike > 0) {
+    return Fail(ZoomResult::kProtocol,
+                fmt::format("answers, but not to this inquiry: {} bytes instead of {}. Its zoom is "
+                            "not read. Check its model and firmware, and that no other controller "
+                            "or converter shares the connection.",
+                            unlike, length));
   }
   return Fail(ZoomResult::kTimeout, silence);
 }

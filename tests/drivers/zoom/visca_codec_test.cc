@@ -177,6 +177,7 @@ TEST_CASE("each kind of datagram, and malformed ones") {
        0xFFFFFFFF},
       {{2, 1, 0, 1, 0, 0, 0, 0, 1}, DatagramKind::kSequenceReset, 0},
       {{2, 1, 0, 2, 0, 0, 0, 9, 0x0F, 1}, DatagramKind::kUnexpectedSequence, 9},
+      {{2, 0, 0, 2, 0, 0, 0, 9, 0x0F, 1}, DatagramKind::kUnexpectedSequence, 9},
       {{2, 1, 0, 2, 0, 0, 0, 9, 0x0F, 2}, DatagramKind::kMalformed, 9},  // of the message
       {{0x90, 0x41, 0xFF}, DatagramKind::kWithoutHeader, 0},
       {{0x90, 0x50, 1, 2, 3, 4, 0xFF}, DatagramKind::kWithoutHeader, 0},

@@ -106,6 +106,16 @@ TEST_CASE("other packets before the answer are ignored") {
   }
 }
 
+TEST_CASE("an answer of another length is reported as one, not as silence") {
+  FakeViscaCamera camera(CameraAnswers([] { return Bytes{0x90, 0x50, 1, 2, 3, 4, 0xFF}; }));
+  const auto sensor = Sensor(camera.device(), kUnanswered_s);
+  lens::ZoomReading reading;
+  CHECK(sensor->Read(reading) == ZoomResult::kProtocol);
+  CHECK_THAT(std::string(sensor->problem()),
+             Catch::Contains("answers, but not to this inquiry: 7 bytes instead of 16. "));
+  CHECK_FALSE(reading.zoom_counts);
+}
+
 TEST_CASE("answers from another address are ignored, and that address is reported") {
   FakeViscaCamera camera([](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, 0x04, 0xFF};
