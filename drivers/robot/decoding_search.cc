@@ -56,6 +56,44 @@ bool ShareRegisters(const JointDecoding& a, const JointDecoding& b) {
   });
 }
 
+/// Two readings of the same registers, one register apart: "41 48 00 00 41 48 .." is 12.5 as ABCD
+/// from the first register on, and as CDAB from the one before it, as long as the values are round.
+bool AreShifted(const DecodingCandidate& a, const DecodingCandidate& b,
+                const kinematics::Chain& chain, const DecodingEvidence& evidence) {
+  return a.joints.type == b.joints.type && ShareRegisters(a.joints, b.joints) &&
+         SameValues(a, b, chain, evidence, kNear);
+}
+
+/// True if a joint changed, and with each joint that did all of its registers: a low word that
+/// stays as it is belongs to another number, or the values are round.
+bool AllWordsFollow(const DecodingCandidate& one, const kinematics::Chain& chain,
+                    const DecodingEvidence& evidence) {
+  const JointDecoding& joints = one.joints;
+  const RegisterImage& first = evidence.images.front();
+  const auto changes = [&](int address) {
+    return std::any_of(evidence.images.begin(), evidence.images.end(), [&](const auto& image) {
+      return image.words.at(address) != first.words.at(address);
+    });
+  };
+  const auto before = Decoded(joints, chain, first);
+  bool any = false;
+  for (std::size_t j = 0; before && j < joints.addresses.size(); ++j) {
+    const auto joint = static_cast<int>(j);
+    const bool moved =
+        std::any_of(evidence.images.begin(), evidence.images.end(), [&](const auto& image) {
+          const auto q = Decoded(joints, chain, image);
+          return q &&
+                 std::abs((*q)[joint] - (*before)[joint]) > kOffZero * PendantUnit(chain, joint);
+        });
+    if (!moved) continue;
+    any = true;
+    for (int k = 0; k < WordsOf(joints.type); ++k) {
+      if (!changes(joints.addresses[j] + k)) return false;
+    }
+  }
+  return any;
+}
+
 /// The candidates with a pose, and behind them the others that it leaves in question. A pose tells
 /// how the registers of its joints are read, but other registers may hold the joints as well:
 /// those of the actual joints beside a stored point that the robot has reached, or the commanded
@@ -351,18 +389,44 @@ DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvi
     }
     rivals.push_back(one);
   }
+  const bool whole = AllWordsFollow(best, chain, evidence);
+  const DecodingCandidate least = best;
+  for (const DecodingCandidate& one : rivals) {
+    if (whole || !AreShifted(one, least, chain, evidence)) continue;
+    if (one.misfit <= least.misfit && one.unrest <= least.unrest &&
+        AllWordsFollow(one, chain, evidence))
+      best = one;
+  }
+  if (AllWordsFollow(best, chain, evidence)) {
+    std::erase_if(rivals, [&](const DecodingCandidate& one) {
+      return AreShifted(one, best, chain, evidence) && best.misfit <= one.misfit &&
+             best.unrest <= one.unrest && !AllWordsFollow(one, chain, evidence);
+    });
+  }
   // A twin of a decoding that is itself no longer the best is none of its rivals.
   rivals.erase(
       std::remove_if(rivals.begin(), rivals.end(),
                      [&](const DecodingCandidate& one) { return one.joints == best.joints; }),
       rivals.end());
   if (!rivals.empty()) {
+    // Another place is the harder question: it comes first.
+    std::stable_partition(rivals.begin(), rivals.end(), [&](const DecodingCandidate& one) {
+      return !ShareRegisters(one.joints, best.joints);
+    });
     std::vector<DecodingCandidate> shown = {best};
     shown.insert(shown.end(), rivals.begin(), rivals.end());
     verdict.candidates = shown;
     const bool beside = !ShareRegisters(best.joints, rivals.front().joints);
     const bool same = SameValues(best, rivals.front(), chain, evidence, beside ? kNear : kExactly);
     const bool can_be_negative = (chain.lower().array() < 0).any();
+    if (AreShifted(best, rivals.front(), chain, evidence)) {
+      return Undecided(
+          std::move(verdict),
+          fmt::format("\"{}\" and \"{}\" read the same registers, and differ only where the "
+                      "values are not round: move the robot to values that are not round (such as "
+                      "12.34 deg), and scan again",
+                      TextOf(best.joints), TextOf(rivals.front().joints)));
+    }
     return Undecided(
         std::move(verdict),
         !same ? "several decodings agree with the evidence: scan again with --joints, with two "

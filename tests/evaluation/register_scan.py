@@ -105,7 +105,7 @@ class Person:
                         return answer, profile
                 if device.speed_deg_s.any():  # a person stops the robot before reading the pendant
                     device.q, device.speed_deg_s = device.now()[0], np.zeros(len(device.q))
-                if "below zero" in hint or "joints all differ" in hint:
+                if any(words in hint for words in ("below zero", "joints all differ", "not round")):
                     with device.lock:
                         device.q = device.posture(negative=True)
                 if with_pendant or getattr(device, "needs_pendant", False) or "with --joints" in hint and "--confirm" not in hint:

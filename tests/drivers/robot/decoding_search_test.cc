@@ -305,6 +305,42 @@ TEST_CASE("two rows with the same joints stay open") {
   CHECK_THAT(verdict.open, Catch::Contains("two places"));
 }
 
+TEST_CASE("round values read one register earlier are the same place") {
+  const kinematics::Chain chain(Arm());
+  const model::JointVector home = Deg({12.5, -35, -20, 30, -40, 60});
+  for (const auto& [order, first] :
+       {std::pair(modbus::WordOrder::kAbcd, 10), std::pair(modbus::WordOrder::kCdab, 11)}) {
+    DecodingEvidence evidence;
+    evidence.images = {FloatImage(home, order, first)};
+    evidence.pendant = {{0, home, 0.02}};
+    const DecodingVerdict still = SearchDecoding(chain, evidence);
+    REQUIRE(still.state == State::kUndecided);
+    CHECK_THAT(still.open, Catch::Contains("not round") && Catch::Contains("float32 ABCD") &&
+                               Catch::Contains("float32 CDAB"));
+    CHECK(still.candidates.size() == 2);
+
+    const auto confirmed = [&](double by_deg) {
+      DecodingEvidence moves;
+      model::JointVector q = home;
+      moves.images = {FloatImage(q, order, first)};
+      for (int j = 0; j < 6; ++j) {
+        moves.moves.push_back({moves.images.size() - 1, j, 10 * kRadPerDeg});
+        q[j] += by_deg * kRadPerDeg;
+        moves.images.push_back(FloatImage(q, order, first));
+      }
+      return SearchDecoding(chain, moves);
+    };
+    const DecodingVerdict by_round = confirmed(10);
+    CHECK(by_round.state == State::kUndecided);
+    CHECK_THAT(by_round.open, Catch::Contains("not round"));
+    const DecodingVerdict moved = confirmed(10.013);
+    INFO(moved.open);
+    REQUIRE(moved.state == State::kDecided);
+    CHECK(moved.candidates.front().joints.addresses.front() == first);
+    CHECK(moved.candidates.front().joints.order == order);
+  }
+}
+
 TEST_CASE("empty registers hold no joints") {
   const kinematics::Chain chain(Arm());
   RegisterImage image;
