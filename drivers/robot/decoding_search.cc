@@ -278,6 +278,23 @@ DecodingVerdict Undecided(DecodingVerdict verdict, std::string open) {
   return verdict;
 }
 
+/// What is open about joints that differ from their pose while both move; empty if nothing.
+std::string LeadText(const DecodingCandidate& best) {
+  if (!best.lead_s) {
+    return fmt::format(
+        "forward kinematics of the joints is up to {:.2g} mm from the pose, more than their "
+        "registers are coarse, and the motion does not show whether the joints lead or lag the "
+        "pose: let the robot stop and turn back, and follow it with --watch 20",
+        kMmPerMetre * best.distance_m);
+  }
+  if (*best.lead_s == 0) return "";
+  return fmt::format(
+      "these joints {} the pose by {:.2f} s (up to {:.2g} mm), so one of the two is commanded and "
+      "not attained: find the registers of the actual joints and of the actual pose in the "
+      "controller's manual, and scan with --range",
+      *best.lead_s > 0 ? "lead" : "lag", std::abs(*best.lead_s), kMmPerMetre * best.distance_m);
+}
+
 }  // namespace
 
 DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvidence& evidence,
@@ -440,7 +457,8 @@ DecodingVerdict SearchDecoding(const kinematics::Chain& chain, const DecodingEvi
             : "the same numbers can be read as 16 or as 32 bits while they are small: move every "
               "joint further from zero, and scan again with --joints");
   }
-  const std::string open = ResolveWrap(chain, evidence, best);
+  std::string open = LeadText(best);
+  if (open.empty()) open = ResolveWrap(chain, evidence, best);
   best.q = *Decoded(best.joints, chain, evidence.images.back());
   verdict.candidates = {best};
   if (!open.empty()) return Undecided(std::move(verdict), open);

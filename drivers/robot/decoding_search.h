@@ -23,10 +23,14 @@ struct RegisterImage {
   RegisterTable table = RegisterTable::kHolding;
   std::map<int, std::uint16_t> words{};  ///< by address
   std::set<int> starts{};                ///< addresses that no request may cross
+  /// By the first address of each request, when it was answered; empty if that is not known.
+  std::map<int, double> read_s{};
 
   void Set(int first, std::span<const std::uint16_t> read);
   /// True if the registers are known, and one request may read all of them.
   bool Has(int first, int count) const;
+  /// When the request was answered that gave this register; nullopt if that is not known.
+  std::optional<double> TimeOf(int address) const;
 };
 
 /// A unit in which controllers count joint values.
@@ -142,6 +146,9 @@ struct DecodingCandidate {
   double misfit = 0;       ///< of the pose, in tolerances; comparable within one search
   double unrest = 0;       ///< change of the joints that were not moved, in tolerances
   double distance_m = 0;   ///< largest, of forward kinematics from the pose
+  /// Time by which the joints are ahead of the pose; 0 if a difference is not due to the motion, or
+  /// below the resolution of the registers; nullopt if the motion does not show that.
+  std::optional<double> lead_s = 0.0;
   model::JointVector q{};  ///< in the last image
 };
 

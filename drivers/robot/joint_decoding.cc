@@ -39,6 +39,12 @@ bool RegisterImage::Has(int first, int count) const {
   return true;
 }
 
+std::optional<double> RegisterImage::TimeOf(int address) const {
+  const auto after = read_s.upper_bound(address);
+  if (after == read_s.begin()) return std::nullopt;
+  return std::prev(after)->second;
+}
+
 std::span<const JointUnit> JointUnits() {
   return kJointUnits;
 }

@@ -12,6 +12,11 @@ constexpr double kPoseTolerance_m = kLimits.tcp_tolerance_m,
                  kPoseTolerance_rad = kLimits.tcp_tolerance_rad;
 constexpr double kMinDistance_m = 0.01;  // of a tool from the origin of the base
 constexpr int kMaxOrientationGap = 16;
+constexpr double kLengthRounding_m = 2e-4,
+                 kAngleRounding_rad = 2e-4;  // to which cells are usually written
+constexpr double kLever_m = 0.3;             // at which a rotation counts like a distance
+constexpr double kRefresh_s = 0.02;          // between two registers of one cycle of a controller
+constexpr double kUnclear_s = 0.1;           // uncertainty of a lead that tells nothing
 
 struct PositionPlace {
   int first = 0, stride = 0;
@@ -120,6 +125,7 @@ struct PoseFit {
   double misfit = 0;
   double chance = 1;   ///< that a random pose within reach agrees as well, at all postures together
   bool moved = false;  ///< further than one pose can agree with
+  bool exact = true;   ///< within the resolution of the registers and of the cell's lengths
 };
 
 PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const Pose& X_FT,
@@ -142,6 +148,8 @@ PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const P
     const double most_rad =
         tolerance.angle_rad + 2 * pose.angle_rad * (pose.type == RegisterType::kFloat32 ? 0 : 1);
     if (distance_m > most_m || angle_rad > most_rad) return fit;
+    fit.exact = fit.exact && distance_m < most_m - kPoseTolerance_m + kLengthRounding_m &&
+                angle_rad < most_rad - kPoseTolerance_rad + kAngleRounding_rad;
     if (!X_BT_first) X_BT_first = X_BT;
     fit.moved = fit.moved || (X_BT.p - X_BT_first->p).norm() > 2 * most_m ||
                 VectorFromRotation(X_BT.R * X_BT_first->R.transpose()).norm() > 2 * most_rad;
@@ -160,6 +168,63 @@ PoseFit FitOfPose(const JointDecoding& joints, const PoseDecoding& pose, const P
   fit.agrees = true;
   fit.misfit = std::hypot(fit.distance_m / kPoseTolerance_m, fit.angle_rad / kPoseTolerance_rad);
   return fit;
+}
+
+/// Time by which the joints are ahead of the pose, by regression of their difference over the
+/// speed. A constant difference, such as that of a calibrated arm from its cell, does not count.
+/// @return 0 if the speed does not explain the difference; nullopt if the images do not show that
+std::optional<double> LeadOf(const JointDecoding& joints, const PoseDecoding& pose,
+                             const Pose& X_FT, const kinematics::Chain& chain,
+                             const std::vector<RegisterImage>& images) {
+  const auto between = [](const Pose& from, const Pose& to) {
+    Vec6 difference;
+    difference << to.p - from.p, kLever_m * VectorFromRotation(to.R * from.R.transpose());
+    return difference;
+  };
+  std::vector<Pose> computed, reported;
+  std::vector<double> joints_s, pose_s;
+  for (const RegisterImage& image : images) {
+    const auto time_s = image.TimeOf(joints.addresses.front());
+    const auto q = Decoded(joints, chain, image);
+    const auto X_BT = PoseIn(image, pose);
+    if (!time_s || !q || !X_BT) return std::nullopt;
+    kinematics::Posture posture;
+    chain.Evaluate(*q, posture);
+    computed.push_back(posture.X_BF() * X_FT);
+    reported.push_back(*X_BT);
+    joints_s.push_back(*time_s);
+    pose_s.push_back(image.TimeOf(pose.position.front()).value_or(*time_s));
+  }
+  std::vector<Vec6> speeds, differences;
+  Vec6 mean_speed = Vec6::Zero(), mean_difference = Vec6::Zero();
+  for (std::size_t k = 1; k + 1 < computed.size(); ++k) {
+    const double time_s = joints_s[k + 1] - joints_s[k - 1];
+    if (!(time_s > 0)) return std::nullopt;
+    speeds.push_back(between(computed[k - 1], computed[k + 1]) / time_s);
+    differences.push_back(between(reported[k], computed[k]) -
+                          (joints_s[k] - pose_s[k]) * speeds.back());
+    mean_speed += speeds.back();
+    mean_difference += differences.back();
+  }
+  const auto count = static_cast<double>(speeds.size());
+  if (count < 3) return std::nullopt;
+  mean_speed /= count;
+  mean_difference /= count;
+  double square = 0, product = 0, remaining = 0;
+  for (std::size_t k = 0; k < speeds.size(); ++k) {
+    square += (speeds[k] - mean_speed).squaredNorm();
+    product += (speeds[k] - mean_speed).dot(differences[k] - mean_difference);
+  }
+  if (!(square > 0)) return std::nullopt;
+  const double lead_s = product / square;
+  for (std::size_t k = 0; k < speeds.size(); ++k) {
+    remaining +=
+        (differences[k] - mean_difference - lead_s * (speeds[k] - mean_speed)).squaredNorm();
+  }
+  const double uncertainty_s = 2 * std::sqrt(remaining / (6 * count - 7) / square);
+  if (std::abs(lead_s) > std::max(kRefresh_s, uncertainty_s)) return lead_s;
+  if (uncertainty_s > kUnclear_s) return std::nullopt;
+  return 0.0;
 }
 
 struct AngleUnit {
@@ -228,7 +293,8 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
     chain.Evaluate(*q, posture);
     std::optional<DecodingCandidate> best;
     double best_fit = std::numeric_limits<double>::infinity();
-    bool conventions_differ = false;
+    bool conventions_differ = false, exact = false;
+    std::size_t tool = 0;
     for (std::size_t t = 0; t < tools.size(); ++t) {
       const Pose X_BT = posture.X_BF() * tools[t];
       const double near_m = ToleranceOf(one.joints, chain, posture, X_BT.p).distance_m;
@@ -257,6 +323,8 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
           best->distance_m = fit.distance_m;
           best->misfit = fit.misfit;
           best_fit = fit.misfit;
+          exact = fit.exact;
+          tool = t;
           if (fit.misfit < best_misfit) {
             best_misfit = fit.misfit;
             best_chance = fit.chance;
@@ -266,6 +334,9 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
       });
     }
     if (!best) continue;
+    // An arm whose axes are moved one at a time stands still while it is read.
+    if (best->moved && !exact && evidence.moves.empty())
+      best->lead_s = LeadOf(one.joints, *best->pose, tools[tool], chain, evidence.images);
     if (conventions_differ) best->pose.reset();  // the joints are confirmed, the angles are not
     found.push_back(*best);
   }

@@ -309,6 +309,7 @@ Result<RegisterImage> ReadAgain(RegisterClient& client, const DeviceMap& map,
       ++at;
     }
     const ReadOutcome answer = ReadTwice(client, *map.unit, {image.table, first, count});
+    again.read_s[first] = MonotonicSeconds();
     if (!answer.ok()) {
       return Error{fmt::format("the device does not give its {} {} registers from {} again: {}",
                                count, NameOf(image.table), first, answer.Text())};

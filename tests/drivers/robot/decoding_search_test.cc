@@ -127,6 +127,65 @@ TEST_CASE("joints and pose at standstill may be a stored point") {
   CHECK_THAT(reached.open, Catch::Contains("two places"));
 }
 
+TEST_CASE("joints that lead or lag their pose are commanded ones") {
+  const kinematics::Chain chain(Arm());
+  // A path that turns back; the pose of an arm whose lengths differ from the cell's by `off_m`.
+  const auto watched = [&](double lead_s, double off_m, bool known_times = true) {
+    model::Robot real = Arm();
+    real.joints[1].a_m += off_m;
+    real.joints[2].a_m -= off_m;
+    const kinematics::Chain other(real);
+    const auto at = [](double time_s) {
+      model::JointVector q = kPosture;
+      for (int j = 0; j < 6; ++j) q[j] += 20 * kRadPerDeg * std::sin(0.3 * time_s + j);
+      return q;
+    };
+    DecodingEvidence evidence;
+    evidence.moving = true;
+    for (double time_s = 0; time_s < 15; time_s += 0.55) {
+      RegisterImage image = FloatImage(at(time_s + lead_s), modbus::WordOrder::kAbcd, 0);
+      SetPose(image, other, at(time_s), 20, modbus::WordOrder::kAbcd);
+      if (known_times) image.read_s[0] = time_s;
+      evidence.images.push_back(image);
+    }
+    return SearchDecoding(chain, evidence);
+  };
+  CHECK(watched(0, 0).state == State::kDecided);
+  CHECK(watched(0, 0, false).state == State::kDecided);
+  CHECK(watched(0, 0.002).state == State::kDecided);  // a calibrated arm
+  CHECK(watched(0.005, 0.001).state == State::kDecided);
+  for (const double lead_s : {0.05, 0.06, -0.05}) {
+    for (const double off_m : {0.0, 0.001}) {
+      const DecodingVerdict verdict = watched(lead_s, off_m);
+      CAPTURE(lead_s, off_m, verdict.open);
+      CHECK(verdict.state == State::kUndecided);
+      CHECK_THAT(verdict.open,
+                 Catch::Contains(lead_s > 0 ? "joints lead the pose by 0.0" : "joints lag"));
+    }
+  }
+  const DecodingVerdict unknown = watched(0.05, 0, false);
+  CHECK(unknown.state == State::kUndecided);
+  CHECK_THAT(unknown.open, Catch::Contains("does not show"));
+}
+
+TEST_CASE("the time between two requests is no lead") {
+  const kinematics::Chain chain(Arm());
+  DecodingEvidence evidence;
+  evidence.moving = true;
+  const auto at = [](double time_s) {
+    model::JointVector q = kPosture;
+    for (int j = 0; j < 6; ++j) q[j] += 20 * kRadPerDeg * std::sin(0.3 * time_s + j);
+    return q;
+  };
+  for (double time_s = 0; time_s < 15; time_s += 0.55) {
+    RegisterImage image = FloatImage(at(time_s), modbus::WordOrder::kAbcd, 0);
+    SetPose(image, chain, at(time_s + 0.05), 20, modbus::WordOrder::kAbcd);
+    image.read_s = {{0, time_s}, {20, time_s + 0.05}};
+    evidence.images.push_back(image);
+  }
+  CHECK(SearchDecoding(chain, evidence).state == State::kDecided);
+}
+
 TEST_CASE("the teach pendant decides, unless its values agree with nothing") {
   const kinematics::Chain chain(Arm());
   DecodingEvidence evidence;
