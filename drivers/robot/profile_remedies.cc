@@ -62,6 +62,26 @@ bool MostArePlausible(const RobotProfile& profile, const kinematics::Chain& chai
   return plausible > 0 && plausible >= others;
 }
 
+/// True if the registers of an integer profile are floats of plausible joints, at most one register
+/// aside. Integers hardly ever look like that; floats with round values often are small integers.
+bool LookLikeFloats(const RobotProfile& profile, const kinematics::Chain& chain,
+                    const RegisterImage& image) {
+  if (profile.joints.front().value.type == RegisterType::kFloat32) return false;
+  for (const WordOrder order :
+       {WordOrder::kAbcd, WordOrder::kCdab, WordOrder::kBadc, WordOrder::kDcba}) {
+    for (const JointUnit& unit : JointUnits()) {
+      for (int shift = -1; shift <= 1 && unit.real; ++shift) {
+        JointDecoding floats{image.table, {}, RegisterType::kFloat32, order, &unit};
+        for (const JointSignal& joint : profile.joints)
+          floats.addresses.push_back(joint.value.address + shift);
+        const auto q = Decoded(floats, chain, image);
+        if (q && IsPlausible(chain, *q)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// The profile's [tcp] in the image; nullopt if it has none, or the image lacks its registers.
 std::optional<Pose> ReportedPose(const RobotProfile& profile, const RegisterImage& image) {
   const auto codec = RobotCodec::Create(profile);
@@ -137,7 +157,8 @@ std::vector<ProfileRemedy> RemediesOf(const RobotProfile& profile, const kinemat
   }
   const JointSignal& declared = profile.joints.front();
   const RegisterType type = declared.value.type;
-  const bool only_agreeing = MostArePlausible(profile, chain, image);
+  const bool only_agreeing =
+      MostArePlausible(profile, chain, image) || LookLikeFloats(profile, chain, image);
   const std::optional<Pose> reported = ReportedPose(profile, image);
   std::vector<Change> changes;
   double best_misfit = 2;

@@ -469,6 +469,29 @@ TEST_CASE("a remedy never changes the type: any word is an integer") {
   for (const ProfileRemedy& one : remedies) CHECK_THAT(one.change, !Catch::Contains("type ="));
 }
 
+TEST_CASE("no other integers are proposed where the registers hold floats") {
+  const kinematics::Chain chain(Arm());
+  RobotProfile profile = Profile();
+  for (JointSignal& joint : profile.joints) {
+    joint.value.type = RegisterType::kInt32;
+    joint.value.scale = 1e-3;
+  }
+  // Round floats in swapped words are small integers: 12.5 is 16712.
+  for (const auto order : {modbus::WordOrder::kCdab, modbus::WordOrder::kAbcd}) {
+    for (const auto& q : {Deg({12.5, -35, -20, 30, -40, 60}), kPosture})
+      CHECK(RemediesOf(profile, chain, FloatImage(q, order, 0), {}).empty());
+  }
+  RegisterImage swapped;
+  for (int j = 0; j < 6; ++j) {
+    const auto count = static_cast<std::int32_t>(std::lround(1e3 * kPosture[j]));
+    swapped.Set(2 * j, modbus::RegistersFromU32(static_cast<std::uint32_t>(count),
+                                                modbus::WordOrder::kCdab));
+  }
+  const auto remedies = RemediesOf(profile, chain, swapped, {});
+  REQUIRE_FALSE(remedies.empty());
+  CHECK(remedies.front().change == "word_order = \"CDAB\"");
+}
+
 TEST_CASE("a reported pose decides between changes of a profile") {
   const kinematics::Chain chain(Arm());
   RegisterImage image = FloatImage(kPosture, modbus::WordOrder::kAbcd, 1);
