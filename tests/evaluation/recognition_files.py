@@ -342,21 +342,21 @@ def krl(rng):
     text = "&ACCESS RVP\r\n&REL 12\r\nDEFDAT %s PUBLIC\r\n" % rng.choice(["HANDLING", "STYLE1"])
     points = rng.randrange(2, 20)
     text += "".join("DECL E6POS XP%d={X %s,Y %s,Z %s,A 1.0,B 2.0,C 3.0,S 2,T 35,E1 0.0}\r\n" % (k, number(rng, -900, 900, 3), number(rng, -900, 900, 3), number(rng, 0, 900, 3)) for k in range(points))
-    return "handling.dat", (text + "ENDDAT\r\n").encode(), {"points": str(points)}
+    return "handling.dat", (text + "DECL E6AXIS XH={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0,E1 0}\r\nENDDAT\r\n").encode(), {"cartesian targets": str(points), "joint targets": "1"}
 
 
 def rapid(rng):
     text = "MODULE Invented\r\n"
     count = rng.randrange(2, 20)
     text += "".join("  CONST robtarget p%d:=[[%s,%s,%s],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\r\n" % (k, number(rng, -900, 900, 2), number(rng, -900, 900, 2), number(rng, 0, 900, 2)) for k in range(count))
-    return "invented.mod", (text + "  PROC main()\r\n    MoveL p0,v100,fine,tool0;\r\n  ENDPROC\r\nENDMODULE\r\n").encode(), {"robtargets": str(count)}
+    return "invented.mod", (text + "  PROC main()\r\n    MoveL p0,v100,fine,tool0;\r\n  ENDPROC\r\nENDMODULE\r\n").encode(), {"cartesian targets": str(count)}
 
 
 def fanuc(rng):
     count = rng.randrange(2, 12)
     text = "/PROG  INVENTED\n/ATTR\nOWNER\t\t= MNEDITOR;\n/MN\n" + "".join("   %d:L P[%d] 100mm/sec FINE    ;\n" % (k, k) for k in range(1, count + 1)) + "/POS\n"
     text += "".join("P[%d]{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =  %s  mm,\tY =  %s  mm,\tZ =  %s  mm\n};\n" % (k, number(rng, -900, 900, 3), number(rng, -900, 900, 3), number(rng, 0, 900, 3)) for k in range(1, count + 1))
-    return "invented.ls", (text + "/END\n").encode(), {"points": str(count)}
+    return "invented.ls", (text + "/END\n").encode(), {"cartesian targets": str(count)}
 
 
 def yaskawa(rng):
@@ -369,7 +369,7 @@ def yaskawa(rng):
 def urscript(rng):
     count = rng.randrange(2, 12)
     text = "def invented():\n  set_tcp(p[0,0,0.1,0,0,0])\n" + "".join("  movel(p[%s,%s,%s,0,3.14,0],a=1.2,v=0.25)\n" % (number(rng, -1, 1), number(rng, -1, 1), number(rng, 0, 1)) for _ in range(count))
-    return "invented.script", (text + "end\n").encode(), {"points": str(count + 1)}
+    return "invented.script", (text + "  movej([0.0,-1.57,1.57,0.0,1.57,0.0],a=1.4,v=1.05)\nend\n").encode(), {"cartesian targets": str(count), "joint targets": "1"}
 
 
 def kalibr_target(rng):

@@ -1,8 +1,10 @@
-// Programs of robot controllers. Plumbline reads none; points that are taught in them are counted.
+// Programs of robot controllers. Plumbline reads none; targets written in them are counted.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "app/base/recognition/kinds.h"
 
@@ -29,10 +31,140 @@ const Line* LineHolding(const Outline& file, std::initializer_list<std::string_v
   return nullptr;
 }
 
-void AddPoints(const Outline& file, std::string_view part, Recognition& found) {
-  const std::size_t count = CountIn(file.text(), part);
-  if (count > 0) {
-    AddFact(found, "points", fmt::format("{}", count), file.LineAt(file.text().find(part) + 1));
+/// Something in brackets, as its end is met.
+struct Literal {
+  char open = '[';
+  std::string_view inside;
+  std::string_view before;          ///< in the same line
+  std::string_view call;            ///< name of the innermost call around it; empty: none
+  bool nested = false;              ///< in another of the same bracket
+  std::vector<std::size_t> counts;  ///< of its elements, or of those of each list in it
+};
+
+/// What a language writes for a target.
+struct TargetForms {
+  char comment;  ///< up to the end of the line
+  bool (*cartesian)(const Literal&);
+  bool (*joints)(const Literal&);
+};
+
+bool SetsNoTarget(std::string_view before) {
+  return before.starts_with("$") || before.find("FRAME") != std::string_view::npos ||
+         before.find("_DATA") != std::string_view::npos;
+}
+
+/// The first component of an aggregate such as {X 1,Y 2} or {E6AXIS: A1 0}.
+bool IsKrlTarget(const Literal& one, std::string_view components, std::size_t length) {
+  std::string_view text = one.inside;
+  if (const auto type = text.find(':'); type != std::string_view::npos)
+    text.remove_prefix(type + 1);
+  const std::string_view word = Trimmed(text).substr(0, Trimmed(text).find_first_of(" \t,"));
+  return one.open == '{' && !one.nested && !SetsNoTarget(Trimmed(one.before)) &&
+         word.size() == length && components.find(word) != std::string_view::npos;
+}
+
+bool IsUrTarget(const Literal& one, bool pose) {
+  // Elsewhere, such as in set_tcp() and force_mode(), they are frames, forces and inertias.
+  constexpr std::array<std::string_view, 4> kCalls = {"move", "servo", "get_inverse_kin",
+                                                      "pose_trans"};
+  const bool target = one.call.empty() || std::ranges::any_of(kCalls, [&](std::string_view call) {
+                        return one.call.starts_with(call);
+                      });
+  return target && one.open == '[' && one.counts == std::vector<std::size_t>{6} &&
+         one.before.ends_with('p') == pose;
+}
+
+bool IsFanucTarget(const Literal& one, bool joints) {
+  const bool axes = one.inside.find("J1") < one.inside.find("X ");
+  return one.open == '{' && Trimmed(one.before).starts_with("P[") && axes == joints;
+}
+
+constexpr TargetForms kKrl = {';', [](const Literal&one) { return IsKrlTarget(one, "XYZ", 1); },
+                              [](const Literal&one) {
+                                return IsKrlTarget(one, "A1 A2 A3 A4 A5 A6", 2);
+                              }},
+                      kRapid = {'!',
+                                [](const Literal&one) {
+                                  return one.counts == std::vector<std::size_t>{3, 4, 4, 6};
+                                },
+                                [](const Literal&one) {
+                                  return one.counts == std::vector<std::size_t>{6, 6};
+                                }},
+                      kUrScript = {'#', [](const Literal&one) { return IsUrTarget(one, true); },
+                                   [](const Literal&one) { return IsUrTarget(one, false); }},
+                      kTp = {'!', [](const Literal&one) { return IsFanucTarget(one, false); },
+                             [](const Literal&one) { return IsFanucTarget(one, true); }};
+
+/// Calls `visit` for everything in [] and {}, from the inside out.
+template <typename Visit>
+void ForLiterals(std::string_view text, char comment, const Visit& visit) {
+  struct Open {
+    char sign;
+    std::size_t at, line_start, commas = 0;
+    std::vector<std::size_t> counts = {};  // of lists in it
+  };
+  constexpr std::size_t kDeepest = 32, kMostCounts = 8;
+  std::vector<Open> stack;
+  std::size_t line_start = 0;
+  bool quoted = false, commented = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '\n') {
+      quoted = commented = false;
+      line_start = at + 1;
+    }
+    if (c == '"' && !commented) quoted = !quoted;
+    commented = commented || (c == comment && !quoted);
+    if (quoted || commented) continue;
+    if (c == '[' || c == '{' || c == '(') {
+      if (stack.size() == kDeepest) stack.erase(stack.begin());
+      stack.push_back(Open{c, at, line_start});
+    } else if (c == ',' && !stack.empty()) {
+      ++stack.back().commas;
+    } else if (c == ']' || c == '}' || c == ')') {
+      const char sign = c == ']' ? '[' : c == '}' ? '{' : '(';
+      while (!stack.empty() && stack.back().sign != sign) stack.pop_back();
+      if (stack.empty()) continue;
+      Open closed = std::move(stack.back());
+      stack.pop_back();
+      if (sign == '(') continue;
+      if (sign == '[' && !stack.empty() && stack.back().counts.size() < kMostCounts) {
+        stack.back().counts.push_back(closed.commas + 1);
+      }
+      if (closed.counts.size() != closed.commas + 1) closed.counts = {closed.commas + 1};
+      Literal one;
+      one.open = sign;
+      one.inside = text.substr(closed.at + 1, at - closed.at - 1);
+      one.before = text.substr(closed.line_start, closed.at - closed.line_start);
+      one.counts = std::move(closed.counts);
+      for (auto outer = stack.rbegin(); outer != stack.rend(); ++outer) {
+        one.nested = one.nested || outer->sign == sign;
+        if (outer->sign != '(' || !one.call.empty()) continue;
+        one.call = Trimmed(text.substr(outer->line_start, outer->at - outer->line_start));
+        one.call.remove_prefix(std::min(one.call.find_last_of(" \t(=,") + 1, one.call.size()));
+      }
+      visit(one);
+    }
+  }
+}
+
+/// The counts of targets as facts, those of positions and those of joints apart.
+void AddTargets(const Outline& file, const TargetForms& forms, Recognition& found) {
+  struct Count {
+    std::size_t count = 0, first = 0;
+  };
+  Count cartesian, joints;
+  ForLiterals(file.text(), forms.comment, [&](const Literal& one) {
+    const bool position = forms.cartesian(one);
+    if (!position && !forms.joints(one)) return;
+    Count& sum = position ? cartesian : joints;
+    if (sum.count++ == 0) {
+      sum.first = static_cast<std::size_t>(one.inside.data() - file.text().data());
+    }
+  });
+  for (const auto& [what, sum] :
+       {std::pair("cartesian targets", cartesian), std::pair("joint targets", joints)}) {
+    if (sum.count > 0) AddFact(found, what, fmt::format("{}", sum.count), file.LineAt(sum.first));
   }
 }
 
@@ -43,25 +175,23 @@ void CheckEnd(const Outline& file, std::string_view end, Recognition& found) {
 }
 
 void ReadUrScript(const Outline& file, Recognition& found) {
-  AddPoints(file, "p[", found);
+  AddTargets(file, kUrScript, found);
   AddFact(found, "units", "m, rad, rotation vector (URScript)");
 }
 
-/// Points with the accurate-model bit of the status are corrected by the controller already.
 void ReadKrl(const Outline& file, Recognition& found) {
-  AddPoints(file, "{X ", found);
+  AddTargets(file, kKrl, found);
   AddFact(found, "units", "mm, deg; A, B, C about z, y, x (KRL)");
 }
 
 void ReadRapid(const Outline& file, Recognition& found) {
-  const std::size_t points = CountIn(file.text(), "robtarget");
-  if (points > 0) AddFact(found, "robtargets", fmt::format("{}", points));
+  AddTargets(file, kRapid, found);
   AddFact(found, "units", "mm; quaternion, scalar first (RAPID)");
   CheckEnd(file, "endmodule", found);
 }
 
 void ReadFanuc(const Outline& file, Recognition& found) {
-  AddPoints(file, "\nP[", found);
+  AddTargets(file, kTp, found);
   AddFact(found, "units", "mm, deg; W, P, R about fixed x, y, z (TP)");
   CheckEnd(file, "/end", found);
 }

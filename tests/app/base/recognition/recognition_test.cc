@@ -126,6 +126,30 @@ TEST_CASE("the kind is shown by the content, whatever the name") {
   CHECK(kind(" \n\n") == "empty");
 }
 
+TEST_CASE("targets of programs: positions and joints are counted apart") {
+  const auto counts = [](const std::string& text) {
+    const auto found = Recognise(text, "program");
+    return Value(found, "cartesian targets") + "/" + Value(found, "joint targets");
+  };
+  CHECK(counts("&ACCESS RVP\nDEFDAT W\nDECL E6POS XP1={X 1,Y 2,Z 3,A 0,B 90,C 0}\n"
+               "DECL E6AXIS XP2={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\n"
+               "DECL LOAD L1={M 5,CM {X 0,Y 0,Z 9},J {X 0,Y 0,Z 0}}\nENDDAT\n") == "1/1");
+  CHECK(counts("DEF w( )\n$BASE={X 1,Y 2,Z 3,A 0,B 0,C 0}\n;PTP {X 5}\nPTP {A1 0,A2 -90}\n"
+               "LIN {E6POS: X 1,Y 2}\nEND\n") == "1/1");
+  CHECK(
+      counts("MODULE M\n CONST robtarget p{2}:=[[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,"
+             "9E9]],\n  [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]];\n"
+             " CONST jointtarget j:=[[0,1,2,3,4,5],[9E9,9E9,9E9,9E9,9E9,9E9]]; ! [[0,1,2,3,4,5],\n"
+             " PERS tooldata t:=[TRUE,[[0,0,9],[1,0,0,0]],[5,[0,0,6],[1,0,0,0],0,0,0]];\n"
+             " PROC go(robtarget q)\n MoveL q,v100,fine,t;\n ENDPROC\nENDMODULE\n") == "2/1");
+  CHECK(counts("def a():\n  set_tcp(p[0,0,0.1,0,0,0])\n  movej([0,-1,1,0,1,0], a=1)\n"
+               "  movel(pose_trans(f, p[0,0,0,0,0,0]))\n  q = [0,-1,1,0,1,0]\n"
+               "  force_mode(p[0,0,0,0,0,0], [0,0,1,0,0,0], [0,0,9,0,0,0], 2, [1,1,1,1,1,1])\n"
+               "end\n") == "1/2");
+  CHECK(counts("/PROG A\n/ATTR\n/MN\n 1:J P[1] 100% FINE ;\n/POS\nP[1]{\n GP1:\n J1= 0 deg,J2= 1 "
+               "deg\n};\nP[2:\"a\"]{\n GP1:\n X = 1 mm,Y = 2 mm\n};\n/END\n") == "1/1");
+}
+
 TEST_CASE("names of points are no image and no G-code") {
   CHECK(Recognise("P1 100 200 300\nP2 101 200 300\n", "p.txt").content == Content::kTable);
   CHECK(Recognise("P1 100.5 200.0 300.0\n", "p.txt").content != Content::kImage);
