@@ -54,6 +54,16 @@ std::string Quoted(std::string_view text, std::size_t longest = 60);
 /// numbers before the names.
 void CheckTable(const Outline& file, const text::DelimitedText& table, Recognition& found);
 
+/// Whether the name of a column ends in a unit: q1_deg, "X [mm]".
+bool StatesUnit(std::string_view name);
+/// Contradicts angles declared in degrees that look like radians: all are at most 2 pi, and one is
+/// pi or pi/2 to its last digit.
+/// @param columns  places of the columns in degrees
+void CheckDegrees(const text::DelimitedText& table, const std::vector<std::size_t>& columns,
+                  Recognition& found);
+/// Contradicts numbers that are no rotation: a quaternion whose length is not 1.
+void CheckQuaternion(const std::vector<double>& numbers, int line, Recognition& found);
+
 inline void AddFact(Recognition& found, std::string what, std::string value, int line = 0) {
   found.facts.push_back({std::move(what), std::move(value), line});
 }

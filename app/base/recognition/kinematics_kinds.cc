@@ -112,17 +112,20 @@ const Entry* FactoryEntry(const Outline& file, std::string_view path) {
   return number ? entry : nullptr;
 }
 
+/// The symbol that the name of a column starts with: "alpha" of "alpha_i [deg]".
+std::string DhSymbol(const std::string& name) {
+  std::string word = InLowerCase(name);
+  word = word.substr(0, word.find_first_of("_ [("));
+  if (word == "\u03b1") return "alpha";
+  if (word == "\u03b8") return "theta";
+  return word;
+}
+
 /// Columns a, alpha, d, theta of a table, in any order.
 std::optional<Fact> DhHeader(const Outline& file) {
   if (!file.table() || file.table()->header_line == 0) return std::nullopt;
   std::set<std::string> names;
-  for (const std::string& name : file.table()->names) {
-    std::string word = InLowerCase(name);
-    word = word.substr(0, word.find_first_of("_ [("));
-    if (word == "\u03b1") word = "alpha";
-    if (word == "\u03b8") word = "theta";
-    names.insert(word);
-  }
+  for (const std::string& name : file.table()->names) names.insert(DhSymbol(name));
   const bool length = names.contains("a") || names.contains("r");
   if (!length || !names.contains("alpha") || !names.contains("d") || !names.contains("theta")) {
     return std::nullopt;
@@ -140,10 +143,16 @@ void ReadDh(const Outline& file, Recognition& found) {
       "the convention: standard (dh: a, alpha follow the joint) or modified (mdh: they precede "
       "it)");
   std::vector<std::string> bare;
-  for (const std::string& name : table.names) {
-    const bool number = name == "i" || name == "joint" || name == "J";
-    if (name.find_first_of("_[( ") == std::string::npos && !number) bare.push_back(name);
+  std::vector<std::size_t> degrees;
+  for (std::size_t k = 0; k < table.names.size(); ++k) {
+    const std::string &name = table.names[k], symbol = DhSymbol(name);
+    const bool angle = symbol == "alpha" || symbol == "theta";
+    const bool quantity = angle || symbol == "a" || symbol == "r" || symbol == "d";
+    const bool stated = StatesUnit(name) || (k < table.units.size() && !table.units[k].empty());
+    if (quantity && !stated) bare.push_back(name);
+    if (angle && stated && InLowerCase(name).find("deg") != std::string::npos) degrees.push_back(k);
   }
+  CheckDegrees(table, degrees, found);
   if (!bare.empty()) {
     found.undecided.push_back(
         fmt::format("the units of {}: mm or m, deg or rad", fmt::join(bare, ", ")));

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "app/base/recognition/kinds.h"
@@ -134,10 +136,106 @@ void ReadTable(const Outline& file, Recognition& found) {
   CheckTable(file, *table, found);
 }
 
+/// Whether every row holds the number before plus 1: names of points, no quantity.
+bool IsCount(const text::DelimitedText& table, std::size_t column) {
+  std::optional<double> last;
+  for (const text::Record& record : table.records) {
+    const auto value = column < record.fields.size()
+                           ? text::NumberIn(record.fields[column], table.decimal)
+                           : std::nullopt;
+    if (!value || (last && *value != *last + 1)) return false;
+    last = value;
+  }
+  return table.records.size() > 1;
+}
+
+/// Tables of others: columns of numbers whose names state no unit.
+void ReadForeign(const Outline& file, Recognition& found) {
+  ReadTable(file, found);
+  const text::DelimitedText* const table = TableOf(file);
+  if (table == nullptr || table->header_line == 0) return;
+  constexpr std::array<std::string_view, 4> kUnits = {"mm", "inch", "deg", "rad"};
+  for (const std::string& line : table->preamble) {
+    for (const std::string_view unit : kUnits) {
+      if (InLowerCase(line).find(unit) != std::string::npos) return;
+    }
+  }
+  std::vector<std::string> open;
+  for (std::size_t k = 0; k < table->names.size(); ++k) {
+    const auto& fields = table->records.front().fields;
+    const bool number = k < fields.size() && text::NumberIn(fields[k], table->decimal);
+    const bool stated =
+        StatesUnit(table->names[k]) || (k < table->units.size() && !table->units[k].empty());
+    const std::string name = InLowerCase(table->names[k]);
+    const bool quaternion = name == "qw" || name == "qx" || name == "qy" || name == "qz";
+    if (number && !stated && !quaternion && !IsCount(*table, k)) open.push_back(table->names[k]);
+  }
+  if (open.empty()) return;
+  found.undecided.push_back(
+      fmt::format("the units of {}: mm or m, deg or rad",
+                  Quoted(fmt::format("{}", fmt::join(open, ", ")), kLongestNames)));
+}
+
+/// What contradicts a table of this product, whose names state the units.
+void CheckOwn(const text::DelimitedText& table, Recognition& found) {
+  std::vector<std::size_t> degrees, places, rotation;
+  for (std::size_t k = 0; k < table.names.size(); ++k) {
+    const std::string& name = table.names[k];
+    if (name.starts_with("q") && name.ends_with("_deg")) degrees.push_back(k);
+    if (name == "x_mm" || name == "y_mm" || name == "z_mm") places.push_back(k);
+  }
+  for (const char* const name : {"qw", "qx", "qy", "qz"}) {
+    const auto at = std::ranges::find(table.names, name);
+    if (at != table.names.end())
+      rotation.push_back(static_cast<std::size_t>(at - table.names.begin()));
+  }
+  CheckDegrees(table, degrees, found);
+  if (!places.empty() && places.size() < 3) {
+    std::vector<std::string> there;
+    for (const std::size_t place : places) there.push_back(table.names[place]);
+    Contradict(
+        found, "columns",
+        fmt::format("only {} of x_mm, y_mm, z_mm: a point has all three", fmt::join(there, ", ")),
+        table.header_line);
+  }
+  const auto numbers = [&](const text::Record& record, const std::vector<std::size_t>& columns) {
+    std::vector<double> all;
+    for (const std::size_t k : columns) {
+      const auto value =
+          k < record.fields.size() ? text::NumberIn(record.fields[k], table.decimal) : std::nullopt;
+      if (value) all.push_back(*value);
+    }
+    return all;
+  };
+  double largest = 0;
+  bool fractions = false;
+  for (const text::Record& record : table.records) {
+    for (const double value : numbers(record, places)) {
+      largest = std::max(largest, std::abs(value));
+      fractions = fractions || value != std::round(value);
+    }
+    const bool known = std::ranges::find(found.contradictions, "rotation", &Fact::what) !=
+                       found.contradictions.end();
+    if (rotation.size() == 4 && !known) {
+      CheckQuaternion(numbers(record, rotation), record.line, found);
+    }
+  }
+  constexpr double kReach_m = 5;  // of large arms
+  if (places.size() == 3 && fractions && table.records.size() > 1 && largest > 0.1 &&
+      largest < kReach_m) {
+    Contradict(found, "units",
+               fmt::format("x_mm, y_mm, z_mm look like m: the largest number is {:g}; multiply "
+                           "them by 1000 if so",
+                           largest),
+               table.header_line);
+  }
+}
+
 /// Tables of this product name their units.
 void ReadMeasured(const Outline& file, Recognition& found) {
   ReadTable(file, found);
   const text::DelimitedText& table = *file.table();
+  CheckOwn(table, found);
   std::size_t joints = 0;
   while (HasName(table, fmt::format("q{}_deg", joints + 1)) ||
          HasName(table, fmt::format("q{}_mm", joints + 1))) {
@@ -162,7 +260,7 @@ void ReadRtde(const Outline& file, Recognition& found) {
 }
 
 void ReadCmm(const Outline& file, Recognition& found) {
-  ReadTable(file, found);
+  ReadForeign(file, found);
   if (NameWith(*file.table(), "nominal") != nullptr) {
     AddFact(found, "nominal values", "are not measurements; import ignores them",
             file.table()->header_line);
@@ -174,6 +272,27 @@ void ReadBare(const Outline& file, Recognition& found) {
   ReadTable(file, found);
   const std::size_t width = file.table()->names.size();
   found.certainty = Certainty::kUndecided;
+  const Line* names = nullptr;
+  for (const Line& line : file.head()) {
+    if (line.number < file.table()->records.front().line) names = &line;
+  }
+  if (names != nullptr && !names->text.starts_with("#") && width > 2) {
+    const text::LayoutHints hints{file.table()->separator, file.table()->decimal, 0};
+    const text::DelimitedText header = text::LayoutOf(names->text, hints);
+    const std::size_t named = header.records.empty() ? 0 : header.records.front().fields.size();
+    if (named > 1 && named != width && NumbersIn(header.records.front(), header.decimal) == 0) {
+      const bool commas = header.separator == ',' && (width == 2 * named || width == 2 * named - 1);
+      Contradict(found, "columns",
+                 fmt::format("{} names, but {} fields in line {}{}", named, width,
+                             file.table()->records.front().line,
+                             commas ? ": commas separate the fields and look like decimal commas, "
+                                      "too; export it with semicolons or decimal points"
+                                    : ": names or numbers are missing"),
+                 names->number);
+      found.undecided.emplace_back("which field belongs to which name, and the units");
+      return;
+    }
+  }
   if (width == 1) {
     found.candidates = {"readings of a gauge", "one coordinate"};
   } else if (width == 3) {
@@ -201,8 +320,11 @@ constexpr std::array kTableKinds = {
           }
           return HeaderFact(*table, "image");
         },
-        ReadTable, "plumbline calibrate-hand-eye --images FOLDER --poses {} --intrinsics LENS.json",
-        ""},
+        [](const Outline& file, Recognition& found) {
+          ReadTable(file, found);
+          CheckOwn(*file.table(), found);
+        },
+        "plumbline calibrate-hand-eye --images FOLDER --poses {} --intrinsics LENS.json", ""},
     Kind{"measured", "a table of measured points (measured.csv)", Content::kMeasured,
          [](const Outline& file) -> std::optional<Fact> {
            const text::DelimitedText* const table = TableOf(file);
@@ -232,7 +354,7 @@ constexpr std::array kTableKinds = {
          [](const Outline& file) {
            return Named(file, {"u(95)", "otg applied", "image rms"});
          },
-         ReadTable, kImport, ""},
+         ReadForeign, kImport, ""},
     Kind{"spatial-analyzer", "an export of SpatialAnalyzer", Content::kExport,
          [](const Outline& file) -> std::optional<Fact> {
            if (TableOf(file) == nullptr) return std::nullopt;
@@ -259,7 +381,7 @@ constexpr std::array kTableKinds = {
            return Fact{"", Quoted(fmt::format("{}", fmt::join(table->names, ", "))),
                        table->header_line};
          },
-         ReadTable, kImport, ""},
+         ReadForeign, kImport, ""},
     Kind{"bare-table", "a table of numbers without names", Content::kTable,
          [](const Outline& file) -> std::optional<Fact> {
            const text::DelimitedText* const table = TableOf(file);
@@ -271,6 +393,59 @@ constexpr std::array kTableKinds = {
 };
 
 }  // namespace
+
+bool StatesUnit(std::string_view name) {
+  if (name.ends_with(']') || name.ends_with(')')) return name.find_first_of("[(") < name.size();
+  constexpr std::array<std::string_view, 22> kUnits = {
+      "mm", "m",  "cm", "um", "\u00b5m", "in", "inch", "deg", "\u00b0", "rad", "mrad",
+      "s",  "ms", "us", "ns", "kg",      "nm", "n",    "hz",  "c",      "%",   "degc"};
+  const auto sign = name.find_last_of("_ /");
+  return sign != std::string_view::npos &&
+         std::ranges::find(kUnits, InLowerCase(name.substr(sign + 1))) != kUnits.end();
+}
+
+void CheckDegrees(const text::DelimitedText& table, const std::vector<std::size_t>& columns,
+                  Recognition& found) {
+  constexpr std::size_t kLeastDigits = 2;
+  const text::Record* shown = nullptr;
+  std::string example;
+  for (const text::Record& record : table.records) {
+    for (const std::size_t k : columns) {
+      const auto value =
+          k < record.fields.size() ? text::NumberIn(record.fields[k], table.decimal) : std::nullopt;
+      if (!value) continue;
+      const double size = std::abs(*value);
+      if (size > 2 * std::numbers::pi) return;
+      const std::size_t point = record.fields[k].find(table.decimal);
+      const std::size_t digits =
+          point == std::string::npos ? 0 : record.fields[k].size() - point - 1;
+      const double last = 0.51 * std::pow(10.0, -static_cast<double>(digits));
+      const bool pi = std::abs(size - std::numbers::pi) <= last ||
+                      std::abs(size - std::numbers::pi / 2) <= last;
+      if (shown != nullptr || digits < kLeastDigits || !pi) continue;
+      shown = &record;
+      example = record.fields[k];
+    }
+  }
+  if (shown == nullptr) return;
+  Contradict(found, "units",
+             fmt::format("the angles are named as deg, but look like rad: {} is a part of pi, and "
+                         "none is larger than 2 pi; convert them, or correct the name",
+                         Quoted(example)),
+             shown->line);
+}
+
+void CheckQuaternion(const std::vector<double>& numbers, int line, Recognition& found) {
+  constexpr double kRounding = 0.01;
+  if (numbers.size() != 4) return;
+  const double length =
+      std::hypot(std::hypot(numbers[0], numbers[1]), std::hypot(numbers[2], numbers[3]));
+  if (std::abs(length - 1) <= kRounding) return;
+  Contradict(found, "rotation",
+             fmt::format("the quaternion {:g} has the length {:.3g}, not 1: it is no rotation",
+                         fmt::join(numbers, ", "), length),
+             line);
+}
 
 void CheckTable(const Outline& file, const text::DelimitedText& table, Recognition& found) {
   const std::size_t width = table.names.size();

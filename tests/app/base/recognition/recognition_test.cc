@@ -166,6 +166,44 @@ TEST_CASE("numbers without names leave their meaning open") {
   CHECK(Recognise("a,b\n1,234\n5,678\n", "a.csv").undecided.size() <= 1);
 }
 
+TEST_CASE("units that no name states are named as not stated") {
+  const auto open = [](const std::string& text) {
+    std::string all;
+    for (const std::string& one : Recognise(text, "a.csv").undecided) {
+      if (one.starts_with("the units of ")) all += one.substr(13, one.find(':') - 13);
+    }
+    return all;
+  };
+  CHECK(open("Punkt;X;Y;Z\nP1;1,234;-0,300;0,800\nP2;1,235;-0,301;0,801\n") == "X, Y, Z");
+  CHECK(open("q1,q2,q3\n0.1,-1.5,1.5\n0.2,-1.4,1.5\n") == "q1, q2, q3");
+  CHECK(open("No,X [mm],Y [mm],t\n1,2.5,3.5,7\n2,3.5,4.5,9\n") == "t");
+  CHECK(open("i,a_i,alpha_i,d_i,theta_i\n1,0,1.5708,0.1,0\n2,1,0,0,0\n") ==
+        "a_i, alpha_i, d_i, theta_i");
+  CHECK(open("Joint  a[mm]  alpha[deg]  d[mm]  theta[deg]\n1 75 -90 0 0\n2 840 0 0 0\n").empty());
+}
+
+TEST_CASE("tables that contradict themselves") {
+  const auto first = [](const std::string& text) {
+    const auto found = Recognise(text, "a.csv");
+    return found.contradictions.empty()
+               ? std::string()
+               : found.contradictions.front().what + ": " + found.contradictions.front().value;
+  };
+  CHECK(first("Joint  a[mm]  alpha[deg]  d[mm]  theta[deg]\n1 75 -1.5708 0 0\n2 840 0 0 0\n")
+            .find("units: the angles are named as deg, but look like rad: -1.5708") == 0);
+  CHECK(first("q1_deg,q2_deg\n0,-1.57\n0.1,1.2\n").find("look like rad") != std::string::npos);
+  CHECK(first("q1_deg,q2_deg\n0,-1.57\n0.1,12.5\n").empty());
+  CHECK(first("q1_deg,q2_deg,x_mm,y_mm,z_mm\n0,5,1.2,0.1,0.8\n9,5,1.1,0.2,0.8\n")
+            .find("look like m") != std::string::npos);
+  CHECK(first("q1_deg,x_mm,y_mm\n0,1000,2000\n") ==
+        "columns: only x_mm, y_mm of x_mm, y_mm, z_mm: a point has all three");
+  CHECK(
+      first("image,x_mm,y_mm,z_mm,qw,qx,qy,qz\na.png,1,2,3,0.5,0.5,0.5,0.9\n") ==
+      "rotation: the quaternion 0.5, 0.5, 0.5, 0.9 has the length 1.25, not 1: it is no rotation");
+  CHECK(first("Name,X,Y,Z\nP1,1,234,-0,300,0,800\nP2,1,235,-0,301,0,801\n")
+            .find("columns: 4 names, but 7 fields in line 2: commas separate") == 0);
+}
+
 TEST_CASE("a name alone is said to be only a name") {
   const auto found = Recognise("nothing of the kind", "arm.urdf");
   CHECK(found.certainty == Certainty::kName);
