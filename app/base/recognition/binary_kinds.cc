@@ -238,7 +238,14 @@ constexpr std::array kBinaryKinds = {
            if (file.syntax() != Syntax::kEmpty) return std::nullopt;
            return Fact{"", fmt::format("{} bytes, none of them visible", file.bytes().size()), 0};
          },
-         nullptr, "", "Copy it again from where it came from."},
+         [](const Outline& file, Recognition& found) {
+           Contradict(found, "content",
+                      file.extension().empty()
+                          ? "there is none"
+                          : fmt::format("there is none, though the name ends in .{}",
+                                        Quoted(file.extension())));
+         },
+         "", "Copy it again from where it came from."},
     Kind{"artoolkit-lens", "a lens file of ARToolKit (camera_para.dat)", Content::kLens,
          [](const Outline& file) { return ArToolKit(file, true); }, ReadArToolKit,
          "plumbline track --image IMAGE --intrinsics {} --tag-size-mm SIZE", ""},

@@ -59,11 +59,13 @@ struct Fold {
   double at_px = 0, corner_px = 0;  ///< distances from the principal point
 };
 
-/// Follows the image of the directions towards each corner until it reaches the corner's distance.
+/// Follows the image of the directions towards each corner until it reaches the corner's distance:
+/// up to 90 deg from the axis, those of a fisheye up to 180 deg.
 std::optional<Fold> FoldOf(const lens::KnownLens& known) {
-  constexpr int kSteps = 1500;
+  constexpr int kSteps = 1500;  // of 90 deg
   const lens::Lens& lens = known.lens;
   const lens::Vec2 centre(lens.cx, lens.cy);
+  const int steps = lens.fisheye ? 2 * kSteps : kSteps;
   std::optional<Fold> nearest;
   for (const double u : {0.0, known.size.width - 1.0}) {
     for (const double v : {0.0, known.size.height - 1.0}) {
@@ -72,14 +74,19 @@ std::optional<Fold> FoldOf(const lens::KnownLens& known) {
       const double corner_px = (corner - centre).norm();
       if (!(plain.norm() > 0) || !std::isfinite(corner_px)) continue;
       double reached_px = 0;
-      for (int step = 1; step < kSteps && reached_px < corner_px; ++step) {
-        const double theta = 0.5 * std::numbers::pi * step / kSteps;
+      for (int step = 1; step < steps && reached_px < corner_px; ++step) {
+        const double theta = 0.5 * std::numbers::pi * step / kSteps, t2 = theta * theta;
         const lens::Vec2 n = plain.normalized() * std::tan(theta);
-        if (!(lens::PixelJacobian(lens, n).determinant() > 0)) {
+        const double slope =  // of a fisheye's radius; it has no tangential terms
+            1 + t2 * (3 * lens.k1 + t2 * (5 * lens.k2 + t2 * (7 * lens.k3 + t2 * 9 * lens.k4)));
+        if (!((lens.fisheye ? slope : lens::PixelJacobian(lens, n).determinant()) > 0)) {
           if (!nearest || reached_px < nearest->at_px) nearest = Fold{reached_px, corner_px};
           break;
         }
-        reached_px = (lens::PixelOfNormalised(lens, n) - centre).norm();
+        const double bent =
+            theta * (1 + t2 * (lens.k1 + t2 * (lens.k2 + t2 * (lens.k3 + t2 * lens.k4))));
+        reached_px = lens.fisheye ? bent * corner_px / plain.norm()
+                                  : (lens::PixelOfNormalised(lens, n) - centre).norm();
       }
     }
   }

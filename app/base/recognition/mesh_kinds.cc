@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <cstring>
 
@@ -135,14 +136,43 @@ std::optional<Fact> IsObj(const Outline& file) {
   return faces && known * 10 >= all * 9 ? Shown(vertex) : std::nullopt;
 }
 
+/// Contradicts the first face with a vertex that the file does not have.
+void CheckFaces(const Outline& file, std::size_t vertices, Recognition& found) {
+  const std::string_view text = file.text();
+  for (std::size_t at = text.starts_with("f ") ? 0 : text.find("\nf "); at < text.size();
+       at = text.find("\nf ", at + 1)) {
+    const std::size_t start = at + (text[at] == '\n' ? 3 : 2);
+    const std::string_view line = text.substr(start, text.find('\n', start) - start);
+    for (std::size_t word = line.find_first_not_of(" \t\r"); word < line.size();
+         word = line.find_first_not_of(" \t\r", line.find_first_of(" \t\r", word))) {
+      std::int64_t index = 0;
+      const auto [end, fault] =
+          std::from_chars(line.data() + word, line.data() + line.size(), index);
+      const std::uint64_t size =
+          index < 0 ? 0 - static_cast<std::uint64_t>(index) : static_cast<std::uint64_t>(index);
+      if (fault == std::errc::invalid_argument) break;
+      if (fault == std::errc() && size > 0 && size <= vertices) continue;
+      Contradict(
+          found, "face",
+          fmt::format("vertex {} does not exist: the file has {}",
+                      Quoted(line.substr(word, static_cast<std::size_t>(end - line.data()) - word)),
+                      vertices),
+          file.LineAt(start));
+      return;
+    }
+  }
+}
+
 void ReadObj(const Outline& file, Recognition& found) {
   const std::string_view text = file.text();
   const auto lines = [&](std::string_view start) {
     const std::string with_end = "\n" + std::string(start);
     return CountIn(text, with_end) + (text.starts_with(start) ? 1 : 0);
   };
-  AddFact(found, "vertices", fmt::format("{}", lines("v ")));
+  const std::size_t vertices = lines("v ");
+  AddFact(found, "vertices", fmt::format("{}", vertices));
   AddFact(found, "faces", fmt::format("{}", lines("f ")));
+  CheckFaces(file, vertices, found);
   UnitIsOpen(file, found);
 }
 

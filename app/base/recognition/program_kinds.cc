@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/base/recognition/kinds.h"
+#include "app/base/text/delimited_text.h"
 
 namespace plumbline::recognition {
 namespace {
@@ -184,8 +185,32 @@ void ReadKrl(const Outline& file, Recognition& found) {
   AddFact(found, "units", "mm, deg; A, B, C about z, y, x (KRL)");
 }
 
+/// Contradicts the first robtarget whose orientation is no rotation.
+void CheckOrientations(const Outline& file, Recognition& found) {
+  const std::size_t before = found.contradictions.size();
+  ForLiterals(file.text(), kRapid.comment, [&](const Literal& one) {
+    if (!kRapid.cartesian(one) || found.contradictions.size() > before) return;
+    const std::size_t start = one.inside.find('[', 1) + 1;
+    std::string_view rest = one.inside.substr(start, one.inside.find(']', start) - start);
+    std::vector<double> numbers;
+    while (!rest.empty()) {
+      const std::size_t end = std::min(rest.find(','), rest.size());
+      if (const auto number = text::NumberIn(Trimmed(rest.substr(0, end)), '.')) {
+        numbers.push_back(*number);
+      }
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    const auto at = static_cast<std::size_t>(one.inside.data() - file.text().data());
+    CheckQuaternion(numbers, 0, found);
+    if (found.contradictions.size() > before) {
+      found.contradictions.back().line = file.LineAt(at + start);
+    }
+  });
+}
+
 void ReadRapid(const Outline& file, Recognition& found) {
   AddTargets(file, kRapid, found);
+  CheckOrientations(file, found);
   AddFact(found, "units", "mm; quaternion, scalar first (RAPID)");
   CheckEnd(file, "endmodule", found);
 }

@@ -79,6 +79,14 @@ TEST_CASE("a polynomial that folds before the corner, of both models") {
   // theta (1 + k1 theta^2) turns at theta = 1 / sqrt(-3 k1) = 0.745.
   CHECK(folds("equidistant", "-0.6, 0, 0, 0", 4).find("folds back 248 px") == 0);
   CHECK(folds("equidistant", "-0.05, 0, 0, 0", 4).empty());
+  // Beyond 90 deg, where f = 150 px leaves the corner at 400 px: at 1.69 rad, 169 px.
+  std::string wide = CameraInfo("equidistant", "-0.1167, 0, 0, 0", 4);
+  for (auto at = wide.find("500"); at != std::string::npos; at = wide.find("500")) {
+    wide.replace(at, 3, "150");
+  }
+  const auto beyond = Recognise(wide, "ost.yaml");
+  REQUIRE(Find(beyond.contradictions, "distortion") != nullptr);
+  CHECK(Find(beyond.contradictions, "distortion")->value.find("folds back 169 px") == 0);
 }
 
 TEST_CASE("the kind is shown by the content, whatever the name") {
@@ -202,6 +210,27 @@ TEST_CASE("tables that contradict themselves") {
       "rotation: the quaternion 0.5, 0.5, 0.5, 0.9 has the length 1.25, not 1: it is no rotation");
   CHECK(first("Name,X,Y,Z\nP1,1,234,-0,300,0,800\nP2,1,235,-0,301,0,801\n")
             .find("columns: 4 names, but 7 fields in line 2: commas separate") == 0);
+}
+
+TEST_CASE("faces, rotations and names that the content contradicts") {
+  const auto first = [](const std::string& text, const char* name) {
+    const auto found = Recognise(text, name);
+    return found.contradictions.empty() ? std::string()
+                                        : std::to_string(found.contradictions.front().line) + " " +
+                                              found.contradictions.front().value;
+  };
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2//4 -3\n";
+  CHECK(first(obj, "a.obj").empty());
+  CHECK(first(obj + "f 1 2 9\n", "a.obj") == "5 vertex 9 does not exist: the file has 3");
+  CHECK(first(obj + "f 1 2 0/1\n", "a.obj") == "5 vertex 0 does not exist: the file has 3");
+  const auto rapid = [](const std::string& rotation) {
+    return "MODULE M\n CONST robtarget p:=[[1,2,3],[" + rotation +
+           "],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nENDMODULE\n";
+  };
+  CHECK(first(rapid("0.5,0.5,-0.5,0.5"), "a.mod").empty());
+  CHECK(first(rapid("0.9,0.5,0.5,0.5"), "a.mod") ==
+        "2 the quaternion 0.9, 0.5, 0.5, 0.5 has the length 1.25, not 1: it is no rotation");
+  CHECK(first("", "a.yaml") == "0 there is none, though the name ends in .yaml");
 }
 
 TEST_CASE("a name alone is said to be only a name") {
