@@ -136,14 +136,14 @@ void ReadTable(const Outline& file, Recognition& found) {
   CheckTable(file, *table, found);
 }
 
-/// Whether every row holds the number before plus 1: names of points, no quantity.
+/// Whether every row holds the whole number before plus 1: names of points, no quantity.
 bool IsCount(const text::DelimitedText& table, std::size_t column) {
   std::optional<double> last;
   for (const text::Record& record : table.records) {
     const auto value = column < record.fields.size()
                            ? text::NumberIn(record.fields[column], table.decimal)
                            : std::nullopt;
-    if (!value || (last && *value != *last + 1)) return false;
+    if (!value || *value != std::round(*value) || (last && *value != *last + 1)) return false;
     last = value;
   }
   return table.records.size() > 1;
@@ -172,7 +172,7 @@ void ReadForeign(const Outline& file, Recognition& found) {
   }
   if (open.empty()) return;
   found.undecided.push_back(
-      fmt::format("the units of {}: mm or m, deg or rad",
+      fmt::format("the units of {}: such as mm or m, deg or rad",
                   Quoted(fmt::format("{}", fmt::join(open, ", ")), kLongestNames)));
 }
 

@@ -184,6 +184,7 @@ TEST_CASE("units that no name states are named as not stated") {
   };
   CHECK(open("Punkt;X;Y;Z\nP1;1,234;-0,300;0,800\nP2;1,235;-0,301;0,801\n") == "X, Y, Z");
   CHECK(open("q1,q2,q3\n0.1,-1.5,1.5\n0.2,-1.4,1.5\n") == "q1, q2, q3");
+  CHECK(open("n x y\n1 0.5 2\n2 1.5 2\n") == "x, y");
   CHECK(open("No,X [mm],Y [mm],t\n1,2.5,3.5,7\n2,3.5,4.5,9\n") == "t");
   CHECK(open("i,a_i,alpha_i,d_i,theta_i\n1,0,1.5708,0.1,0\n2,1,0,0,0\n") ==
         "a_i, alpha_i, d_i, theta_i");
