@@ -75,8 +75,8 @@ struct PlausibleDecodings {
   bool complete = true;                   ///< false: stopped, or too many agree
 };
 
-/// Tries every decoding. Contradicted is what the pendant shows otherwise, and what stands still
-/// while the robot moves.
+/// Tries every decoding. A decoding is contradicted if the pendant shows other values, or if its
+/// joints stay constant while the robot moves.
 PlausibleDecodings FindPlausible(const kinematics::Chain& chain, const DecodingEvidence& evidence,
                                  const SearchBounds& bounds);
 

@@ -94,8 +94,8 @@ bool AllWordsFollow(const DecodingCandidate& one, const kinematics::Chain& chain
   return any;
 }
 
-/// The candidates with a pose, and behind them the others that it leaves in question. A pose tells
-/// how the registers of its joints are read, but other registers may hold the joints as well:
+/// The candidates with a pose, and behind them the others that it leaves in question. A pose shows
+/// how the registers of its joints are decoded, but other registers may hold the joints as well:
 /// those of the actual joints beside a stored point that the robot has reached, or the commanded
 /// ones. Once joints and pose have moved together, only others that were near all the time are
 /// left.

@@ -16,7 +16,7 @@ constexpr double kLengthRounding_m = 2e-4,
                  kAngleRounding_rad = 2e-4;  // to which cells are usually written
 constexpr double kLever_m = 0.3;             // at which a rotation counts like a distance
 constexpr double kRefresh_s = 0.02;          // between two registers of one cycle of a controller
-constexpr double kUnclear_s = 0.1;           // uncertainty of a lead that tells nothing
+constexpr double kUnclear_s = 0.1;           // uncertainty of a lead that decides nothing
 
 struct PositionPlace {
   int first = 0, stride = 0;
@@ -334,7 +334,7 @@ std::vector<DecodingCandidate> WithPoses(const std::vector<DecodingCandidate>& a
       });
     }
     if (!best) continue;
-    // An arm whose axes are moved one at a time stands still while it is read.
+    // An arm whose axes are moved one at a time is at standstill while it is read.
     if (best->moved && !exact && evidence.moves.empty())
       best->lead_s = LeadOf(one.joints, *best->pose, tools[tool], chain, evidence.images);
     if (conventions_differ) best->pose.reset();  // the joints are confirmed, the angles are not

@@ -86,8 +86,7 @@ struct RecordedValue {
 /// Conditions at one instant, filled once per row. An empty vector or an absent value means that
 /// the quantity was not recorded; effects that need it add nothing, and the diagnosis does not
 /// consider them. Joint values are those of the drives (model::DrivePositions), because effects act
-/// on these: whoever fills them converts the reported values. They are equal unless axes are
-/// coupled.
+/// on these: the caller converts the reported values. They are equal unless axes are coupled.
 struct Conditions {
   model::JointVector q;    ///< commanded [rad] or [m]
   model::JointVector qd;   ///< [rad/s]

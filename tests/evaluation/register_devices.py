@@ -126,7 +126,7 @@ class Device:
         self.delay_s, self.closes, self.framing, self.bad_transaction = 0.0, False, "tcp", False
         self.pairs_from = None    # first register of an area that is only read in whole pairs
         self.expected = None      # words of a note that must appear instead of a profile
-        self.may_stay_open = False   # nothing within a standstill tells which of two places is right
+        self.may_stay_open = False   # at standstill nothing separates the two places
         self.must_stay_open = False  # a profile would be wrong somewhere
         self.tool, self.base, self.errors = np.eye(4), np.eye(4), None
         self.noise_deg = 0.0
@@ -584,7 +584,7 @@ def mirrored(arm, rng):
 
 
 def commanded_and_actual(arm, rng):
-    """Two equal rows of joints: nothing at standstill tells which is which."""
+    """Two equal rows of joints: at standstill nothing separates them."""
     device = plain(arm, rng, *pick(rng, FORMS[:4]), pose=False)
     kind, unit, order, _, stride = device.form
     device.fields.append(joints(spread(600, len(device.q), stride), kind, unit, order))

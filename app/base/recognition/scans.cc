@@ -208,7 +208,7 @@ void EachLine(std::string_view text, Visit visit) {
     if (!trimmed.empty() && trimmed.front() != '#') {
       const auto read = visit(TextLine{all, trimmed, at, all.find_first_not_of(" \t"), number});
       if (read) {
-        // The rest of the line on which a value ends is not looked at.
+        // The rest of the line on which a value ends is ignored.
         at = std::min(text.find('\n', read->at()), text.size()) + 1;
         number = read->line();
         continue;
