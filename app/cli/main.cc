@@ -151,6 +151,8 @@ struct Command {
 constexpr Command kCommands[] = {
     {"check", kCommissioning, AddCheckCommand},
     {"predict", kProgramming, AddPredictCommand},
+    {"program", kProgramming, AddProgramCommand},
+    {"path", kProgramming, AddPathCommand},
     {"diagnose", kMeasuring, AddDiagnoseCommand},
     {"effects", kMeasuring, AddEffectsCommand},
     {"plan", kMeasuring, AddPlanCommand},

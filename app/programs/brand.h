@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/programs/program.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/model/cell_model.h"
 #include "firmware-like/result.h"
@@ -32,6 +33,8 @@ struct NumberStyle {
 /// How a brand writes poses.
 struct Conventions {
   double m_per_unit = 1e-3;
+  /// Of the revolute joints of a joint target; prismatic ones are in `m_per_unit`.
+  double rad_per_unit = kRadPerDeg;
   int orientation_numbers = 3;  ///< 3 angles or rotation vector, 4 for a quaternion
   NumberStyle length, angle;
   /// Rotation of the numbers of an orientation; error text if they are no rotation (a quaternion of

@@ -1,0 +1,453 @@
+// plumbline program: corrects the points of robot programs and writes the programs back.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/base/service/utc_clock.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/base/text/sha256.h"
+#include "app/base/text/text.h"
+#include "app/cli/cell_option.h"
+#include "app/cli/commands.h"
+#include "app/cli/failure.h"
+#include "app/cli/number_option.h"
+#include "app/cli/output_file.h"
+#include "app/cli/program_options.h"
+#include "app/cli/progress.h"
+#include "app/programs/correction/comparison.h"
+#include "app/programs/correction/program_report.h"
+#include "app/programs/correction/rewriting.h"
+#include "app/version.h"
+#include "drivers/files/open_failure.h"
+#include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
+#include "firmware-like/geometry/units.h"
+
+namespace plumbline::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr files::SizeLimit kProgramSize{64'000'000, "a robot program",
+                                        "Check that this is the right file"};
+
+struct ProgramOptions {
+  std::string cell, output, report, taught_loaded;
+  std::vector<std::string> programs, check;
+  StatedTexts stated;
+  std::optional<double> temperature_C, deflection_sd, insert_mm;
+  double offset_bound_mm = 0.02;
+  bool loads_without_tool = false, joints = false, external_axes_still = false, again = false,
+       json = false, all = false, dry_run = false;
+};
+
+/// A file of the program, and where it comes from.
+struct Input {
+  programs::SourceFile file;
+  std::string record;  ///< text of the record beside it; empty: none
+  std::string given;   ///< path as given
+};
+
+std::string RecordPath(const std::string& path) {
+  return path + ".plumbline.json";
+}
+
+std::optional<Input> ReadInput(const std::string& path) {
+  Result<std::string> bytes = files::ReadFileUpTo(kProgramSize, path);
+  if (!bytes) {
+    std::cerr << path << ": " << files::ReadErrorText(path, bytes.error()) << '\n';
+    return std::nullopt;
+  }
+  Input input{{path, std::move(bytes).value()}, "", path};
+  std::error_code absent;
+  if (fs::exists(RecordPath(path), absent)) {
+    if (const auto record = files::ReadFileUpTo(files::kTableSize, RecordPath(path))) {
+      input.record = *record;
+    }
+  }
+  return input;
+}
+
+/// Puts the original in place of a corrected file.
+bool TakeOriginal(Input& input) {
+  const auto original = programs::OriginalFrom(input.record);
+  if (!original) {
+    std::cerr << input.given << ": --again needs the record beside it, " << RecordPath(input.given)
+              << ", which names the original\n";
+    return false;
+  }
+  const fs::path path = fs::path(original->path).is_absolute()
+                            ? fs::path(original->path)
+                            : fs::path(input.given).parent_path() / original->path;
+  Result<std::string> bytes = files::ReadFileUpTo(kProgramSize, path.string());
+  if (!bytes || text::Sha256Hex(*bytes) != original->sha256) {
+    std::cerr << input.given << ": the original " << path.string()
+              << (bytes ? " has been changed since" : " cannot be read")
+              << "; give the program to be corrected instead of this file\n";
+    return false;
+  }
+  input.file = {path.lexically_normal().string(), std::move(bytes).value()};
+  input.record.clear();
+  return true;
+}
+
+std::optional<std::vector<Input>> ReadInputs(const std::vector<std::string>& paths) {
+  std::vector<Input> inputs;
+  for (const std::string& path : paths) {
+    std::optional<Input> input = ReadInput(path);
+    if (!input) return std::nullopt;
+    inputs.push_back(std::move(*input));
+  }
+  return inputs;
+}
+
+std::vector<programs::SourceFile> FilesOf(const std::vector<Input>& inputs) {
+  std::vector<programs::SourceFile> list;
+  for (const Input& input : inputs) list.push_back(input.file);
+  return list;
+}
+
+enum class Earlier { kNone, kCorrected, kRefused };
+
+/// What an earlier run left in the files; with --again, takes their originals.
+Earlier CheckEarlier(const ProgramOptions& options, const programs::Brand& brand,
+                     programs::Reading& reading, std::vector<Input>& inputs) {
+  bool corrected = false, edited = false, replaced = false;
+  for (std::size_t f = 0; f < inputs.size(); ++f) {
+    const programs::FileState state = programs::StateOf(reading.program, f, inputs[f].record);
+    if (state == programs::FileState::kOriginal) continue;
+    if (options.again) {
+      if (!TakeOriginal(inputs[f])) return Earlier::kRefused;
+      replaced = true;
+    } else if (state == programs::FileState::kEdited) {
+      edited = true;
+      std::cerr
+          << inputs[f].given
+          << ": was corrected, and its points were changed since. Nothing is written; correct "
+             "the original, or give --again to start from it without these changes\n";
+    } else {
+      corrected = true;
+      std::cerr << inputs[f].given << ": is already corrected; it stays as it is\n";
+    }
+  }
+  if (edited) return Earlier::kRefused;
+  if (corrected) return Earlier::kCorrected;
+  if (replaced) reading = brand.Read(FilesOf(inputs));
+  return Earlier::kNone;
+}
+
+/// Path of each output; nullopt, with a message, if two files would have one.
+std::optional<std::vector<std::string>> OutputPathsOf(const ProgramOptions& options,
+                                                      const std::vector<Input>& inputs) {
+  std::vector<std::string> paths;
+  for (const Input& input : inputs) {
+    const fs::path file(input.file.name);
+    const fs::path folder =
+        options.output.empty() ? file.parent_path() / "corrected" : fs::path(options.output);
+    const std::string path = (folder / file.filename()).string();
+    for (const Input& other : inputs) {
+      if (!SameFile(path, other.file.name) && !SameFile(path, other.given)) continue;
+      if (options.again && SameFile(path, input.given)) continue;
+      std::cerr << "plumbline program: " << path
+                << " is a file of the program; choose another --output\n";
+      return std::nullopt;
+    }
+    if (std::ranges::find(paths, path) != paths.end()) {
+      std::cerr << "plumbline program: two files would be written to " << path
+                << "; correct them one after the other with different --output\n";
+      return std::nullopt;
+    }
+    paths.push_back(path);
+  }
+  return paths;
+}
+
+bool WriteFile(const std::string& path, std::string_view bytes) {
+  std::error_code failed;
+  fs::create_directories(fs::path(path).parent_path(), failed);
+  const Result<void> written = files::ReplaceFile(path, bytes);
+  if (!written) std::cerr << UnwritableText(path, written.error(), "--output");
+  return written.ok();
+}
+
+bool WriteProgram(const std::vector<std::string>& paths, const std::vector<Input>& inputs,
+                  const programs::Program& program, const programs::ProgramCorrection& correction,
+                  const programs::Rewritten& rewritten) {
+  for (std::size_t f = 0; f < paths.size(); ++f) {
+    if (!WriteFile(paths[f], rewritten.files[f].bytes)) return false;
+    if (!rewritten.changed[f]) continue;
+    std::error_code failed;
+    const fs::path original =
+        fs::relative(inputs[f].file.name, fs::absolute(paths[f]).parent_path(), failed);
+    const nlohmann::json record = programs::RecordOf(
+        program, f, correction, rewritten.marks[f],
+        failed || original.empty() ? fs::absolute(inputs[f].file.name).string() : original.string(),
+        rewritten.files[f].bytes);
+    if (!WriteFile(RecordPath(paths[f]), text::JsonText(record, 1) + "\n")) return false;
+  }
+  return true;
+}
+
+std::vector<std::string> FilesBelow(const std::string& path) {
+  std::error_code failed;
+  if (!fs::is_directory(path, failed)) return {path};
+  std::vector<std::string> list;
+  for (const auto& entry : fs::directory_iterator(path, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && !name.ends_with(".plumbline.json")) {
+      list.push_back(entry.path().string());
+    }
+  }
+  std::ranges::sort(list);
+  return list;
+}
+
+/// Compares two versions of a program.
+int Check(const ProgramOptions& options) {
+  const auto old_inputs = ReadInputs(FilesBelow(options.check[0])),
+             new_inputs = ReadInputs(FilesBelow(options.check[1]));
+  if (!old_inputs || !new_inputs) return kExitUsage;
+  const Result<const programs::Brand*> brand = programs::BrandOf(FilesOf(*old_inputs));
+  if (!brand) return Fail(brand.error(), kExitUsage);
+  const programs::Program before = (*brand)->Read(FilesOf(*old_inputs)).program,
+                          after = (*brand)->Read(FilesOf(*new_inputs)).program;
+  const programs::ProgramComparison comparison = programs::Compare(**brand, before, after);
+  if (options.json) {
+    nlohmann::json points = nlohmann::json::array(), others = nlohmann::json::array();
+    for (const auto& point : comparison.points) {
+      points.push_back({{"name", text::Visible(point.name)},
+                        {"file", text::Visible(after.files[point.place.file].name)},
+                        {"line", point.place.line},
+                        {"distance_mm", kMmPerMetre * point.distance_m},
+                        {"angle_deg", kDegPerRad * point.angle_rad}});
+    }
+    for (const auto& other : comparison.others) {
+      others.push_back(
+          {{"file", text::Visible(other.file)}, {"line", other.line}, {"what", other.what}});
+    }
+    std::cout << text::JsonText(nlohmann::json{{"schema", 1},
+                                               {"compared", comparison.compared},
+                                               {"points", points},
+                                               {"others", others}},
+                                2)
+              << '\n';
+  } else {
+    double largest_m = 0;
+    for (const auto& point : comparison.points) {
+      largest_m = std::max(largest_m, point.distance_m);
+      std::cout << fmt::format("{}: {}: {:.4f} mm, {:.5f} deg\n",
+                               programs::PlaceText(after, point.place), text::Visible(point.name),
+                               kMmPerMetre * point.distance_m, kDegPerRad * point.angle_rad);
+    }
+    for (const auto& other : comparison.others) {
+      std::cout << fmt::format("{}:{}: {}\n", other.file, other.line, other.what);
+    }
+    std::cout << fmt::format(
+        "{} of {} points differ, by at most {:.4f} mm; {}\n", comparison.points.size(),
+        comparison.compared, kMmPerMetre * largest_m,
+        comparison.others.empty() ? "nothing else differs" : "other bytes differ, too");
+  }
+  return comparison.others.empty() ? kExitOk : kExitFault;
+}
+
+std::optional<programs::CorrectionSettings> SettingsOf(const ProgramOptions& options,
+                                                       const CellInForce& cell) {
+  programs::CorrectionSettings settings;
+  settings.limits = cell.limits;
+  if (options.deflection_sd) settings.limits.deviation = {*options.deflection_sd, true};
+  settings.stated.loads_without_tool = options.loads_without_tool;
+  settings.joints = options.joints;
+  settings.external_axes_still = options.external_axes_still;
+  settings.offset_bound_m = kMetrePerMm * options.offset_bound_mm;
+  settings.temp_C = options.temperature_C;
+  settings.utc_s = service::SystemUtcSeconds();
+  if (!options.taught_loaded.empty()) {
+    settings.taught_under = PayloadFromText(options.taught_loaded);
+    if (!settings.taught_under) {
+      std::cerr << "plumbline program: --taught-loaded: give KG or KG,X,Y,Z in mm\n";
+      return std::nullopt;
+    }
+  }
+  return settings;
+}
+
+int Run(const ProgramOptions& options) {
+  if (!options.check.empty()) return Check(options);
+  if (options.cell.empty() || options.programs.empty()) {
+    return Fail("plumbline program: give CELL and PROGRAM; see plumbline program --help",
+                kExitUsage);
+  }
+  std::vector<std::string> sources = options.programs;
+  sources.push_back(options.cell);
+  if (!options.stated.frames.empty()) sources.push_back(options.stated.frames);
+  if (OverwritesFile("program", {{"--report", options.report}}, sources, std::cerr)) {
+    return kExitUsage;
+  }
+  const std::optional<CellInForce> cell = ReadCellInForce(options.cell);
+  std::optional<std::vector<Input>> inputs = ReadInputs(options.programs);
+  if (!cell || !inputs) return kExitUsage;
+  const Result<const programs::Brand*> found = programs::BrandOf(FilesOf(*inputs));
+  if (!found) return Fail(found.error(), kExitUsage);
+  const programs::Brand& brand = **found;
+  programs::Reading reading = brand.Read(FilesOf(*inputs));
+  switch (CheckEarlier(options, brand, reading, *inputs)) {
+    case Earlier::kRefused:
+      return kExitUsage;
+    case Earlier::kCorrected:
+      return kExitOk;
+    case Earlier::kNone:
+      break;
+  }
+  programs::Program& program = reading.program;
+  std::optional<programs::CorrectionSettings> settings = SettingsOf(options, *cell);
+  if (!settings) return kExitUsage;
+  if (const Result<void> applied = ApplyStated(options.stated, brand, program, *settings);
+      !applied) {
+    return Fail("plumbline program: " + applied.error(), kExitUsage);
+  }
+  const auto paths = OutputPathsOf(options, *inputs);
+  if (!paths) return kExitUsage;
+  Interruption interruption;
+  Progress progress(std::cerr, options.json);
+  programs::ProgramCorrector corrector(brand, program, cell->cell, *settings);
+  bool interrupted = false;
+  programs::ProgramCorrection correction = corrector.Correct([&](std::size_t done) {
+    progress.ShowCount(done, program.points.size(), "points");
+    interrupted = interrupted || Interruption::Requested();
+    return !interrupted;
+  });
+  if (!interrupted) {
+    progress.Show(1, "checking the path between points");
+    corrector.CheckSegments(
+        options.insert_mm ? std::optional(kMetrePerMm * *options.insert_mm) : std::nullopt,
+        correction);
+  }
+  progress.Clear();
+  if (interrupted || !interruption.Disarm()) return Interrupted();
+  const std::string date = text::TextOfUtcNow().substr(0, 10);
+  const std::string build = kVersionAndBuild;
+  const std::string version = build.substr(0, build.find(','));
+  const programs::Mark mark{version, date, programs::ShortDigest(cell->bytes), ""};
+  const Result<programs::Rewritten> rewritten = programs::Rewrite(brand, program, correction, mark);
+  if (!rewritten) return Fail(rewritten.error(), kExitUsage);
+  const programs::ReportInput report{brand,      program,      reading.refusals, correction,
+                                     cell->cell, options.cell, version,          date};
+  if (options.json) {
+    std::cout << text::JsonText(programs::ReportJson(report), 2) << '\n';
+  } else {
+    std::cout << terminal::ForReading << programs::ReportText(report, options.all);
+  }
+  if (!options.report.empty() &&
+      !WriteOutput(options.report, programs::ReportPage(report), "--report")) {
+    return kExitUsage;
+  }
+  if (!options.dry_run) {
+    if (!WriteProgram(*paths, *inputs, program, correction, *rewritten)) return kExitUsage;
+    for (const std::string& path : *paths) std::cerr << path << ": written\n";
+  }
+  const programs::ReportCounts counts = programs::CountsOf(report);
+  return counts.left > 0 || counts.motions_left > 0 || !reading.refusals.empty() ? kExitFault
+                                                                                 : kExitOk;
+}
+
+}  // namespace
+
+void AddProgramCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ProgramOptions>();
+  CLI::App* command = app.add_subcommand(
+      "program", "Correct the points of a robot program and write the program back");
+  command->add_option("cell", options->cell, "CELL.toml, or the daemon's plumbline.toml");
+  command->add_option("program", options->programs,
+                      "Files of one program: all modules and data files that belong to it");
+  command->add_option("--output", options->output,
+                      "Folder for the corrected files; default: corrected, beside each file");
+  command->add_option("--report", options->report, "HTML file for a report with pictures");
+  command->add_flag("--json", options->json, "Print the report as JSON");
+  command->add_flag("--all", options->all, "Print every point, not only the first");
+  command->add_flag("--dry-run", options->dry_run, "Write no program, only the report");
+  command
+      ->add_option("--tool", options->stated.tools,
+                   "KEY=NUMBER: the tool KEY of the program is on the cell's [[tool]] NUMBER; "
+                   "NUMBER alone for a program that sets no tool")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option(
+          "--base", options->stated.bases,
+          "KEY=x,y,z,..: pose of the base KEY in the robot's base, in the controller's own "
+          "numbers")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option(
+          "--load", options->stated.loads,
+          "KEY=KG[,X,Y,Z]: payload beside the tool, and its centre of gravity in mm in the "
+          "flange frame, where the program sets the load or tool KEY; without KEY= where "
+          "it states no load")
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--loads-without-tool", options->loads_without_tool,
+                    "The loads of the program do not contain the tool that the cell declares");
+  command->add_option("--frames", options->stated.frames,
+                      "TOML file with tools, bases and loads that the program's files lack");
+  command
+      ->add_option("--start", options->stated.starts,
+                   "SETTING=KEY: what holds where the program is started; SETTING is tool, base, "
+                   "load, extra or shift, KEY may be none")
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--joints", options->joints, "Correct joint targets, too");
+  command->add_flag("--external-axes-still", options->external_axes_still,
+                    "External axes do not move the robot's base");
+  command
+      ->add_option("--offset-bound", options->offset_bound_mm,
+                   "Largest difference of the corrections of a point used with several offsets, mm "
+                   "[0.02]")
+      ->check(NumberWithin(0, 10));
+  command->add_option("--temperature", options->temperature_C, "Temperature of the arm, degC")
+      ->check(NumberWithin(-50, 150));
+  command->add_option("--taught-loaded", options->taught_loaded,
+                      "KG[,X,Y,Z]: the points were taught by hand with this payload; the target is "
+                      "where the tool was, not the pose that the program states");
+  command
+      ->add_option("--deflection-sd", options->deflection_sd,
+                   "Relative standard deviation of the declared deflections [0.1]")
+      ->check(NumberWithin(0, 1));
+  command
+      ->add_option("--insert", options->insert_mm,
+                   "Insert linear motions until the tool deviates from the path by less than this, "
+                   "mm")
+      ->check(NumberWithin(0.001, 100));
+  command->add_flag("--again", options->again,
+                    "Correct a corrected program again, from its original");
+  command
+      ->add_option("--check", options->check,
+                   "OLD NEW: compare two versions of a program, files or folders; changes nothing")
+      ->expected(2);
+  command->footer(
+      "A taught pose is where the loaded tool shall be. Each point is corrected once, and only if\n"
+      "all motions that use it have the same known tool, base and load; every other point stays "
+      "as\n"
+      "it is and is listed with file, line and reason. Only digits of numbers change. The "
+      "original\n"
+      "files stay; a comment in the corrected ones and NAME.plumbline.json beside them say what "
+      "was\n"
+      "done, so that a second run changes nothing. See docs/robot-programs.md.\n\n"
+      "Examples:\n"
+      "  plumbline program cell.toml weld.src weld.dat --report weld.html\n"
+      "  plumbline program cell.toml HANDLING.LS --tool 'UTOOL 1=1' --frames frames.toml\n"
+      "  plumbline program cell.toml pick.script --load 4.5,0,0,120 --insert 0.1\n"
+      "  plumbline program --check weld.src corrected/weld.src\n\n"
+      "Exit codes: 0 every motion's point is corrected, or there is nothing to correct; 1 some "
+      "stay\n"
+      "as they are, with their reasons (with --check: bytes other than numbers differ); 2 error,\n"
+      "nothing was written.");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace plumbline::cli

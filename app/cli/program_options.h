@@ -1,0 +1,31 @@
+// Options by which a user states what a robot program does not contain: tools, bases, loads.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/programs/correction/program_correction.h"
+#include "firmware-like/result.h"
+
+namespace plumbline::cli {
+
+/// The texts of the options, as given.
+struct StatedTexts {
+  std::vector<std::string> tools, bases, loads, starts;
+  std::string frames;  ///< path of a file; empty: none
+};
+
+/// A payload from "KG" or "KG,X,Y,Z" in mm.
+std::optional<programs::StatedPayload> PayloadFromText(const std::string& text);
+
+/// Parses the options and the frames file. Bases and tools get into the program's own tables, where
+/// they replace what the files state; all else into the settings.
+///
+/// --frames: `[tool."KEY"]` with number, pose, load_kg, cog_mm; `[base."KEY"]` with pose;
+/// `[load."KEY"]` with payload_kg, cog_mm. A pose is x, y, z and the orientation as the
+/// controller's files have them.
+Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
+                         programs::Program& program, programs::CorrectionSettings& settings);
+
+}  // namespace plumbline::cli

@@ -1,0 +1,491 @@
+#include "app/programs/flow/flow.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <unordered_map>
+
+namespace plumbline::programs {
+
+std::string PlaceText(const Program& program, const Place& place) {
+  const bool known = place.file < program.files.size();
+  return fmt::format("{}:{}", known ? program.files[place.file].name : std::string("?"),
+                     place.line);
+}
+
+namespace {
+
+constexpr std::size_t kPrevious = kSlots;  // the slot after the settings: the previous motion
+constexpr std::size_t kFacts = kSlots + 1;
+constexpr int kUnreached = -1;
+
+constexpr const char* kSlotNames[kFacts] = {"tool",       "base",         "load",
+                                            "extra load", "displacement", "previous motion"};
+
+/// A value of a slot. Facts are interned: equal numbers mean equal facts.
+struct Fact {
+  int value = 0;  ///< class of the key, or index of the motion; not for unknown facts
+  bool known = false;
+  std::string key;  ///< of a known fact; the reason of an unknown one
+  Place place;
+};
+
+/// Facts before a step, by number.
+using State = std::array<int, kFacts>;
+
+bool SameLoad(const std::optional<LoadValue>& a, const std::optional<LoadValue>& b) {
+  if (a.has_value() != b.has_value()) return false;
+  return !a || (a->mass_kg == b->mass_kg && a->cog_F == b->cog_F);
+}
+
+bool SameFrame(const FrameValue& a, const FrameValue& b) {
+  return a.X.R == b.X.R && a.X.p == b.X.p && a.changes == b.changes && SameLoad(a.load, b.load);
+}
+
+/// Classes of the keys of one slot: keys with equal values share one.
+class Classes {
+ public:
+  Classes() = default;
+  template <typename Value, typename Same>
+  Classes(const std::map<std::string, Value>& values, const Same& same) {
+    // Sorted by a coordinate first, so that many frames do not have to be compared with each other.
+    std::vector<std::pair<double, const std::pair<const std::string, Value>*>> order;
+    for (const auto& entry : values) order.emplace_back(Coordinate(entry.second), &entry);
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      int found = kUnreached;
+      for (std::size_t j = k; j-- > 0 && order[j].first == order[k].first && k - j <= kCompared;) {
+        if (!same(order[j].second->second, order[k].second->second)) continue;
+        found = classes_.at(order[j].second->first);
+        break;
+      }
+      classes_[order[k].second->first] = found == kUnreached ? next_++ : found;
+    }
+  }
+
+  int Of(const std::string& key) {
+    const auto [at, added] = classes_.try_emplace(key, next_);
+    if (added) ++next_;
+    return at->second;
+  }
+
+ private:
+  static constexpr std::size_t kCompared = 64;
+  static double Coordinate(const FrameValue& frame) { return frame.X.p.x(); }
+  static double Coordinate(const LoadValue& load) { return load.mass_kg.value_or(-1); }
+
+  std::unordered_map<std::string, int> classes_;
+  int next_ = 0;
+};
+
+class Analysis {
+ public:
+  Analysis(const Program& program, const EntryState& entry)
+      : program_(program),
+        entry_(entry),
+        classes_{Classes(program.tools, SameFrame), Classes(program.bases, SameFrame),
+                 Classes(program.loads,
+                         [](const LoadValue& a, const LoadValue& b) {
+                           return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F;
+                         }),
+                 Classes(), Classes()} {
+    classes_[3] = classes_[2];  // an extra load is a load
+  }
+
+  Flow Run() {
+    NumberNodes();
+    FindWhatRoutinesSet();
+    Start();
+    while (!queue_.empty()) {
+      const std::size_t node = queue_.front();
+      queue_.pop_front();
+      queued_[node] = false;
+      Leave(node);
+    }
+    return Result();
+  }
+
+ private:
+  // Nodes: the steps of all routines in order; after each routine one node, its exit.
+  void NumberNodes() {
+    for (const Routine& routine : program_.routines) {
+      first_.push_back(routine_of_.size());
+      routine_of_.insert(routine_of_.end(), routine.steps.size() + 1, first_.size() - 1);
+      by_name_.try_emplace(routine.name, first_.size() - 1);
+      auto& labels = labels_.emplace_back();
+      for (std::size_t k = 0; k < routine.steps.size(); ++k) {
+        const Step& step = routine.steps[k];
+        if (step.kind == StepKind::kLabel) labels.try_emplace(step.label, first_.back() + k);
+        if (step.kind == StepKind::kMotion) {
+          motion_of_[first_.back() + k] = motions_.size();
+          motions_.emplace_back(first_.back() + k);
+        }
+      }
+    }
+    State unreached;
+    unreached.fill(kUnreached);
+    states_.assign(routine_of_.size(), unreached);
+    reached_.assign(routine_of_.size(), false);
+    queued_.assign(routine_of_.size(), false);
+    callers_.resize(program_.routines.size());
+  }
+
+  std::size_t ExitOf(std::size_t routine) const {
+    return first_[routine] + program_.routines[routine].steps.size();
+  }
+
+  const Step* StepOf(std::size_t node) const {
+    const std::size_t routine = routine_of_[node];
+    return node == ExitOf(routine) ? nullptr
+                                   : &program_.routines[routine].steps[node - first_[routine]];
+  }
+
+  static std::optional<std::size_t> SlotOf(StepKind kind) {
+    switch (kind) {
+      case StepKind::kSetTool:
+        return 0;
+      case StepKind::kSetBase:
+        return 1;
+      case StepKind::kSetLoad:
+        return 2;
+      case StepKind::kSetExtra:
+        return 3;
+      case StepKind::kShift:
+        return 4;
+      case StepKind::kMotion:
+      case StepKind::kPostureLost:
+        return kPrevious;
+      default:
+        return std::nullopt;
+    }
+  }
+
+  const std::size_t* RoutineCalled(const Step& step) const {
+    const auto at = by_name_.find(step.label);
+    return at == by_name_.end() ? nullptr : &at->second;
+  }
+
+  /// The slots that each routine, or one that it calls, may change.
+  void FindWhatRoutinesSet() {
+    const std::size_t count = program_.routines.size();
+    sets_.assign(count, 0);
+    std::vector<std::vector<std::size_t>> callers(count);
+    std::deque<std::size_t> changed;
+    for (std::size_t r = 0; r < count; ++r) {
+      for (const Step& step : program_.routines[r].steps) {
+        if (const auto slot = SlotOf(step.kind)) sets_[r] |= 1U << *slot;
+        if (step.kind != StepKind::kCall) continue;
+        const std::size_t* const called = RoutineCalled(step);
+        if (called == nullptr) {
+          sets_[r] |= (1U << kFacts) - 1;
+        } else {
+          callers[*called].push_back(r);
+        }
+      }
+      ever_set_ |= sets_[r];
+      changed.push_back(r);
+    }
+    for (std::vector<std::size_t>& list : callers) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+    while (!changed.empty()) {
+      const std::size_t r = changed.front();
+      changed.pop_front();
+      for (const std::size_t caller : callers[r]) {
+        const unsigned all = sets_[caller] | sets_[r];
+        if (all == sets_[caller]) continue;
+        sets_[caller] = all;
+        changed.push_back(caller);
+      }
+    }
+    called_.assign(count, false);
+    for (std::size_t r = 0; r < count; ++r) {
+      called_[r] = std::any_of(callers[r].begin(), callers[r].end(),
+                               [r](std::size_t caller) { return caller != r; });
+    }
+  }
+
+  int Add(Fact fact) {
+    facts_.push_back(std::move(fact));
+    return static_cast<int>(facts_.size()) - 1;
+  }
+  int Known(std::size_t slot, const std::string& key, const Place& place) {
+    return Add({classes_[slot].Of(key), true, key, place});
+  }
+  int Unknown(std::string reason, const Place& place) {
+    return Add({0, false, std::move(reason), place});
+  }
+  int FromSetting(std::size_t slot, const Setting& setting, const Place& place) {
+    if (setting.unknown.empty()) return Known(slot, setting.key, place);
+    return Unknown(slot == 4
+                       ? fmt::format("{} since {}", setting.unknown, PlaceText(program_, place))
+                       : fmt::format("{}: {} at {}", kSlotNames[slot], setting.unknown,
+                                     PlaceText(program_, place)),
+                   place);
+  }
+
+  void Start() {
+    for (std::size_t r = 0; r < program_.routines.size(); ++r) {
+      if (program_.routines[r].starts || !called_[r]) EnterStarted(r);
+    }
+    // Routines that only call each other are reached from nowhere: any of them may be started.
+    while (true) {
+      while (!queue_.empty()) {
+        const std::size_t node = queue_.front();
+        queue_.pop_front();
+        queued_[node] = false;
+        Leave(node);
+      }
+      std::size_t r = next_unstarted_;
+      while (r < program_.routines.size() && reached_[first_[r]]) ++r;
+      next_unstarted_ = r;
+      if (r == program_.routines.size()) return;
+      if (called_from_reached_.size() < program_.routines.size()) FindCalledFromReached();
+      if (!called_from_reached_[r]) EnterStarted(r);
+      ++next_unstarted_;
+    }
+  }
+
+  /// A routine that only unreachable code of a reached routine calls stays unreached.
+  void FindCalledFromReached() {
+    called_from_reached_.assign(program_.routines.size(), false);
+    for (std::size_t r = 0; r < program_.routines.size(); ++r) {
+      if (!reached_[first_[r]]) continue;
+      for (const Step& step : program_.routines[r].steps) {
+        if (step.kind != StepKind::kCall) continue;
+        if (const std::size_t* const called = RoutineCalled(step)) {
+          called_from_reached_[*called] = true;
+        }
+      }
+    }
+  }
+
+  void EnterStarted(std::size_t r) {
+    const Routine& routine = program_.routines[r];
+    State state;
+    for (std::size_t slot = 0; slot < kFacts; ++slot) {
+      const bool stated = slot < kSlots && entry_.keys[slot].has_value();
+      if (stated) {
+        state[slot] = Known(slot, *entry_.keys[slot], routine.place);
+      } else if (slot < kSlots && (ever_set_ & (1U << slot)) == 0) {
+        state[slot] = Known(slot, "", routine.place);
+      } else {
+        state[slot] = Unknown(
+            fmt::format("{}: not set before this line on every path, because {} may be started by "
+                        "itself",
+                        kSlotNames[slot], routine.name.empty() ? "the program" : routine.name),
+            routine.place);
+      }
+    }
+    Reach(first_[r], state);
+  }
+
+  /// The fact of a slot where two paths meet. A slot changes at most twice at any node.
+  int Join(std::size_t slot, int here, int other) {
+    if (here == other || other == kUnreached) return here;
+    if (here == kUnreached) return other;
+    const Fact &a = facts_[static_cast<std::size_t>(here)],
+               &b = facts_[static_cast<std::size_t>(other)];
+    if (!a.known) return here;
+    if (!b.known) return other;
+    if (a.value == b.value) return here;
+    return Unknown(Conflict(slot, a, b), a.place);
+  }
+
+  std::string Conflict(std::size_t slot, const Fact& a, const Fact& b) const {
+    const std::string one = PlaceText(program_, a.place), other = PlaceText(program_, b.place);
+    if (slot == kPrevious) {
+      return fmt::format("reached from {} and from {}", one, other);
+    }
+    const auto name = [](const Fact& fact) {
+      return fact.key.empty() ? std::string("none") : fact.key;
+    };
+    return fmt::format("{}: {} ({}) or {} ({}), depending on the path", kSlotNames[slot], name(a),
+                       one, name(b), other);
+  }
+
+  void Reach(std::size_t node, const State& incoming) {
+    State& state = states_[node];
+    bool changed = !reached_[node];
+    reached_[node] = true;
+    for (std::size_t slot = 0; slot < kFacts; ++slot) {
+      const int joined = Join(slot, state[slot], incoming[slot]);
+      changed = changed || joined != state[slot];
+      state[slot] = joined;
+    }
+    if (!changed || queued_[node]) return;
+    queued_[node] = true;
+    queue_.push_back(node);
+  }
+
+  /// The state after a call: what the routine may change as it leaves it, all else as before.
+  void ReachAfterCall(std::size_t call, std::size_t routine) {
+    const std::size_t exit = ExitOf(routine);
+    if (!reached_[exit] || !reached_[call]) return;
+    State after = states_[call];
+    for (std::size_t slot = 0; slot < kFacts; ++slot) {
+      if ((sets_[routine] & (1U << slot)) != 0) after[slot] = states_[exit][slot];
+    }
+    Reach(call + 1, after);
+  }
+
+  /// A fact that a node makes is made once, so that loops end.
+  template <typename Make>
+  int Made(std::size_t node, std::size_t slot, const Make& make) {
+    const auto [at, added] = made_.try_emplace(node * kFacts + slot, kUnreached);
+    if (added) at->second = make();
+    return at->second;
+  }
+
+  void Leave(std::size_t node) {
+    const std::size_t routine = routine_of_[node];
+    const Step* const step = StepOf(node);
+    if (step == nullptr) {
+      for (const std::size_t call : callers_[routine]) ReachAfterCall(call, routine);
+      return;
+    }
+    State after = states_[node];
+    switch (step->kind) {
+      case StepKind::kMotion:
+        after[kPrevious] = Made(node, kPrevious, [&] { return PreviousAfter(node, *step); });
+        break;
+      case StepKind::kPostureLost:
+        after[kPrevious] = Made(node, kPrevious, [&] {
+          return Unknown(
+              fmt::format("{} at {}",
+                          step->reason.empty() ? "the robot may be moved by others" : step->reason,
+                          PlaceText(program_, step->place)),
+              step->place);
+        });
+        break;
+      case StepKind::kReturn:
+        Reach(ExitOf(routine), after);
+        return;
+      case StepKind::kJump:
+      case StepKind::kBranch: {
+        const auto label = labels_[routine].find(step->label);
+        if (label != labels_[routine].end()) Reach(label->second, after);
+        if (step->kind == StepKind::kJump && label != labels_[routine].end()) return;
+        break;
+      }
+      case StepKind::kCall:
+        if (const std::size_t* const called = RoutineCalled(*step)) {
+          auto& calls = callers_[*called];
+          if (!registered_.contains(node)) {
+            registered_.emplace(node, true);
+            calls.push_back(node);
+          }
+          Reach(first_[*called], after);
+          ReachAfterCall(node, *called);
+          return;
+        }
+        for (std::size_t slot = 0; slot < kFacts; ++slot) {
+          after[slot] = Made(node, slot, [&] {
+            return Unknown(
+                fmt::format("{}: may be changed by {}, which {} calls and which is in "
+                            "none of the files",
+                            kSlotNames[slot], step->label, PlaceText(program_, step->place)),
+                step->place);
+          });
+        }
+        break;
+      default:
+        if (const auto slot = SlotOf(step->kind)) {
+          after[*slot] =
+              Made(node, *slot, [&] { return FromSetting(*slot, step->setting, step->place); });
+        }
+        break;
+    }
+    Reach(node + 1, after);
+  }
+
+  int PreviousAfter(std::size_t node, const Step& step) {
+    const Motion& motion = step.motion;
+    const std::string at = PlaceText(program_, step.place);
+    if (!motion.special.empty()) {
+      return Unknown(fmt::format("{} at {}", motion.special, at), step.place);
+    }
+    if (!motion.end.point || !motion.end.offset.unknown.empty()) {
+      return Unknown(fmt::format("computed target at {}", at), step.place);
+    }
+    return Add({static_cast<int>(motion_of_.at(node)), true, "", step.place});
+  }
+
+  SettingAt At(std::size_t slot, std::size_t node, const std::optional<Setting>& own,
+               const Place& place) {
+    const int number = own ? FromSetting(slot, *own, place) : states_[node][slot];
+    if (number == kUnreached) return {"", place, "not reached"};
+    const Fact& fact = facts_[static_cast<std::size_t>(number)];
+    return fact.known ? SettingAt{fact.key, fact.place, ""} : SettingAt{"", fact.place, fact.key};
+  }
+
+  Flow Result() {
+    Flow flow;
+    flow.uses.resize(program_.points.size());
+    for (const std::size_t node : motions_) {
+      const Step& step = *StepOf(node);
+      MotionAt& at = flow.motions.emplace_back();
+      at.motion = &step.motion;
+      at.place = step.place;
+      at.reached = reached_[node];
+      const std::optional<Setting> none;
+      at.settings = {At(0, node, step.motion.tool, step.place),
+                     At(1, node, step.motion.base, step.place),
+                     At(2, node, step.motion.load, step.place), At(3, node, none, step.place),
+                     At(4, node, none, step.place)};
+      const int previous = states_[node][kPrevious];
+      if (previous == kUnreached) {
+        at.previous_unknown = "not reached";
+      } else if (const Fact& fact = facts_[static_cast<std::size_t>(previous)]; fact.known) {
+        at.previous = static_cast<std::size_t>(fact.value);
+      } else {
+        at.previous_unknown = fact.key;
+      }
+      const std::size_t index = flow.motions.size() - 1;
+      const auto use = [&](const Target& target, PointUse::Role role) {
+        if (!target.point || *target.point >= flow.uses.size()) return;
+        flow.uses[*target.point].push_back({role, index, step.place, ""});
+      };
+      use(step.motion.end, PointUse::Role::kEnd);
+      if (step.motion.via) use(*step.motion.via, PointUse::Role::kVia);
+    }
+    for (const Routine& routine : program_.routines) {
+      for (const Step& step : routine.steps) {
+        if (step.kind != StepKind::kUse || !step.point || *step.point >= flow.uses.size()) continue;
+        flow.uses[*step.point].push_back({PointUse::Role::kOther, 0, step.place, step.reason});
+      }
+    }
+    return flow;
+  }
+
+  const Program& program_;
+  const EntryState& entry_;
+  std::array<Classes, kSlots> classes_;
+  std::vector<std::size_t> first_, routine_of_;
+  std::unordered_map<std::string, std::size_t> by_name_;
+  std::vector<std::unordered_map<std::string, std::size_t>> labels_;
+  std::unordered_map<std::size_t, std::size_t> motion_of_;
+  std::vector<std::size_t> motions_;  ///< nodes
+  std::vector<unsigned> sets_;        ///< by routine
+  unsigned ever_set_ = 0;
+  std::vector<bool> called_, called_from_reached_;
+  std::size_t next_unstarted_ = 0;
+  std::vector<std::vector<std::size_t>> callers_;  ///< nodes of reached calls, by routine
+  std::unordered_map<std::size_t, bool> registered_;
+  std::vector<Fact> facts_;
+  std::unordered_map<std::size_t, int> made_;
+  std::vector<State> states_;
+  std::vector<bool> reached_, queued_;
+  std::deque<std::size_t> queue_;
+};
+
+}  // namespace
+
+Flow FlowOf(const Program& program, const EntryState& entry) {
+  return Analysis(program, entry).Run();
+}
+
+}  // namespace plumbline::programs

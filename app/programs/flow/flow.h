@@ -1,0 +1,71 @@
+// Data flow through a program: the tool, base, load and previous motion that hold at each motion.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/programs/program.h"
+
+namespace plumbline::programs {
+
+/// What a step of a program can set, and a motion depends on.
+enum class Slot { kTool, kBase, kLoad, kExtra, kShift };
+inline constexpr std::size_t kSlots = 5;
+
+/// A setting at one line: the key of its value and the line that sets it, or why it is not known.
+struct SettingAt {
+  std::string key;  ///< empty: the program never sets it
+  Place place;
+  std::string unknown;  ///< not empty: why the value is not known, with lines
+
+  bool known() const { return unknown.empty(); }
+};
+
+/// One motion with everything that holds where it is executed.
+struct MotionAt {
+  const Motion* motion = nullptr;
+  Place place;
+  std::array<SettingAt, kSlots> settings;
+  /// The motion after which this one starts, as an index in Flow::motions; absent: not known.
+  std::optional<std::size_t> previous;
+  std::string previous_unknown;  ///< why not
+  bool reached = true;           ///< false: no path through the files leads here
+
+  const SettingAt& operator[](Slot slot) const { return settings[static_cast<std::size_t>(slot)]; }
+};
+
+/// A use of a point: as the end or auxiliary point of a motion, or otherwise.
+struct PointUse {
+  enum class Role { kEnd, kVia, kOther } role = Role::kOther;
+  std::size_t motion = 0;  ///< index in Flow::motions, for kEnd and kVia
+  Place place;
+  std::string reason;  ///< of kOther: why it forbids a correction; empty if it does not
+};
+
+struct Flow {
+  std::vector<MotionAt> motions;            ///< in the order of the routines and their steps
+  std::vector<std::vector<PointUse>> uses;  ///< of each point
+};
+
+/// What holds where a program is started, as the user states it.
+struct EntryState {
+  std::array<std::optional<std::string>, kSlots> keys;  ///< "" is: nothing set
+};
+
+/// Finds what holds at every motion, for all paths through the program.
+///
+/// Each setting is a flat lattice: unreached, known by value, unknown with a reason. Paths that
+/// meet with different values make a conflict that names both lines; keys with equal values agree.
+/// A routine is analysed once, for all its callers together; after a call, what the routine cannot
+/// change keeps its value from before the call. A routine that may be started, or that nobody
+/// calls, starts with nothing known, except settings that no line of the program ever makes (their
+/// key is then empty) and those of `entry`. Time is proportional to the number of steps.
+Flow FlowOf(const Program& program, const EntryState& entry = {});
+
+/// "weld.src:41".
+std::string PlaceText(const Program& program, const Place& place);
+
+}  // namespace plumbline::programs
