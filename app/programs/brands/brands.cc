@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "app/programs/brand.h"
+#include "app/programs/brands/urscript.h"
 
 namespace plumbline::programs {
 
 std::span<const Brand* const> Brands() {
-  static const std::vector<const Brand*> kBrands = {};
+  static const std::vector<const Brand*> kBrands = {&UniversalRobots()};
   return kBrands;
 }
 

@@ -1,0 +1,209 @@
+#include "app/programs/brands/urscript.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "app/programs/brands/source_cursor.h"
+#include "app/programs/brands/urscript_routines.h"
+#include "app/programs/brands/urscript_syntax.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline::programs {
+
+namespace urscript {
+namespace {
+
+bool EndsWith(std::string_view name, std::string_view suffix) {
+  return name.size() >= suffix.size() && SameWord(name.substr(name.size() - suffix.size()), suffix);
+}
+
+bool IsPolyScope(const SourceFile& file) {
+  return EndsWith(file.name, ".urp") &&
+         (file.bytes.starts_with("\x1f\x8b") || file.bytes.starts_with("<URProgram"));
+}
+
+Result<Mat3> RotationOf(std::span<const double> numbers) {
+  return RotationFromVector({numbers[0], numbers[1], numbers[2]});
+}
+
+/// The same rotation has vectors at angle + 2 k pi on the same axis.
+std::vector<double> NumbersOf(const Mat3& R, std::span<const double> old) {
+  const Vec3 before(old[0], old[1], old[2]);
+  const Vec3 shortest = VectorFromRotation(R);
+  const double angle = shortest.norm();
+  const double turn = 2 * std::numbers::pi;
+  Vec3 best = shortest;
+  if (angle > 1e-12) {
+    const Vec3 axis = shortest / angle;
+    best = axis * (angle + turn * std::round((axis.dot(before) - angle) / turn));
+  } else if (const double turns = std::round(before.norm() / turn); turns > 0) {
+    best = before.normalized() * turns * turn + shortest;
+  }
+  return {best.x(), best.y(), best.z()};
+}
+
+constexpr std::string_view kMarkSign = "plumbline";
+
+/// The mark in the comments before the first statement.
+std::string MarkIn(std::string_view bytes) {
+  const LineIndex lines(bytes);
+  for (int line = 1; line <= lines.count(); ++line) {
+    std::string_view text = lines.Text(line);
+    if (line == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    text = TrimBlanks(text);
+    if (text.empty()) continue;
+    if (text.front() != '#') return "";
+    text = TrimBlanks(text.substr(1));
+    if (StartsWithWord(text, kMarkSign)) return std::string(text);
+  }
+  return "";
+}
+
+class UrScript final : public Brand {
+ public:
+  std::string_view name() const override { return "Universal Robots URScript"; }
+
+  const Conventions& conventions() const override {
+    static const Conventions kConventions = [] {
+      Conventions made;
+      made.m_per_unit = 1;
+      made.orientation_numbers = 3;
+      made.length = {.least_significant = 6, .least_decimals = 6};
+      made.angle = {.least_significant = 6, .least_decimals = 6};
+      made.rotation = RotationOf;
+      made.numbers = NumbersOf;
+      return made;
+    }();
+    return kConventions;
+  }
+
+  bool Recognises(const SourceFile& file) const override {
+    if (IsPolyScope(file)) return true;
+    if (!EndsWith(file.name, ".script") && !EndsWith(file.name, ".urscript")) return false;
+    for (const char* const word : {"def ", "movej(", "movel(", "movep(", "movec(", "set_tcp("}) {
+      if (file.bytes.find(word) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  Reading Read(std::vector<SourceFile> files) const override;
+
+  bool Agrees(const Configuration&, const kinematics::Chain&, const model::JointVector&,
+              MotionKind) const override {
+    return true;  // poses state no posture
+  }
+  std::vector<std::string> ConfigurationOf(const Configuration&, const kinematics::Chain&,
+                                           const model::JointVector&) const override {
+    return {};
+  }
+
+  std::optional<Insertion> Mark(const SourceFile& file, std::string_view mark) const override {
+    if (IsPolyScope(file)) return std::nullopt;
+    const LineIndex lines(file.bytes);
+    return Insertion{file.bytes.starts_with("\xEF\xBB\xBF") ? std::size_t{3} : 0,
+                     fmt::format("# {}{}", mark, lines.UsualLineEnd())};
+  }
+
+  std::optional<std::string> InsertedMotion(const Program& program, const Motion& motion,
+                                            std::span<const double> numbers) const override;
+};
+
+Reading UrScript::Read(std::vector<SourceFile> files) const {
+  Reading reading;
+  Program& program = reading.program;
+  program.files = std::move(files);
+  program.marks.resize(program.files.size());
+  program.bases[kRobotBase] = {};
+
+  std::vector<Syntax> syntaxes(program.files.size());
+  std::map<std::string, int, std::less<>> times;
+  for (std::size_t i = 0; i < program.files.size(); ++i) {
+    const SourceFile& file = program.files[i];
+    if (IsPolyScope(file)) {
+      reading.refusals.push_back(
+          {i, 0,
+           "a PolyScope program with its waypoints as joint angles. The robot runs this file, not "
+           "the .script beside it, and it still has the old points",
+           "call the corrected .script from it in a Script node (File), or teach its waypoints "
+           "anew"});
+      continue;
+    }
+    program.marks[i] = MarkIn(file.bytes);
+    syntaxes[i] = Parse(file.bytes, i);
+    for (std::size_t k = 1; k < syntaxes[i].routines.size(); ++k) {
+      if (syntaxes[i].routines[k].outer == 0) ++times[std::string(syntaxes[i].routines[k].name)];
+    }
+  }
+  Callable callable;
+  for (const auto& [routine, count] : times) {
+    if (count == 1) callable[routine] = routine;
+  }
+  for (std::size_t i = 0; i < program.files.size(); ++i) {
+    if (syntaxes[i].routines.empty()) continue;
+    Called called;
+    for (std::size_t k = 0; k < program.files.size(); ++k) {
+      if (k == i) continue;
+      for (const Expr& expr : syntaxes[k].exprs) {
+        if (expr.kind == ExprKind::kCall) called.emplace(expr.name);
+      }
+    }
+    AddRoutines(syntaxes[i], i, callable, called,
+                program.files.size() > 1 ? program.files[i].name + ": " : "", program);
+    program.remarks.insert(program.remarks.end(), syntaxes[i].remarks.begin(),
+                           syntaxes[i].remarks.end());
+  }
+  return reading;
+}
+
+/// The statement with the target replaced by a pose. Circles are not divided: their parts need
+/// auxiliary points of their own.
+std::optional<std::string> UrScript::InsertedMotion(const Program& program, const Motion& motion,
+                                                    std::span<const double> numbers) const {
+  if (motion.kind != MotionKind::kLinear || !motion.end.point || numbers.size() != 6 ||
+      motion.end.offset.in != Offset::In::kNone) {
+    return std::nullopt;
+  }
+  const std::string_view bytes = program.files[motion.statement.file].bytes;
+  const std::string_view text =
+      bytes.substr(motion.statement.begin, motion.statement.end - motion.statement.begin);
+  const Syntax syntax = Parse(text, 0);
+  if (syntax.statements.size() != 1 || syntax.statements[0].expr == kNone) {
+    return std::nullopt;
+  }
+  const Expr* place = &syntax.exprs[syntax.statements[0].expr];
+  if (place->kind != ExprKind::kCall || place->parts.empty()) return std::nullopt;
+  place = &syntax.exprs[place->parts[0]];
+  const bool feature = motion.base && motion.base->key != kRobotBase;
+  if (feature) {
+    if (place->name != "pose_trans" || place->parts.size() != 2) return std::nullopt;
+    place = &syntax.exprs[place->parts[1]];
+  }
+  if (place->kind != ExprKind::kPose && place->kind != ExprKind::kName &&
+      place->kind != ExprKind::kIndex) {
+    return std::nullopt;
+  }
+  const LineIndex lines(bytes);
+  const int line = lines.LineAt(motion.statement.begin);
+  const std::string_view before =
+      bytes.substr(lines.Begin(line), motion.statement.begin - lines.Begin(line));
+  if (!TrimBlanks(before).empty()) return std::nullopt;  // not alone on its line
+  std::string pose;
+  for (const double number : numbers)
+    pose += fmt::format("{}{:.9f}", pose.empty() ? "" : ", ", number);
+  return fmt::format("{}p[{}]{}{}{}", text.substr(0, place->begin), pose, text.substr(place->end),
+                     lines.UsualLineEnd(), before);
+}
+
+}  // namespace
+}  // namespace urscript
+
+const Brand& UniversalRobots() {
+  static const urscript::UrScript kBrand;
+  return kBrand;
+}
+
+}  // namespace plumbline::programs
