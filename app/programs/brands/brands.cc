@@ -5,11 +5,13 @@
 
 #include "app/programs/brand.h"
 #include "app/programs/brands/urscript.h"
+#include "app/programs/brands/fanuc.h"
 
 namespace plumbline::programs {
 
 std::span<const Brand* const> Brands() {
   static const std::vector<const Brand*> kBrands = {&UniversalRobots()};
+  static const std::vector<const Brand*> kBrands = {&FanucTp()};
   return kBrands;
 }
 

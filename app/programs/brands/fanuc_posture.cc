@@ -1,0 +1,143 @@
+#include "app/programs/brands/fanuc_posture.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "app/programs/brands/source_cursor.h"
+
+namespace plumbline::programs::fanuc {
+namespace {
+
+/// Angles and relative lengths below which a posture is at the limit between two letters: more than
+/// the rounding of the file's 0.001 deg.
+constexpr double kAtLimit = 1e-4;
+
+constexpr std::array<std::array<int, 3>, 2> kTurningJoints = {{{0, 3, 5}, {3, 4, 5}}};
+
+struct Config {
+  struct Letter {
+    std::size_t at = 0;
+    char value = 0;
+  };
+  std::array<std::optional<Letter>, 3> letters;  ///< of F/N, U/D, T/B
+  std::array<Span, 3> turn_spans{};
+  std::array<int, 3> turns{};
+  int turn_count = 0;
+};
+
+/// Place of a letter: F/N, U/D, T/B.
+std::optional<std::size_t> PlaceOf(char letter) {
+  constexpr std::string_view kLetters = "FNUDTB";
+  const auto at = kLetters.find(letter);
+  return at == std::string_view::npos ? std::nullopt : std::optional(at / 2);
+}
+
+Config Parsed(std::string_view text) {
+  Config config;
+  std::size_t at = 0;
+  for (; at < text.size() && text[at] != ','; ++at) {
+    if (const auto place = PlaceOf(text[at])) config.letters[*place] = {at, text[at]};
+  }
+  while (at < text.size() && config.turn_count < 3) {
+    ++at;
+    while (at < text.size() && IsBlank(text[at])) ++at;
+    int value = 0;
+    const char* const begin = text.data() + at;
+    const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
+    if (error != std::errc()) break;
+    const std::size_t after = at + static_cast<std::size_t>(end - begin);
+    config.turn_spans[static_cast<std::size_t>(config.turn_count)] = {0, at, after};
+    config.turns[static_cast<std::size_t>(config.turn_count++)] = value;
+    at = text.find(',', after);
+    if (at == std::string_view::npos) break;
+  }
+  return config;
+}
+
+/// How far a posture is on the side of F, U and T, each in 1: J5 [rad], and lengths by the reach.
+std::array<double, 3> Sides(const kinematics::Chain& chain, const model::JointVector& q) {
+  const auto measures = [&chain](const model::JointVector& joints) {
+    kinematics::Posture posture;
+    chain.Evaluate(joints, posture);
+    // The wrist's centre: the point of J5's axis next to that of J4.
+    const Vec3 &a4 = posture.axis_B[3], &a5 = posture.axis_B[4];
+    const Vec3 between = posture.point_B[3] - posture.point_B[4];
+    const double c = a4.dot(a5), sine_squared = 1 - c * c;
+    const double along =
+        sine_squared < 1e-9 ? 0 : (between.dot(a5) - c * between.dot(a4)) / sine_squared;
+    const Vec3 wrist = posture.point_B[4] + along * a5;
+    const Vec3 shoulder = posture.point_B[1], elbow = posture.point_B[2];
+    const double reach = chain.Reach();
+    const double bend = posture.axis_B[1].dot((elbow - shoulder).cross(wrist - shoulder));
+    const double front = posture.axis_B[1].cross(posture.axis_B[0]).dot(wrist - posture.point_B[0]);
+    return std::array{bend / (reach * reach), front / reach};
+  };
+  const auto [bend, front] = measures(q);
+  const auto [bend_at_zero, front_at_zero] = measures(model::JointVector::Zero(chain.size()));
+  return {q[4], bend * std::copysign(1.0, bend_at_zero), front * std::copysign(1.0, front_at_zero)};
+}
+
+bool IsUnderstood(const kinematics::Chain& chain, const model::JointVector& q) {
+  return chain.size() == 6 && q.size() == 6;
+}
+
+bool LetterAgrees(char letter, double side) {
+  const bool first = letter == 'F' || letter == 'U' || letter == 'T';
+  return std::abs(side) < kAtLimit || first == (side > 0);
+}
+
+int TurnsOf(double angle) {
+  return static_cast<int>(std::round(angle / (2 * std::numbers::pi)));
+}
+
+bool TurnsAgree(const Config& config, const model::JointVector& q) {
+  if (config.turn_count < 3) return true;
+  for (const auto& joints : kTurningJoints) {
+    bool agree = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double rest = q[joints[i]] - 2 * std::numbers::pi * config.turns[i];
+      agree = agree && std::abs(rest) <= std::numbers::pi + kAtLimit;
+    }
+    if (agree) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool ConfigAgrees(std::string_view text, const kinematics::Chain& chain,
+                  const model::JointVector& q, bool with_turns) {
+  if (!IsUnderstood(chain, q)) return true;
+  const Config config = Parsed(text);
+  const std::array<double, 3> sides = Sides(chain, q);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, sides[i])) return false;
+  }
+  return !with_turns || TurnsAgree(config, q);
+}
+
+std::string ConfigFor(std::string_view text, const kinematics::Chain& chain,
+                      const model::JointVector& q) {
+  std::string written(text);
+  if (!IsUnderstood(chain, q) || ConfigAgrees(text, chain, q, true)) return written;
+  const Config config = Parsed(text);
+  const std::array<double, 3> sides = Sides(chain, q);
+  if (!TurnsAgree(config, q)) {
+    for (std::size_t i = 3; i-- > 0;) {
+      const Span& span = config.turn_spans[i];
+      written.replace(span.begin, span.end - span.begin,
+                      std::to_string(TurnsOf(q[kTurningJoints[0][i]])));
+    }
+  }
+  constexpr std::array<std::array<char, 2>, 3> kLetters = {{{'F', 'N'}, {'U', 'D'}, {'T', 'B'}}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, sides[i]))
+      written[config.letters[i]->at] = kLetters[i][sides[i] > 0 ? 0 : 1];
+  }
+  return written;
+}
+
+}  // namespace plumbline::programs::fanuc

@@ -1,0 +1,520 @@
+#include "app/programs/brands/fanuc_routine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "app/programs/brands/fanuc_words.h"
+
+namespace plumbline::programs::fanuc {
+namespace {
+
+constexpr std::string_view kAnyLabel = "any label";
+
+/// First words of instructions that consist of a bare name and are no macros.
+bool IsInstruction(std::string_view word) {
+  static constexpr std::array<std::string_view, 24> kWords = {
+      "UNLOCK", "LOCK",      "ARC",  "WEAVE", "TRACK",  "SEARCH",  "COL",    "WAIT",
+      "ENDIF",  "ENDFOR",    "RSR",  "CUT",   "STITCH", "MONITOR", "SENSOR", "TOUCH",
+      "FB",     "TC_ONLINE", "ELSE", "IF",    "CALL",   "RUN",     "SPOT",   "MESSAGE"};
+  return std::ranges::any_of(kWords, [&](std::string_view known) { return SameWord(known, word); });
+}
+
+/// Position of a character outside brackets and parentheses, or npos.
+std::size_t FindOutside(std::string_view text, char sought, std::size_t from = 0) {
+  int depth = 0;
+  for (std::size_t at = from; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == sought && depth == 0) return at;
+    if (c == '(' || c == '[') ++depth;
+    if ((c == ')' || c == ']') && depth > 0) --depth;
+  }
+  return std::string_view::npos;
+}
+
+/// `[JLCAS] P[` or `PR[`: the letter.
+std::optional<char> MotionLetter(std::string_view text) {
+  if (text.size() < 4 || std::string_view("JLCAS").find(text[0]) == std::string_view::npos ||
+      !IsBlank(text[1])) {
+    return std::nullopt;
+  }
+  const std::string_view target = TrimBlanks(text.substr(1));
+  return target.starts_with("P[") || target.starts_with("PR[") ? std::optional(text[0])
+                                                               : std::nullopt;
+}
+
+std::string_view CalledName(std::string_view text) {
+  text = TrimBlanks(text);
+  return TrimBlanks(text.substr(0, text.find_first_of("(,; \t")));
+}
+
+class Lowering {
+ public:
+  Lowering(const Surroundings& around, Program& program, Routine& routine)
+      : around_(around), program_(program), routine_(routine) {}
+
+  void Read(const Statement& statement) {
+    statement_ = &statement;
+    const std::string_view text = statement.text;
+    const bool of_select =
+        text.starts_with('=') || StartsWithWord(text, "ELSE,") || StartsWithWord(text, "ELSE ,");
+    if (select_end_ && !of_select) Add(StepKind::kLabel).label = *std::exchange(select_end_, {});
+    if (select_end_) {
+      Case(text);
+    } else {
+      Instruction(text, 0);
+    }
+  }
+
+  void Finish() {
+    if (select_end_) Add(StepKind::kLabel).label = *select_end_;
+    if (!jumps_anywhere_) return;
+    Add(StepKind::kReturn);
+    Add(StepKind::kLabel).label = kAnyLabel;
+    for (const std::string& label : labels_) Add(StepKind::kBranch).label = label;
+    Add(StepKind::kReturn);
+  }
+
+ private:
+  Step& Add(StepKind kind) {
+    Step& step = routine_.steps.emplace_back();
+    step.kind = kind;
+    if (statement_ != nullptr) step.place = statement_->place;
+    return step;
+  }
+
+  std::string NewLabel() { return fmt::format("#{}", ++last_label_); }
+
+  void Jump(StepKind kind, std::string label) {
+    jumps_anywhere_ |= label == kAnyLabel;
+    Add(kind).label = std::move(label);
+  }
+
+  std::string LabelOf(std::string_view content) const {
+    const auto number = IndexIn(content);
+    if (!number) return std::string(kAnyLabel);
+    return statement_->block == 0 ? fmt::format("LBL[{}]", *number)
+                                  : fmt::format("LBL[{}] in block {}", *number, statement_->block);
+  }
+
+  /// `LBL[n]` at the first word LBL of a text, or nothing.
+  std::optional<std::string> LabelIn(std::string_view text) const {
+    for (const std::string_view word : {"LBL[", "LABEL["}) {
+      const auto at = text.find(word);
+      if (at != std::string_view::npos)
+        return LabelOf(BracketedAt(text, at + word.size() - 1).content);
+    }
+    return std::nullopt;
+  }
+
+  void Instruction(std::string_view text, int depth) {
+    text = TrimBlanks(text);
+    if (text.empty() || text.starts_with('!') || text.starts_with("--")) return;
+    if (text.starts_with("//")) {
+      if (MotionLetter(TrimBlanks(text.substr(2)))) {
+        program_.remarks.push_back({statement_->place, "disabled motion: " + std::string(text)});
+      }
+      return;
+    }
+    if (const auto letter = MotionLetter(text)) return Motions(*letter, text);
+    if (depth > kMaxNesting) {
+      program_.remarks.push_back({statement_->place, "nested too deeply"});
+      return Unknown("an instruction that is nested too deeply");
+    }
+    SourceCursor at(text, 0);
+    const std::string_view word = EnglishWord(at.TakeWord());
+    const std::string_view rest = TrimBlanks(at.Rest());
+    const auto is = [word](std::string_view known) { return SameWord(word, known); };
+    if (is("UTOOL_NUM")) return Select(StepKind::kSetTool, word, rest);
+    if (is("UFRAME_NUM")) return Select(StepKind::kSetBase, word, rest);
+    if (is("PAYLOAD") && rest.starts_with('[')) return Payload(BracketedAt(rest, 0).content);
+    if (is("LBL") && rest.starts_with('[')) return Label(BracketedAt(rest, 0).content);
+    if (is("JMP")) return Jump(StepKind::kJump, LabelIn(rest).value_or(std::string(kAnyLabel)));
+    if (is("CALL")) return Call(CalledName(rest));
+    if (is("RUN")) return;  // another task, with other axes
+    if (is("IF")) return If(rest, depth);
+    if (is("ELSE")) return Else();
+    if (is("ENDIF")) return Close(false);
+    if (is("FOR")) return For();
+    if (is("ENDFOR")) return Close(true);
+    if (is("SELECT")) return Selection(rest);
+    if (is("END") || is("ABORT")) return static_cast<void>(Add(StepKind::kReturn));
+    if (is("PAUSE") || is("UALM"))
+      return LosePosture(std::string(word) + ": the robot may be moved");
+    if (is("WAIT")) {
+      if (const auto label = LabelIn(rest)) Jump(StepKind::kBranch, *label);
+      return;
+    }
+    if (is("TRACK") || (is("Touch") && StartsWithWord(rest, "Offset"))) {
+      const bool ends = Lowered(rest).ends_with("end");
+      Add(StepKind::kShift).setting.unknown = ends ? "" : std::string(text);
+      return;
+    }
+    Other(text, word);
+  }
+
+  /// `UTOOL_NUM=2`, `UTOOL_NUM[GP1]=R[5]`.
+  void Select(StepKind kind, std::string_view word, std::string_view rest) {
+    if (rest.starts_with('[')) {
+      const Bracketed group = BracketedAt(rest, 0);
+      if (group.content != "GP1") return;
+      rest = TrimBlanks(rest.substr(group.after));
+    }
+    if (!rest.starts_with('=')) return;
+    rest = TrimBlanks(rest.substr(1));
+    const auto number = IndexIn(rest);
+    Setting& setting = Add(kind).setting;
+    if (!number) {
+      setting.unknown = fmt::format("{}={} is computed", word, rest);
+      return;
+    }
+    setting = Value(kind == StepKind::kSetTool ? "UTOOL" : "UFRAME", *number);
+  }
+
+  /// The value with this number, unless a program assigns it.
+  Setting Value(std::string_view what, long number) const {
+    const std::string key = fmt::format("{} {}", what, number);
+    for (const std::string& assigned : {key, fmt::format("{} *", what)}) {
+      const auto found = around_.assigned->find(assigned);
+      if (found != around_.assigned->end())
+        return {"", fmt::format("{}[{}] is assigned at {}", what, number, found->second)};
+    }
+    return {key, ""};
+  }
+
+  /// `PAYLOAD[1]`, `PAYLOAD[GP1:R[13]]`, `PAYLOAD[2:gripper]`.
+  void Payload(std::string_view content) {
+    if (content.starts_with("GP")) {
+      const auto colon = content.find(':');
+      if (content.substr(0, colon) != "GP1" || colon == std::string_view::npos) return;
+      content.remove_prefix(colon + 1);
+    }
+    const auto number = IndexIn(content);
+    Setting& setting = Add(StepKind::kSetLoad).setting;
+    if (number) {
+      setting = Value("PAYLOAD", *number);
+    } else {
+      setting.unknown = fmt::format("PAYLOAD[{}] is computed", content);
+    }
+  }
+
+  void Label(std::string_view content) {
+    std::string label = LabelOf(content);
+    if (label != kAnyLabel && statement_->block == 0) labels_.push_back(label);
+    Add(StepKind::kLabel).label = std::move(label);
+  }
+
+  void Call(std::string_view name) {
+    const std::string capitals = Capitals(name);
+    if (around_.programs->contains(capitals)) {
+      Add(StepKind::kCall).label = capitals;
+    } else {
+      Unknown(fmt::format("{}, which is in none of the files", name));
+    }
+  }
+
+  void LosePosture(std::string why) { Add(StepKind::kPostureLost).reason = std::move(why); }
+
+  void Unknown(const std::string& by) {
+    for (const StepKind kind : {StepKind::kSetTool, StepKind::kSetBase, StepKind::kSetLoad}) {
+      Add(kind).setting.unknown = "may be changed by " + by;
+    }
+    LosePosture("the robot may be moved by " + by);
+  }
+
+  /// The rest of an IF: `condition,action`, `condition,action,ELSE,action`, `(condition) THEN`.
+  void If(std::string_view rest, int depth) {
+    Uses(rest.substr(0, FindOutside(rest, ',')));
+    const std::size_t comma = FindOutside(rest, ',');
+    if (comma == std::string_view::npos) {
+      blocks_.push_back({NewLabel(), NewLabel(), "", false});
+      Add(StepKind::kBranch).label = blocks_.back().otherwise;
+      return;
+    }
+    std::string_view action = TrimBlanks(rest.substr(comma + 1)), otherwise;
+    const std::size_t second = FindOutside(action, ',');
+    if (second != std::string_view::npos) {
+      const std::string_view after = TrimBlanks(action.substr(second + 1));
+      if (StartsWithWord(after, "ELSE")) {
+        otherwise = after.substr(4);
+        while (otherwise.starts_with(',') || otherwise.starts_with(' ')) otherwise.remove_prefix(1);
+        action = action.substr(0, second);
+      }
+    }
+    const std::string skipped = NewLabel();
+    Add(StepKind::kBranch).label = skipped;
+    Instruction(action, depth + 1);
+    if (otherwise.empty()) {
+      Add(StepKind::kLabel).label = skipped;
+      return;
+    }
+    const std::string end = NewLabel();
+    Add(StepKind::kJump).label = end;
+    Add(StepKind::kLabel).label = skipped;
+    Instruction(otherwise, depth + 1);
+    Add(StepKind::kLabel).label = end;
+  }
+
+  void Else() {
+    if (blocks_.empty() || blocks_.back().loop || blocks_.back().otherwise.empty()) return;
+    Add(StepKind::kJump).label = blocks_.back().end;
+    Add(StepKind::kLabel).label = std::exchange(blocks_.back().otherwise, {});
+  }
+
+  void For() {
+    blocks_.push_back({"", NewLabel(), NewLabel(), true});
+    Add(StepKind::kLabel).label = blocks_.back().top;
+    Add(StepKind::kBranch).label = blocks_.back().end;
+  }
+
+  void Close(bool loop) {
+    if (blocks_.empty() || blocks_.back().loop != loop) return;
+    const Block block = blocks_.back();
+    blocks_.pop_back();
+    if (loop) Add(StepKind::kJump).label = block.top;
+    if (!block.otherwise.empty()) Add(StepKind::kLabel).label = block.otherwise;
+    Add(StepKind::kLabel).label = block.end;
+  }
+
+  /// `SELECT R[1]=1,JMP LBL[1]` and its further lines `=2,CALL X` and `ELSE,CALL Y`.
+  void Selection(std::string_view rest) {
+    select_end_ = NewLabel();
+    const auto equals = FindOutside(rest, '=');
+    if (equals != std::string_view::npos) Case(rest.substr(equals));
+  }
+
+  void Case(std::string_view text) {
+    const bool otherwise = StartsWithWord(text, "ELSE");
+    const auto comma = FindOutside(text, ',');
+    if (comma == std::string_view::npos) return;
+    const std::string next = NewLabel();
+    if (!otherwise) Add(StepKind::kBranch).label = next;
+    Instruction(text.substr(comma + 1), 1);
+    Add(StepKind::kJump).label = *select_end_;
+    Add(StepKind::kLabel).label = next;
+  }
+
+  /// An assignment, an instruction of an application, or a macro: a name without brackets.
+  void Other(std::string_view text, std::string_view word) {
+    Uses(text);
+    if (text.starts_with('$')) {
+      const bool assigns = FindOutside(text, '=') != std::string_view::npos;
+      if (assigns && text.find("MNUTOOLNUM") != std::string_view::npos)
+        Add(StepKind::kSetTool).setting.unknown = std::string(text);
+      if (assigns && text.find("MNUFRAMENUM") != std::string_view::npos)
+        Add(StepKind::kSetBase).setting.unknown = std::string(text);
+      return;
+    }
+    const bool named = !word.empty() && text.find_first_of("[=") == std::string_view::npos;
+    if (!named || IsInstruction(word) || FindOutside(text, '=') != std::string_view::npos) return;
+    Call(TrimBlanks(text.substr(0, text.find('('))));
+  }
+
+  void Uses(std::string_view text) {
+    for (const PointMention& mention : PointsMentioned(text)) {
+      if (!mention.number) {
+        AnyPoint(text);
+        continue;
+      }
+      const auto point = around_.points->find(*mention.number);
+      if (point == around_.points->end()) continue;
+      Step& use = Add(StepKind::kUse);
+      use.point = point->second;
+      use.reason = fmt::format("used in `{}`", text.substr(0, 60));
+    }
+  }
+
+  /// A point with a computed number may be any point of the program.
+  void AnyPoint(std::string_view text) {
+    if (any_point_) return;
+    any_point_ = true;
+    for (const auto& [number, point] : *around_.points) {
+      std::string& why = program_.points[point].untouchable;
+      if (why.empty())
+        why = fmt::format("`{}` in line {} may be any point of the program", text.substr(0, 60),
+                          statement_->place.line);
+    }
+  }
+
+  Target TargetAt(SourceCursor& at) {
+    at.SkipBlanks();
+    const std::size_t begin = at.at();
+    const bool taught = at.TakeWord() == "P";
+    Target target;
+    const Bracketed index = BracketedAt(at.Rest(), 0);
+    at.Skip(index.after);
+    const auto number = IndexIn(index.content);
+    const auto point = taught && number ? around_.points->find(*number) : around_.points->end();
+    if (point != around_.points->end()) {
+      target.point = point->second;
+      return target;
+    }
+    target.computed = std::string(at.TextFrom(begin));
+    if (taught && number) target.computed += " (not in /POS)";
+    if (taught && !number) AnyPoint(target.computed);
+    return target;
+  }
+
+  void Motions(char letter, std::string_view text) {
+    Motion motion;
+    motion.kind = letter == 'J'   ? MotionKind::kJoint
+                  : letter == 'L' ? MotionKind::kLinear
+                  : letter == 'C' ? MotionKind::kCircular
+                                  : MotionKind::kSpline;
+    motion.statement = statement_->span;
+    SourceCursor at(text, 0);
+    at.Skip();
+    motion.end = TargetAt(at);
+    std::vector<std::string> calls;
+    std::optional<std::string> branch;
+    bool listed = false;  // after a comma, PR[] belongs to an option
+    while (!at.AtEnd()) {
+      const std::size_t begin = at.at();
+      const std::string_view written = at.TakeWord();
+      if (written.empty()) {
+        if (!IsBlank(at.Peek())) listed = at.Peek() == ',';
+        if (at.Peek() == '[') {
+          at.Skip(BracketedAt(at.Rest(), 0).after);
+        } else {
+          at.Skip();
+        }
+        continue;
+      }
+      const std::string_view word = EnglishWord(written);
+      const bool target = (word == "P" || word == "PR") && at.Peek() == '[';
+      if (target && letter == 'C' && !listed && !motion.via) {
+        motion.via = std::move(motion.end);
+        at.MoveTo(begin);
+        motion.end = TargetAt(at);
+        continue;
+      }
+      Option(word, at, motion, calls, branch);
+      listed = false;
+    }
+    if (letter == 'C' && !motion.via && motion.special.empty()) {
+      motion.special = "circular motion without an end";
+    }
+    Add(StepKind::kMotion).motion = std::move(motion);
+    if (branch) Jump(StepKind::kBranch, *branch);
+    for (const std::string& name : calls) Call(name);
+  }
+
+  static void Special(Motion& motion, std::string_view why) {
+    if (motion.special.empty()) motion.special = why;
+  }
+
+  void Option(std::string_view word, SourceCursor& at, Motion& motion,
+              std::vector<std::string>& calls, std::optional<std::string>& branch) {
+    const auto is = [word](std::string_view known) { return SameWord(word, known); };
+    const auto numbered = [word](std::string_view name) {
+      return word.size() > name.size() && StartsWithWord(word, name) && IsDigit(word[name.size()]);
+    };
+    if (Lowered(word).ends_with("offset")) {
+      Offset& offset = motion.end.offset;
+      offset.in = StartsWithWord(word, "Tool") ? Offset::In::kTool : Offset::In::kBase;
+      at.SkipBlanks();
+      const std::size_t begin = at.at();
+      if (at.Take(',')) {
+        at.TakeWord();
+        if (at.Peek() == '[') at.Skip(BracketedAt(at.Rest(), 0).after);
+      }
+      offset.unknown += fmt::format("{}{}{}: the register's value is not in the program",
+                                    offset.unknown.empty() ? "" : "; ", word, at.TextFrom(begin));
+    } else if (numbered("CNT")) {
+      motion.passes_by = word.substr(3) != "0";
+    } else if (is("CNT") || is("CD") || is("CR") || numbered("CD") || numbered("CR")) {
+      motion.passes_by = true;
+    } else if (is("INC")) {
+      Special(motion, "relative motion (INC)");
+    } else if (is("Skip") || is("SkipJump")) {
+      Special(motion, "search: it ends where its condition comes true");
+      branch = LabelIn(at.Rest().substr(0, 64));
+    } else if (is("Search")) {
+      Special(motion, "touch search: it ends at the contact");
+    } else if (is("COORD")) {
+      Special(motion, "coordinated motion: its target is on a positioner");
+    } else if (is("RTCP")) {
+      Special(motion, "motion about a tool that stands in the cell (RTCP)");
+    } else if (is("CALL")) {
+      at.SkipBlanks();
+      calls.emplace_back(CalledName(at.Rest()));
+      at.Skip(calls.back().size());
+    }
+  }
+
+  struct Block {
+    std::string otherwise, end, top;
+    bool loop = false;
+  };
+
+  const Surroundings& around_;
+  Program& program_;
+  Routine& routine_;
+  const Statement* statement_ = nullptr;
+  int last_label_ = 0;
+  bool jumps_anywhere_ = false, any_point_ = false;
+  std::vector<std::string> labels_;
+  std::vector<Block> blocks_;
+  std::optional<std::string> select_end_;
+};
+
+}  // namespace
+
+std::string Capitals(std::string_view text) {
+  std::string capitals(text);
+  for (char& c : capitals) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  return capitals;
+}
+
+void FindAssigned(const std::vector<Statement>& statements, const std::string& file,
+                  Assigned& assigned) {
+  struct Written {
+    std::string_view name, key;
+    bool grouped;  ///< the index is [group, number]
+  };
+  static constexpr std::array kWritten = {
+      Written{"UFRAME[", "UFRAME", false},      Written{"UTOOL[", "UTOOL", false},
+      Written{"$MNUFRAME[", "UFRAME", true},    Written{"$MNUTOOL[", "UTOOL", true},
+      Written{"$PLST_GRP1[", "PAYLOAD", false},
+  };
+  for (const Statement& statement : statements) {
+    for (const Written& written : kWritten) {
+      const std::string_view text = statement.text;
+      const auto at = text.find(written.name);
+      if (at == std::string_view::npos || text.starts_with('!') || text.starts_with("//")) continue;
+      if (at > 0 && (IsWordSign(text[at - 1]) || text[at - 1] == '$')) continue;
+      const Bracketed index = BracketedAt(text, at + written.name.size() - 1);
+      if (FindOutside(text, '=', index.after) == std::string_view::npos) continue;
+      std::string_view content = index.content;
+      if (content.starts_with("GP"))
+        content.remove_prefix(std::min(content.find(':'), content.size() - 1) + 1);
+      if (written.grouped)
+        content.remove_prefix(std::min(content.find(','), content.size() - 1) + 1);
+      const auto number = IndexIn(content);
+      assigned.try_emplace(
+          fmt::format("{} {}", written.key, number ? std::to_string(*number) : std::string("*")),
+          fmt::format("{}:{}", file, statement.place.line));
+    }
+  }
+}
+
+void ReadRoutine(const std::vector<Statement>& statements, const Surroundings& around,
+                 Program& program, Routine& routine) {
+  Lowering lowering(around, program, routine);
+  for (const Statement& statement : statements) lowering.Read(statement);
+  lowering.Finish();
+}
+
+std::set<std::string> CalledBy(const Routine& routine) {
+  std::set<std::string> called;
+  for (const Step& step : routine.steps) {
+    if (step.kind == StepKind::kCall) called.insert(step.label);
+  }
+  return called;
+}
+
+}  // namespace plumbline::programs::fanuc
