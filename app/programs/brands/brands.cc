@@ -4,14 +4,16 @@
 #include <vector>
 
 #include "app/programs/brand.h"
-#include "app/programs/brands/urscript.h"
 #include "app/programs/brands/fanuc.h"
+#include "app/programs/brands/urscript.h"
 
 namespace plumbline::programs {
 
 std::span<const Brand* const> Brands() {
-  static const std::vector<const Brand*> kBrands = {&UniversalRobots()};
-  static const std::vector<const Brand*> kBrands = {&FanucTp()};
+  static const std::vector<const Brand*> kBrands = {
+      &FanucTp(),
+      &UniversalRobots(),
+  };
   return kBrands;
 }
 
