@@ -117,8 +117,6 @@ struct PredictOptions {
   std::optional<double> deflection_sd;
 };
 
-constexpr int kThreads = 2;
-
 std::string CsvOf(const std::vector<Prediction>& predictions) {
   std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated,basis\n";
   for (const Prediction& p : predictions) {
@@ -388,6 +386,7 @@ int Run(const PredictOptions& options) {
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   measure::FrameCovariances frames;
   if (measured) {
+    constexpr int kThreads = 2;
     const Result<measure::Realignment> realigned = measure::Realign(*cell, *measured, kThreads);
     if (!realigned) {
       std::cerr << options.align << ": " << realigned.error() << '\n';
