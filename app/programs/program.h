@@ -81,6 +81,8 @@ struct Point {
 struct LoadValue {
   std::optional<double> mass_kg;  ///< absent: the file says that it was not entered
   Vec3 cog_F = Vec3::Zero();      ///< centre of gravity in the flange frame [m]
+  /// cog_F is given in the frame of the tool of the motion instead (payloads of ABB).
+  bool cog_in_tool = false;
 };
 struct FrameValue {
   Place place;
@@ -126,6 +128,9 @@ struct Motion {
   /// Why the motion does not end at its target, or the target is no place to correct: search,
   /// stationary tool, relative motion, weaving, interpolation in joints; empty: an ordinary motion.
   std::string special;
+  /// The controller does not obey the posture that the point states, and takes the nearest one to
+  /// where it comes from (ConfJ\Off and ConfL\Off of ABB).
+  bool ignores_configuration = false;
   Span statement;  ///< the whole statement, after which further motions can be inserted
 };
 
