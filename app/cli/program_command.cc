@@ -1,4 +1,6 @@
 // plumbline program: corrects the points of robot programs and writes the programs back.
+#include "app/cli/program_command.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,6 +44,7 @@ struct ProgramOptions {
   StatedTexts stated;
   std::optional<double> temperature_C, deflection_sd, insert_mm;
   double offset_bound_mm = 0.02;
+  std::span<const programs::Brand* const> brands;  ///< that are read
   bool loads_without_tool = false, joints = false, external_axes_still = false, again = false,
        json = false, all = false, dry_run = false;
 };
@@ -212,7 +215,8 @@ int Check(const ProgramOptions& options) {
   const auto old_inputs = ReadInputs(FilesBelow(options.check[0])),
              new_inputs = ReadInputs(FilesBelow(options.check[1]));
   if (!old_inputs || !new_inputs) return kExitUsage;
-  const Result<const programs::Brand*> brand = programs::BrandOf(FilesOf(*old_inputs));
+  const Result<const programs::Brand*> brand =
+      programs::BrandOf(FilesOf(*old_inputs), options.brands);
   if (!brand) return Fail(brand.error(), kExitUsage);
   const programs::Program before = (*brand)->Read(FilesOf(*old_inputs)).program,
                           after = (*brand)->Read(FilesOf(*new_inputs)).program;
@@ -291,7 +295,7 @@ int Run(const ProgramOptions& options) {
   const std::optional<CellInForce> cell = ReadCellInForce(options.cell);
   std::optional<std::vector<Input>> inputs = ReadInputs(options.programs);
   if (!cell || !inputs) return kExitUsage;
-  const Result<const programs::Brand*> found = programs::BrandOf(FilesOf(*inputs));
+  const Result<const programs::Brand*> found = programs::BrandOf(FilesOf(*inputs), options.brands);
   if (!found) return Fail(found.error(), kExitUsage);
   const programs::Brand& brand = **found;
   programs::Reading reading = brand.Read(FilesOf(*inputs));
@@ -358,7 +362,13 @@ int Run(const ProgramOptions& options) {
 }  // namespace
 
 void AddProgramCommand(CLI::App& app, int& exit_code) {
+  AddProgramCommandFor(programs::Brands(), app, exit_code);
+}
+
+void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::App& app,
+                          int& exit_code) {
   auto options = std::make_shared<ProgramOptions>();
+  options->brands = brands;
   CLI::App* command = app.add_subcommand(
       "program", "Correct the points of a robot program and write the program back");
   command->add_option("cell", options->cell, "CELL.toml, or the daemon's plumbline.toml");

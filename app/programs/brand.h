@@ -106,6 +106,7 @@ std::span<const Brand* const> Brands();
 
 /// The brand of a program: that of the files that any brand recognises. Files of two brands, or of
 /// none, are an error that names them.
-Result<const Brand*> BrandOf(const std::vector<SourceFile>& files);
+Result<const Brand*> BrandOf(const std::vector<SourceFile>& files,
+                             std::span<const Brand* const> brands = Brands());
 
 }  // namespace plumbline::programs

@@ -37,6 +37,8 @@ NOT_HERE = [
     (r"import-urdf|export-urdf", "needs the URDF of a robot; import_test and export_test have one"),
     (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and calibrate_lens_command_test have some"),
     (r"plumbline lens (list|export|solve)\b", "needs a stored lens and its views; lens_command_test has them"),
+    (r"plumbline program ", "needs a program of a robot controller; program_test and program_command_test have some"),
+    (r"plumbline path ", "needs a path of an offline programming system; path_command_test has one"),
     (r"plumbline mesh check ", "needs a mesh; mesh_command_test has some"),
     (r"^(\S*/)?plumbline distance |--distances", "needs an object table and a renderer; view_process_test has both"),
     (r"plumbline snapshot |--snapshot", "needs a renderer; view_process_test draws"),

@@ -112,9 +112,7 @@ void ReadGzip(const Outline& file, Recognition& found) {
   if (file.extension() == "urp") {
     found.name = "a program of a Universal Robots controller (.urp, gzip)";
     found.content = Content::kProgram;
-    found.conversion =
-        "Plumbline reads no robot programs. List the points in a CSV with a header (q1_deg ..) for "
-        "`plumbline predict CELL.toml POINTS.csv`; `zcat {}` shows the program's XML.";
+    found.command = "plumbline program CELL.toml {}";
   }
 }
 

@@ -1,4 +1,4 @@
-// Programs of robot controllers. Plumbline reads none; targets written in them are counted.
+// Programs of robot controllers; targets written in them are counted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -234,9 +234,11 @@ void ReadYaskawa(const Outline& file, Recognition& found) {
   }
 }
 
-constexpr const char* kPoints =
-    "Plumbline reads no robot programs. List the points in a CSV with a header (q1_deg .. in "
-    "degrees) for `plumbline predict CELL.toml POINTS.csv`.";
+constexpr const char* kNotRead =
+    "Plumbline does not read these programs. List the points in a CSV with a header (q1_deg .. in "
+    "degrees) for `plumbline path CELL.toml POINTS.csv`.";
+
+constexpr const char* kCorrect = "plumbline program CELL.toml {}";
 
 constexpr std::array kProgramKinds = {
     Kind{"krl-program", "a program of a KUKA controller (KRL)", Content::kProgram,
@@ -249,7 +251,7 @@ constexpr std::array kProgramKinds = {
            }
            return Shown(line);
          },
-         ReadKrl, "", kPoints},
+         ReadKrl, kCorrect, ""},
     Kind{"rapid-program", "a program of an ABB controller (RAPID)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            const Line* line = LineWith(file, "MODULE ");
@@ -259,7 +261,7 @@ constexpr std::array kProgramKinds = {
            }
            return Shown(line);
          },
-         ReadRapid, "", kPoints},
+         ReadRapid, kCorrect, ""},
     Kind{"fanuc-program", "a program of a FANUC controller (TP, .ls)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            const Line* const line = LineWith(file, "/PROG");
@@ -267,19 +269,19 @@ constexpr std::array kProgramKinds = {
                LineWith(file, "/ATTR") != nullptr || LineWith(file, "/MN") != nullptr;
            return sections ? Shown(line) : std::nullopt;
          },
-         ReadFanuc, "", kPoints},
+         ReadFanuc, kCorrect, ""},
     Kind{"yaskawa-job", "a job of a Yaskawa controller (.JBI)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            const Line* const line = LineWith(file, "/JOB");
            return LineWith(file, "//NAME") != nullptr ? Shown(line) : std::nullopt;
          },
-         ReadYaskawa, "", kPoints},
+         ReadYaskawa, kCorrect, ""},
     Kind{"as-program", "a program of a Kawasaki controller (AS)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            const Line* const line = LineWith(file, ".PROGRAM");
            return Shown(line != nullptr ? line : LineWith(file, ".TRANS"));
          },
-         nullptr, "", kPoints},
+         nullptr, "", kNotRead},
     Kind{"val3-program", "a program or data of a Staubli controller (VAL3)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            if (file.syntax() != Syntax::kXml || file.entries().empty()) return std::nullopt;
@@ -291,7 +293,7 @@ constexpr std::array kProgramKinds = {
            return val3 && known ? std::optional(Fact{"", "<" + root.path + ">", root.line})
                                 : std::nullopt;
          },
-         nullptr, "", kPoints},
+         nullptr, "", kNotRead},
     Kind{"urscript", "a program of a Universal Robots controller (URScript)", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            // At the start of a line, where no comment, text or other language has them.
@@ -305,7 +307,7 @@ constexpr std::array kProgramKinds = {
            });
            return found == file.head().end() ? std::nullopt : Shown(&*found);
          },
-         ReadUrScript, "", kPoints},
+         ReadUrScript, kCorrect, ""},
     Kind{"g-code", "a program in G-code", Content::kProgram,
          [](const Outline& file) -> std::optional<Fact> {
            if (!IsText(file)) return std::nullopt;
@@ -328,7 +330,7 @@ constexpr std::array kProgramKinds = {
            }
            return codes >= 3 && codes * 4 >= file.head().size() ? Shown(first) : std::nullopt;
          },
-         nullptr, "", kPoints},
+         nullptr, "", kNotRead},
 };
 
 }  // namespace

@@ -17,11 +17,12 @@ std::span<const Brand* const> Brands() {
   return kBrands;
 }
 
-Result<const Brand*> BrandOf(const std::vector<SourceFile>& files) {
+Result<const Brand*> BrandOf(const std::vector<SourceFile>& files,
+                             std::span<const Brand* const> brands) {
   const Brand* found = nullptr;
   const SourceFile* first = nullptr;
   for (const SourceFile& file : files) {
-    for (const Brand* const brand : Brands()) {
+    for (const Brand* const brand : brands) {
       if (!brand->Recognises(file)) continue;
       if (found != nullptr && found != brand) {
         return Error{
@@ -35,7 +36,7 @@ Result<const Brand*> BrandOf(const std::vector<SourceFile>& files) {
   }
   if (found == nullptr) {
     std::string known;
-    for (const Brand* const brand : Brands()) {
+    for (const Brand* const brand : brands) {
       known += (known.empty() ? "" : ", ") + std::string(brand->name());
     }
     return Error{

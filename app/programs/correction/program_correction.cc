@@ -128,7 +128,8 @@ class ProgramCorrector::Implementation {
     // in which the point was taught.
     const MotionKind obeyed = seed ? motion.kind : MotionKind::kJoint;
     const auto agrees = [&](const JointVector& q) {
-      return brand_.Agrees(point.configuration, chain(), q, obeyed);
+      return (seed && motion.ignores_configuration) ||
+             brand_.Agrees(point.configuration, chain(), q, obeyed);
     };
     return ChosenPosture(corrector_.solver(), target, agrees, !point.configuration.fields.empty(),
                          seed);

@@ -166,6 +166,10 @@ Result<loads::Payload> ContextResolver::PayloadOf(const StatedPayload& stated) c
   return payload;
 }
 
+Vec3 ContextResolver::CogInFlange(const LoadValue& load, const MotionContext& context) const {
+  return load.cog_in_tool ? arm_.X_FT(context.tool) * (context.X_TP * load.cog_F) : load.cog_F;
+}
+
 Result<void> ContextResolver::AddLoad(const SettingAt& tool, const SettingAt& load,
                                       const SettingAt& extra, MotionContext& context) const {
   const auto value = program_.tools.find(tool.key);
@@ -194,7 +198,7 @@ Result<void> ContextResolver::AddLoad(const SettingAt& tool, const SettingAt& lo
             "load {}: not entered; give --load '{}=KG[,X,Y,Z]', what is carried beside the tool",
             key, key)};
       }
-      carried.Add(*one.mass_kg, one.cog_F);
+      carried.Add(*one.mass_kg, CogInFlange(one, context));
       return {};
     };
     if (own) {
@@ -233,7 +237,7 @@ Result<void> ContextResolver::AddLoad(const SettingAt& tool, const SettingAt& lo
       return Error{
           fmt::format("load {}: not entered; give --load '{}=KG[,X,Y,Z]'", extra.key, extra.key)};
     } else {
-      carried.Add(*entered->second.mass_kg, entered->second.cog_F);
+      carried.Add(*entered->second.mass_kg, CogInFlange(entered->second, context));
     }
   }
   constexpr double kNone_kg = 1e-6;

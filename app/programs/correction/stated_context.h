@@ -73,6 +73,7 @@ class ContextResolver {
   Result<void> AddBase(const SettingAt& base, MotionContext& context) const;
   Result<void> AddLoad(const SettingAt& tool, const SettingAt& load, const SettingAt& extra,
                        MotionContext& context) const;
+  Vec3 CogInFlange(const LoadValue& load, const MotionContext& context) const;
   Result<loads::Payload> PayloadOf(const StatedPayload& stated) const;
 
   const Program& program_;

@@ -34,9 +34,13 @@ struct Fact {
 /// Facts before a step, by number.
 using State = std::array<int, kFacts>;
 
+bool SameLoad(const LoadValue& a, const LoadValue& b) {
+  return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F && a.cog_in_tool == b.cog_in_tool;
+}
+
 bool SameLoad(const std::optional<LoadValue>& a, const std::optional<LoadValue>& b) {
   if (a.has_value() != b.has_value()) return false;
-  return !a || (a->mass_kg == b->mass_kg && a->cog_F == b->cog_F);
+  return !a || SameLoad(*a, *b);
 }
 
 bool SameFrame(const FrameValue& a, const FrameValue& b) {
@@ -87,9 +91,7 @@ class Analysis {
         entry_(entry),
         classes_{Classes(program.tools, SameFrame), Classes(program.bases, SameFrame),
                  Classes(program.loads,
-                         [](const LoadValue& a, const LoadValue& b) {
-                           return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F;
-                         }),
+                         [](const LoadValue& a, const LoadValue& b) { return SameLoad(a, b); }),
                  Classes(), Classes()} {
     classes_[3] = classes_[2];  // an extra load is a load
   }

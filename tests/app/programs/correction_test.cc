@@ -25,6 +25,7 @@ using test::ToyBrand;
 namespace {
 
 constexpr double kPayload_kg = 40;
+const simulator::Changes kUnchanged(6);
 
 /// A heavy arm whose tool is a bending tube, in the simulator and as the product reads it.
 struct Cells {
@@ -57,7 +58,7 @@ Pose Simulated(const model::JointVector& q, bool loaded) {
   row.qd_rad_s = row.qdd_rad_s2 = row.last_move_rad = Eigen::VectorXd::Zero(q.size());
   row.payload_kg = loaded ? kPayload_kg : 0;
   row.temp_C = cell.reference_temperature_C;
-  const simulator::Arm arm(cell, simulator::Changes());
+  const simulator::Arm arm(cell, kUnchanged);
   return {arm.TipAxes(row), arm.Tip(row)};
 }
 
@@ -294,7 +295,7 @@ TEST_CASE("points taught by hand under the same load stay where they are") {
   row.q_rad = kFirst;
   row.qd_rad_s = row.qdd_rad_s2 = row.last_move_rad = Eigen::VectorXd::Zero(6);
   row.temp_C = TheCells().simulated.reference_temperature_C;
-  const Eigen::Vector3d where = simulator::Arm(TheCells().simulated, simulator::Changes()).Tip(row);
+  const Eigen::Vector3d where = simulator::Arm(TheCells().simulated, kUnchanged).Tip(row);
   CHECK((Simulated(other["a"].q_command, true).p - where).norm() < 1e-6);
 }
 

@@ -1,0 +1,175 @@
+// plumbline program as a command: files, a second run, and exit codes.
+#include "app/cli/program_command.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "app/base/config/cell_reader.h"
+#include "drivers/files/text_file.h"
+#include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
+#include "tests/app/cli/run_command.h"
+#include "tests/app/programs/toy_brand.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
+#include "tests/simulator/cell.h"
+
+namespace plumbline::program_command_test {
+
+using Catch::Contains;
+using test::Answer;
+using test::FileText;
+
+namespace {
+
+void AddToyCommand(CLI::App& app, int& exit_code) {
+  static const test::ToyBrand kToy;
+  static const std::array<const programs::Brand*, 1> kBrands = {&kToy};
+  cli::AddProgramCommandFor(kBrands, app, exit_code);
+}
+
+struct Program {
+  test::TemporaryFolder folder;
+  std::string cell = folder.path() + "/cell.toml", file = folder.path() + "/a.toy",
+              corrected = folder.path() + "/corrected/a.toy";
+  std::string text;
+
+  explicit Program(const std::string& more = "") {
+    simulator::WriteCell(simulator::ReadyCell("ur10"), cell);
+    config::FaultList faults;
+    const deflection::LoadedArm arm(*config::ReadCell(cell, faults));
+    text = fmt::format("tool t 0 0 {} 0 0 0\n", 1e3 * arm.X_FT().p.z());
+    model::JointVector q(6);
+    q << 10, -80, 100, -60, 70, 20;
+    for (const char* name : {"p", "q"}) {
+      const Pose X_BT = arm.UnloadedTip(kRadPerDeg * q);
+      const Vec3 turn = kDegPerRad * VectorFromRotation(X_BT.R);
+      text += fmt::format("point {} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} posture={}\n", name,
+                          1e3 * X_BT.p.x(), 1e3 * X_BT.p.y(), 1e3 * X_BT.p.z(), turn.x(), turn.y(),
+                          turn.z(), test::ToyBrand::PostureText(q));
+      q[0] += 20;
+    }
+    text += "sub main starts\nuse t\nJ p\nL q\n" + more + "end\n";
+    REQUIRE(files::WriteTextFile(file, text));
+  }
+
+  Answer Run(const std::string& options = "--load 5", const std::string& of = "") const {
+    return test::RunCommand(AddToyCommand,
+                            "program " + cell + " " + (of.empty() ? file : of) + " " + options);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the corrected program is written beside the original, which stays") {
+  const Program program;
+  const Answer answer = program.Run();
+  INFO(answer.err << answer.out);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Contains("2 points corrected"));
+  CHECK(FileText(program.file) == program.text);
+  CHECK_THAT(FileText(program.corrected), Contains("# plumbline "));
+  CHECK_THAT(FileText(program.corrected + ".plumbline.json"),
+             Contains("\"original\": \"../a.toy\""));
+}
+
+TEST_CASE("a second run changes nothing") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string once = FileText(program.corrected);
+  CHECK(program.Run().exit_code == 0);
+  CHECK(FileText(program.corrected) == once);
+  const Answer answer = program.Run("--load 5", program.corrected);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.err, Contains("already corrected"));
+  CHECK(FileText(program.corrected) == once);
+}
+
+TEST_CASE("a corrected file that was edited is refused, unless it starts again") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string once = FileText(program.corrected);
+  std::string edited = once;
+  const std::size_t digit = edited.find("point p ") + 8;
+  edited[digit] = edited[digit] == '9' ? '8' : '9';
+  REQUIRE(files::WriteTextFile(program.corrected, edited));
+  const Answer refused = program.Run("--load 5", program.corrected);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("were changed since"));
+  CHECK(FileText(program.corrected) == edited);
+  const Answer again = program.Run("--load 5 --again", program.corrected);
+  INFO(again.err);
+  CHECK(again.exit_code == 0);
+  CHECK(FileText(program.corrected) == once);
+  CHECK(FileText(program.file) == program.text);
+}
+
+TEST_CASE("points that are left have the exit code 1 and their line") {
+  const Program program("search q\n");
+  const Answer answer = program.Run();
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.out, Contains("a.toy:8: q stays as it is: a search ends"));
+}
+
+TEST_CASE("a load that nobody states is asked for") {
+  const Answer answer = Program().Run("");
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.out, Contains("give --load KG"));
+}
+
+TEST_CASE("the report as JSON has every point") {
+  const Program program;
+  const nlohmann::json report = nlohmann::json::parse(program.Run("--load 5 --json").out);
+  CHECK(report["counts"]["corrected"] == 2);
+  CHECK(report["corrected"][0]["error_after_mm"] < 0.01);
+  CHECK(report["corrected"][0]["error_before_mm"] > 0.05);
+}
+
+TEST_CASE("a dry run writes the report only") {
+  const Program program;
+  const std::string page = program.folder.path() + "/report.html";
+  CHECK(program.Run("--load 5 --dry-run --report " + page).exit_code == 0);
+  CHECK_THAT(FileText(page), Contains("<svg"));
+  CHECK(FileText(program.corrected).empty());
+}
+
+TEST_CASE("two versions of a program are compared") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const Answer answer =
+      test::RunCommand(AddToyCommand, "program --check " + program.file + " " + program.corrected);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Contains("2 of 2 points differ") && Contains("nothing else differs"));
+}
+
+TEST_CASE("an output that would replace the program is refused") {
+  const Program program;
+  const Answer answer = program.Run("--load 5 --output " + program.folder.path());
+  CHECK(answer.exit_code == 2);
+  CHECK(FileText(program.file) == program.text);
+}
+
+TEST_CASE("frames and loads come from a file, with its line where it is wrong") {
+  const Program program;
+  const std::string frames = program.folder.path() + "/frames.toml";
+  REQUIRE(files::WriteTextFile(frames,
+                               "[tool.\"t\"]\nnumber = 1\nload_kg = 12\ncog_mm = [0, 0, 200]\n"));
+  CHECK(program.Run("--frames " + frames).exit_code == 0);
+  REQUIRE(files::WriteTextFile(frames, "[tool.\"t\"]\nnumber = 1\nload = 12\n"));
+  const Answer answer = program.Run("--frames " + frames);
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("frames.toml:3"));
+}
+
+TEST_CASE("a file of no language is named") {
+  const Program program;
+  const Answer answer = program.Run("", program.cell);
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("no robot program that is read here (toy)"));
+}
+
+}  // namespace plumbline::program_command_test
