@@ -320,8 +320,8 @@ int Run(const ProgramOptions& options) {
   Progress progress(std::cerr, options.json);
   programs::ProgramCorrector corrector(brand, program, cell->cell, *settings);
   bool interrupted = false;
-  programs::ProgramCorrection correction = corrector.Correct([&](std::size_t done) {
-    progress.ShowCount(done, program.points.size(), "points");
+  programs::ProgramCorrection correction = corrector.Correct([&](double share) {
+    progress.Show(share, fmt::format("{} points", program.points.size()));
     interrupted = interrupted || Interruption::Requested();
     return !interrupted;
   });

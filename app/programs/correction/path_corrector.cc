@@ -5,6 +5,7 @@
 #include "app/programs/correction/postures.h"
 #include "firmware-like/correction/code_remedy.h"
 #include "firmware-like/correction/point_posture.h"
+#include "firmware-like/effects/written.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::programs {
@@ -15,8 +16,10 @@ bool ReadsApproach(const deflection::LoadedArm& arm) {
   effects::Conditions moved = at;
   moved.approach = model::JointVector::Ones(arm.size());
   moved.last_move = 0.1 * moved.approach;
-  const effects::Influence<double> still = arm.EffectsAt(at, {}),
-                                   approached = arm.EffectsAt(moved, {});
+  // Not LoadedArm::EffectsAt(), where effects fade with the distance from the fitted rows.
+  effects::Influence<double> still, approached;
+  effects::AddEffects(arm.effects(), at, still);
+  effects::AddEffects(arm.effects(), moved, approached);
   for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
     if (still[entry] != approached[entry]) return true;
   }

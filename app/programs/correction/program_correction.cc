@@ -57,9 +57,12 @@ class ProgramCorrector::Implementation {
     ProgramCorrection result;
     result.flow = FlowOf(program_, settings_.entry);
     flow_ = &result.flow;
-    FindPostures();
-    for (std::size_t k = 0; k < program_.points.size(); ++k) {
-      if (progress && !progress(k)) break;
+    constexpr double kPostures = 0.5;  // their share of the work
+    const bool all =
+        FindPostures([&](double share) { return !progress || progress(kPostures * share); });
+    for (std::size_t k = 0; all && k < program_.points.size(); ++k) {
+      const double share = static_cast<double>(k) / static_cast<double>(program_.points.size());
+      if (progress && !progress(kPostures + (1 - kPostures) * share)) break;
       PointCorrection& point = result.points.emplace_back();
       point.point = k;
       point.reason_place = program_.points[k].place;
@@ -135,7 +138,8 @@ class ProgramCorrector::Implementation {
                          seed);
   }
 
-  void FindPostures() {
+  /// @return  false if `progress` ended it
+  bool FindPostures(const ProgressFunction& progress) {
     ends_.assign(flow_->motions.size(), {});
     const auto known = [&](const std::optional<std::size_t>& m) -> const JointVector* {
       return m && ends_[*m].q ? &*ends_[*m].q : nullptr;
@@ -143,6 +147,9 @@ class ProgramCorrector::Implementation {
     // A motion in a loop may start at a later line: those are found in the second pass.
     for (int pass = 0; pass < 2; ++pass) {
       for (std::size_t m = 0; m < ends_.size(); ++m) {
+        if (!progress((pass + static_cast<double>(m) / static_cast<double>(ends_.size())) / 2)) {
+          return false;
+        }
         MotionEnd& end = ends_[m];
         const JointVector* const from = known(flow_->motions[m].previous);
         if (end.q || (pass == 1 && from == nullptr)) continue;
@@ -155,8 +162,9 @@ class ProgramCorrector::Implementation {
         }
       }
     }
-    if (!reads_approach_) return;
+    if (!reads_approach_) return true;
     for (std::size_t m = 0; m < ends_.size(); ++m) FindApproach(m);
+    return true;
   }
 
   void FindApproach(std::size_t m) {
@@ -245,10 +253,12 @@ class ProgramCorrector::Implementation {
                                      Uses& uses) {
     Place first;
     for (const PointUse& use : all) {
-      if (use.role == PointUse::Role::kOther) {
-        if (!use.reason.empty()) return Refusal{use.reason, use.place};
-        continue;
+      if (use.role == PointUse::Role::kOther && !use.reason.empty()) {
+        return Refusal{use.reason, use.place};
       }
+    }
+    for (const PointUse& use : all) {
+      if (use.role == PointUse::Role::kOther) continue;
       const MotionAt& at = flow_->motions[use.motion];
       const Motion& motion = *at.motion;
       const Target& target = use.role == PointUse::Role::kVia ? *motion.via : motion.end;

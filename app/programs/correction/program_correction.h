@@ -86,8 +86,8 @@ struct ProgramCorrection {
 /// same at all uses; otherwise they add nothing, and the point has a note.
 class ProgramCorrector {
  public:
-  /// Called with the number of points done; false ends the correction.
-  using ProgressFunction = std::function<bool(std::size_t)>;
+  /// Called with the share that is done, 0..1; false ends the correction.
+  using ProgressFunction = std::function<bool(double)>;
 
   /// The arguments must outlive the object.
   /// @param cell  as deflection::CellOfPoints returns it

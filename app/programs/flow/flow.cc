@@ -23,6 +23,13 @@ constexpr int kUnreached = -1;
 constexpr const char* kSlotNames[kFacts] = {"tool",       "base",         "load",
                                             "extra load", "displacement", "previous motion"};
 
+/// As the user states them at the entry of the program.
+constexpr const char* kEntryNames[kSlots] = {"tool", "base", "load", "extra", "shift"};
+
+std::string StartedName(const Routine& routine) {
+  return routine.name.empty() ? "the program" : routine.name;
+}
+
 /// A value of a slot. Facts are interned: equal numbers mean equal facts.
 struct Fact {
   int value = 0;  ///< class of the key, or index of the motion; not for unknown facts
@@ -177,7 +184,10 @@ class Analysis {
     std::deque<std::size_t> changed;
     for (std::size_t r = 0; r < count; ++r) {
       for (const Step& step : program_.routines[r].steps) {
-        if (const auto slot = SlotOf(step.kind)) sets_[r] |= 1U << *slot;
+        if (const auto slot = SlotOf(step.kind)) {
+          sets_[r] |= 1U << *slot;
+          ever_set_ |= 1U << *slot;
+        }
         if (step.kind != StepKind::kCall) continue;
         const std::size_t* const called = RoutineCalled(step);
         if (called == nullptr) {
@@ -186,7 +196,6 @@ class Analysis {
           callers[*called].push_back(r);
         }
       }
-      ever_set_ |= sets_[r];
       changed.push_back(r);
     }
     for (std::vector<std::size_t>& list : callers) {
@@ -276,9 +285,12 @@ class Analysis {
         state[slot] = Known(slot, "", routine.place);
       } else {
         state[slot] = Unknown(
-            fmt::format("{}: not set before this line on every path, because {} may be started by "
-                        "itself",
-                        kSlotNames[slot], routine.name.empty() ? "the program" : routine.name),
+            slot == kPrevious
+                ? fmt::format("{} is started", StartedName(routine))
+                : fmt::format("{}: not set before this line on every path, because {} may be "
+                              "started by itself; --start {}={} states what holds there",
+                              kSlotNames[slot], StartedName(routine), kEntryNames[slot],
+                              slot == 4 ? "none" : "KEY"),
             routine.place);
       }
     }
@@ -385,6 +397,7 @@ class Analysis {
           return;
         }
         for (std::size_t slot = 0; slot < kFacts; ++slot) {
+          if (slot != kPrevious && (ever_set_ & (1U << slot)) == 0) continue;
           after[slot] = Made(node, slot, [&] {
             return Unknown(
                 fmt::format("{}: may be changed by {}, which {} calls and which is in "

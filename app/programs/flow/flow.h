@@ -62,7 +62,8 @@ struct EntryState {
 /// A routine is analysed once, for all its callers together; after a call, what the routine cannot
 /// change keeps its value from before the call. A routine that may be started, or that nobody
 /// calls, starts with nothing known, except settings that no line of the program ever makes (their
-/// key is then empty) and those of `entry`. Time is proportional to the number of steps.
+/// key is then empty) and those of `entry`. A routine that is in none of the files may change
+/// whatever some line of the files sets. Time is proportional to the number of steps.
 Flow FlowOf(const Program& program, const EntryState& entry = {});
 
 /// "weld.src:41".

@@ -24,7 +24,9 @@ struct Files {
               out = folder.path() + "/corrected.csv";
 
   explicit Files(const std::string& table) {
-    simulator::WriteCell(simulator::ReadyCell("ur10"), cell);
+    simulator::Cell simulated = simulator::ReadyCell("ur10");
+    simulated.sigma_m = 1e-4;
+    simulator::WriteCell(simulated, cell);
     REQUIRE(files::WriteTextFile(path, table));
   }
   Answer Run(const std::string& options = "") const {

@@ -33,6 +33,13 @@ struct Cells {
   model::CellModel cell;
 
   Cells() {
+    simulated.sigma_m = 1e-4;
+    const double limits_deg[6][2] = {{-185, 185}, {-140, -5},  {-120, 155},
+                                     {-350, 350}, {-125, 125}, {-350, 350}};
+    for (std::size_t i = 0; i < 6; ++i) {
+      simulated.joints[i].min_rad = kRadPerDeg * limits_deg[i][0];
+      simulated.joints[i].max_rad = kRadPerDeg * limits_deg[i][1];
+    }
     const test::TemporaryFolder folder;
     const std::string path = folder.path() + "/cell.toml";
     simulator::WriteCell(simulated, path);
@@ -215,7 +222,8 @@ TEST_CASE("every point that is not corrected has one reason and a line") {
       fmt::format("point framed {} in table\nbase table 1 0 0 0 0 0\nbase floor 2 0 0 0 0 0\n",
                   PoseText(kFirst)) +
       kStart +
-      "J shared\nJ agreeing\ntouch copied\nJ copied\nsearch sought\nshift on\nJ shifted\n"
+      "in none\ngrip none\nshift off\nJ shared\nJ agreeing\ntouch copied\nJ copied\nsearch "
+      "sought\nshift on\nJ shifted\n"
       "shift off\nJ moved+?\nJ accurate\nJ blank\nJ railed\nJ partial\nJ home\nJ away\n"
       "in floor\nJ framed\nuse light\nin none\nJ shared\ngrip missing\nJ heavy\nend\n";
   const Corrected c = Correct(text);

@@ -41,7 +41,7 @@ TEST_CASE("the leading zero and the plus sign stay as they are") {
 
 TEST_CASE("an exponent stays where plain digits would hide the value") {
   CHECK(Written("1.2975335506409602E-10", 1.2975335506409602e-10, 2.5e-6) ==
-        "2.5000000000000000E-06");
+        "2.5000000000000002E-06");
   CHECK(Written("1.1E-14", 1.1e-14, 0.0123456789) == "0.01235");
   CHECK(Written("1.5e+3", 1500, 2.5e7) == "2.50000e+7");
   CHECK(Written("1.5e3", 1500, 1234.5678) == "1234.568");

@@ -39,7 +39,9 @@ struct Program {
   std::string text;
 
   explicit Program(const std::string& more = "") {
-    simulator::WriteCell(simulator::ReadyCell("ur10"), cell);
+    simulator::Cell simulated = simulator::ReadyCell("ur10");
+    simulated.sigma_m = 1e-4;
+    simulator::WriteCell(simulated, cell);
     config::FaultList faults;
     const deflection::LoadedArm arm(*config::ReadCell(cell, faults));
     text = fmt::format("tool t 0 0 {} 0 0 0\n", 1e3 * arm.X_FT().p.z());
