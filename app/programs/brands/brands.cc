@@ -6,6 +6,7 @@
 #include "app/programs/brand.h"
 #include "app/programs/brands/fanuc.h"
 #include "app/programs/brands/urscript.h"
+#include "app/programs/brands/krl.h"
 
 namespace plumbline::programs {
 
@@ -14,6 +15,7 @@ std::span<const Brand* const> Brands() {
       &FanucTp(),
       &UniversalRobots(),
   };
+  static const std::vector<const Brand*> kBrands = {&KrlBrand()};
   return kBrands;
 }
 
