@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "app/programs/brands/krl_routines.h"
@@ -61,9 +62,11 @@ Settings::Settings(Reading& reading, Names& names) : reading_(reading), names_(n
   ReadFrames("TOOL_DATA", false);
   ReadFrames("BASE_DATA", true);
   ReadLoads();
-  if (root == nullptr && program.bases.size() > 2) {
+  const auto declared = std::ranges::find_if(
+      program.bases, [](const auto& base) { return base.second.place.line > 0; });
+  if (root == nullptr && declared != program.bases.end()) {
     program.remarks.push_back(
-        {program.bases.begin()->second.place,
+        {declared->second.place,
          "$ROBROOT is not in these files and is taken as the world frame: give $machine.dat if the "
          "robot stands elsewhere"});
   }
