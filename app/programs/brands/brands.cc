@@ -7,6 +7,7 @@
 #include "app/programs/brands/fanuc.h"
 #include "app/programs/brands/urscript.h"
 #include "app/programs/brands/krl.h"
+#include "app/programs/brands/rapid.h"
 
 namespace plumbline::programs {
 
@@ -16,6 +17,8 @@ std::span<const Brand* const> Brands() {
       &UniversalRobots(),
   };
   static const std::vector<const Brand*> kBrands = {&KrlBrand()};
+      &Rapid(),
+  };
   return kBrands;
 }
 
