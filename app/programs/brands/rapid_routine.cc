@@ -90,7 +90,9 @@ std::string Lowering::Request(Instance instance) {
     return "";
   }
   std::string label = text.name;
-  for (int i = 2; !names_.insert(label).second; ++i) label = fmt::format("{} ({})", text.name, i);
+  for (int& copies = copies_[label]; !names_.insert(label).second;) {
+    label = fmt::format("{} ({})", text.name, ++copies + 1);
+  }
   instance.label = label;
   started_.insert(instance.routine);
   labels_[key] = label;

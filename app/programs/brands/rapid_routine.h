@@ -20,7 +20,7 @@ class Lowering {
  public:
   /// Steps of all routines together. What is not reached stays as it is, and a remark says so.
   static constexpr std::size_t kMostSteps = 400'000;
-  static constexpr std::size_t kMostInstances = 4'000;
+  static constexpr std::size_t kMostInstances = 10'000;
 
   Lowering(const Declarations& declarations, Values& values, Program& program);
 
@@ -45,6 +45,7 @@ class Lowering {
   std::size_t lowered_ = 0;
   std::map<std::string, std::string> labels_;  ///< by routine and arguments
   std::set<std::string> names_;
+  std::map<std::string, int> copies_;  ///< by name of the routine
   std::set<std::pair<std::size_t, std::string>> used_;
   std::set<std::string> remarked_;
   std::set<std::string> instructions_;  ///< all words at which a statement may start
