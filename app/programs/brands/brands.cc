@@ -8,6 +8,8 @@
 #include "app/programs/brands/urscript.h"
 #include "app/programs/brands/krl.h"
 #include "app/programs/brands/rapid.h"
+#include "app/programs/brands/jbi.h"
+#include "app/programs/brands/pose_table.h"
 
 namespace plumbline::programs {
 
@@ -19,6 +21,11 @@ std::span<const Brand* const> Brands() {
   static const std::vector<const Brand*> kBrands = {&KrlBrand()};
       &Rapid(),
   };
+  static const std::vector<const Brand*> kBrands = [] {
+    std::vector<const Brand*> brands = {&FanucTp(), &YaskawaJbi()};
+    brands.insert(brands.end(), PoseTables().begin(), PoseTables().end());
+    return brands;
+  }();
   return kBrands;
 }
 

@@ -8,9 +8,8 @@
 #include "app/programs/brands/rpy_degrees.h"
 
 namespace plumbline::programs {
+namespace fanuc {
 namespace {
-
-using namespace fanuc;
 
 /// Bytes of a section, from the line after its name to the next name.
 struct Sections {
@@ -151,9 +150,10 @@ class Fanuc final : public Brand {
 };
 
 }  // namespace
+}  // namespace fanuc
 
 const Brand& FanucTp() {
-  static const Fanuc kFanuc;
+  static const fanuc::Fanuc kFanuc;
   return kFanuc;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "app/programs/brands/arm_sides.h"
 #include "app/programs/brands/source_cursor.h"
 
 namespace plumbline::programs::fanuc {
@@ -57,31 +58,13 @@ Config Parsed(std::string_view text) {
   return config;
 }
 
-/// How far a posture is on the side of F, U and T, each in 1: J5 [rad], and lengths by the reach.
-std::array<double, 3> Sides(const kinematics::Chain& chain, const model::JointVector& q) {
-  const auto measures = [&chain](const model::JointVector& joints) {
-    kinematics::Posture posture;
-    chain.Evaluate(joints, posture);
-    // The wrist's centre: the point of J5's axis next to that of J4.
-    const Vec3 &a4 = posture.axis_B[3], &a5 = posture.axis_B[4];
-    const Vec3 between = posture.point_B[3] - posture.point_B[4];
-    const double c = a4.dot(a5), sine_squared = 1 - c * c;
-    const double along =
-        sine_squared < 1e-9 ? 0 : (between.dot(a5) - c * between.dot(a4)) / sine_squared;
-    const Vec3 wrist = posture.point_B[4] + along * a5;
-    const Vec3 shoulder = posture.point_B[1], elbow = posture.point_B[2];
-    const double reach = chain.Reach();
-    const double bend = posture.axis_B[1].dot((elbow - shoulder).cross(wrist - shoulder));
-    const double front = posture.axis_B[1].cross(posture.axis_B[0]).dot(wrist - posture.point_B[0]);
-    return std::array{bend / (reach * reach), front / reach};
-  };
-  const auto [bend, front] = measures(q);
-  const auto [bend_at_zero, front_at_zero] = measures(model::JointVector::Zero(chain.size()));
-  return {q[4], bend * std::copysign(1.0, bend_at_zero), front * std::copysign(1.0, front_at_zero)};
-}
-
-bool IsUnderstood(const kinematics::Chain& chain, const model::JointVector& q) {
-  return chain.size() == 6 && q.size() == 6;
+/// How far a posture is on the side of F, U and T: J5 [rad], and lengths by the reach; nullopt for
+/// arms without six joints.
+std::optional<std::array<double, 3>> Sides(const kinematics::Chain& chain,
+                                           const model::JointVector& q) {
+  const auto arm = ArmSidesOf(chain, q);
+  if (!arm) return std::nullopt;
+  return std::array{q[4], arm->elbow_up, arm->front};
 }
 
 bool LetterAgrees(char letter, double side) {
@@ -110,11 +93,11 @@ bool TurnsAgree(const Config& config, const model::JointVector& q) {
 
 bool ConfigAgrees(std::string_view text, const kinematics::Chain& chain,
                   const model::JointVector& q, bool with_turns) {
-  if (!IsUnderstood(chain, q)) return true;
+  const auto sides = Sides(chain, q);
+  if (!sides) return true;
   const Config config = Parsed(text);
-  const std::array<double, 3> sides = Sides(chain, q);
   for (std::size_t i = 0; i < 3; ++i) {
-    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, sides[i])) return false;
+    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, (*sides)[i])) return false;
   }
   return !with_turns || TurnsAgree(config, q);
 }
@@ -122,9 +105,9 @@ bool ConfigAgrees(std::string_view text, const kinematics::Chain& chain,
 std::string ConfigFor(std::string_view text, const kinematics::Chain& chain,
                       const model::JointVector& q) {
   std::string written(text);
-  if (!IsUnderstood(chain, q) || ConfigAgrees(text, chain, q, true)) return written;
+  const auto sides = Sides(chain, q);
+  if (!sides || ConfigAgrees(text, chain, q, true)) return written;
   const Config config = Parsed(text);
-  const std::array<double, 3> sides = Sides(chain, q);
   if (!TurnsAgree(config, q)) {
     for (std::size_t i = 3; i-- > 0;) {
       const Span& span = config.turn_spans[i];
@@ -134,8 +117,8 @@ std::string ConfigFor(std::string_view text, const kinematics::Chain& chain,
   }
   constexpr std::array<std::array<char, 2>, 3> kLetters = {{{'F', 'N'}, {'U', 'D'}, {'T', 'B'}}};
   for (std::size_t i = 0; i < 3; ++i) {
-    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, sides[i]))
-      written[config.letters[i]->at] = kLetters[i][sides[i] > 0 ? 0 : 1];
+    if (config.letters[i] && !LetterAgrees(config.letters[i]->value, (*sides)[i]))
+      written[config.letters[i]->at] = kLetters[i][(*sides)[i] > 0 ? 0 : 1];
   }
   return written;
 }
