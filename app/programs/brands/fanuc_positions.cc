@@ -142,6 +142,8 @@ Point PointOf(std::string name, Place place, const Group& group) {
     point.untouchable = "not taught (********)";
   } else if (group.remote_tool) {
     point.untouchable = "taught for a tool that stands in the cell (remote TCP: RX, RY, RZ)";
+  } else if (!group.tool || !group.frame) {
+    point.untouchable = "states no number of a tool or frame (UT, UF)";
   }
   return point;
 }

@@ -218,9 +218,7 @@ class Lowering {
   void LosePosture(std::string why) { Add(StepKind::kPostureLost).reason = std::move(why); }
 
   void Unknown(const std::string& by) {
-    for (const StepKind kind : {StepKind::kSetTool, StepKind::kSetBase, StepKind::kSetLoad}) {
-      Add(kind).setting.unknown = "may be changed by " + by;
-    }
+    Add(StepKind::kSetLoad).setting.unknown = "may be changed by " + by;
     LosePosture("the robot may be moved by " + by);
   }
 

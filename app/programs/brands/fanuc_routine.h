@@ -28,8 +28,13 @@ struct Surroundings {
 /// Appends the steps to `routine`. Marks in `program` the points that a computed index may mean,
 /// and adds remarks about motions that are disabled.
 ///
-/// A program or macro that was not given may select another tool, frame and payload and move the
-/// robot: all four are unknown after it. Special motions, whose end is not the taught place: search
+/// A program or macro that was not given may select another payload and move the robot: both are
+/// unknown after it. It may select another tool and frame, too, but each point states those that it
+/// was taught in, and the controller refuses to execute it in others (alarms INTP-250 and INTP-252,
+/// unless $MCR.$UFRCHK switches the check off [industrialmonitordirect.com]). So a selection that
+/// is still right needs no more, and one that is not is seen as a difference from the point.
+///
+/// Special motions, whose end is not the taught place: search
 /// (Skip, SkipJump, Search), INC, COORD (a place on a positioner), RTCP (a tool that stands in the
 /// cell). Weaving and arc welding ride on the taught path and change no target; seam tracking
 /// (TRACK) and Touch Offset displace all targets until they end.
