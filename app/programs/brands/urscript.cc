@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <set>
 
 #include "app/programs/brands/source_cursor.h"
 #include "app/programs/brands/urscript_routines.h"
@@ -120,7 +120,8 @@ Reading UrScript::Read(std::vector<SourceFile> files) const {
   program.bases[kRobotBase] = {};
 
   std::vector<Syntax> syntaxes(program.files.size());
-  std::map<std::string, int, std::less<>> times;
+  Callable callable;
+  std::set<std::string> several;
   for (std::size_t i = 0; i < program.files.size(); ++i) {
     const SourceFile& file = program.files[i];
     if (IsPolyScope(file)) {
@@ -135,13 +136,13 @@ Reading UrScript::Read(std::vector<SourceFile> files) const {
     program.marks[i] = MarkIn(file.bytes);
     syntaxes[i] = Parse(file.bytes, i);
     for (std::size_t k = 1; k < syntaxes[i].routines.size(); ++k) {
-      if (syntaxes[i].routines[k].outer == 0) ++times[std::string(syntaxes[i].routines[k].name)];
+      const RoutineHead& head = syntaxes[i].routines[k];
+      if (head.outer == 0 && !callable.try_emplace(std::string(head.name), i).second) {
+        several.emplace(head.name);
+      }
     }
   }
-  Callable callable;
-  for (const auto& [routine, count] : times) {
-    if (count == 1) callable[routine] = routine;
-  }
+  for (const std::string& name : several) callable.erase(name);
   for (std::size_t i = 0; i < program.files.size(); ++i) {
     if (syntaxes[i].routines.empty()) continue;
     Called called;

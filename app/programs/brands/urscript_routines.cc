@@ -110,7 +110,10 @@ std::string Lowering::LabelOf(std::size_t routine) const {
   if (routine == 0) return prefix_ + "statements outside all routines";
   const std::string name(syntax_.routines[routine].name);
   const auto unique = callable_.find(name);
-  if (values_.RoutineNamed(name) == routine && unique != callable_.end()) return unique->second;
+  if (values_.RoutineNamed(name) == routine && unique != callable_.end() &&
+      unique->second == file_) {
+    return name;
+  }
   return fmt::format("{}{}{}", prefix_, name,
                      values_.RoutineNamed(name) == routine ? "" : fmt::format(" ({})", routine));
 }
@@ -326,8 +329,7 @@ void Lowering::Call(std::size_t index) {
         values_.NoteUse(part, fmt::format("goes into {}() of another file", call.name));
       }
     }
-    Add(StepKind::kCall, call.line).label =
-        routine == kNone ? other_file->second : LabelOf(routine);
+    Add(StepKind::kCall, call.line).label = routine == kNone ? other_file->first : LabelOf(routine);
     EndBlock();
     return;
   }

@@ -11,8 +11,9 @@
 
 namespace plumbline::programs::urscript {
 
-/// Labels of the routines that can be called from any file: those of a name that only one has.
-using Callable = std::map<std::string, std::string, std::less<>>;
+/// Routines that can be called from any file, by name: those at the outermost level of the one file
+/// that has the name. Their names are their labels.
+using Callable = std::map<std::string, std::size_t, std::less<>>;
 
 /// Names that other files call.
 using Called = std::set<std::string, std::less<>>;

@@ -2,19 +2,18 @@
 
 A brand is a module beside this one:
 
-    NAME = "KUKA KRL"                      as the product calls it
-    ARM = "kuka"                           its arm, a key of ARMS
-    TOOLS = [Tool(number, tcp, ...)]       the tools that the cell knows; programs use no other
+    NAME = "KUKA KRL"            as the product calls it
+    ARM = "kuka"                 its arm, a key of ARMS
+    TOOLS = [Tool(1, tcp), ..]   the tools of the cell; programs use no other tool points
+    OPTIONS = {program: [..]}    further options of `plumbline program`; may be absent
 
-    def programs():                        {program: {file name: bytes}}: each construct of the
-        ...                                language in at least one of them. Write the points from
-                                           joints: Robot(ARM).flange(q) @ tool, so that each is in
-                                           reach; state the posture of these joints.
-    def execute(files):                    [Motion] in the order in which a controller runs them,
-        ...                                from {file name: bytes}. An interpreter of the module's
-                                           own: it knows the language, not the product.
-    def numbers(files):                    {file name: [(begin, end)]}: every number of a point of
-        ...                                these programs; bytes outside them must not change.
+    def programs():              {program: {file name: bytes}}: each construct of the language in at
+        ...                      least one of them. Write the points from joints,
+                                 Robot(ARM).flange(q) @ tool, so that each is in reach, and state
+                                 the posture of these joints.
+    def execute(files):          [Motion] in the order in which a controller runs them, from
+        ...                      {file name: bytes}: an interpreter of the module's own, that knows
+                                 the language and not the product.
 
 `execute` is called for the original and for the corrected files. In the original, `Motion.target` is
 where the loaded tool shall be; in the corrected files it is what the controller is asked for. The
@@ -62,8 +61,10 @@ class Motion:
     # nearest posture to the previous one is taken (or to `near`, if that is stated).
     agrees: Callable[[np.ndarray], bool] | None = None
     near: np.ndarray | None = None
-    # What the product leaves as it is in this program, and why: not measured, but must not change.
+    # Why the product leaves the target as it is: computed, joints. Not measured, but not changed.
     left: str = ""
+    # The point is also used with another offset, so that it has the correction of one of them.
+    shared: bool = False
 
 
 # Supplied cell, then what its maker does not publish, chosen for this evaluation alone: mass [kg]
