@@ -187,16 +187,17 @@ std::optional<std::string> UrScript::InsertedMotion(const Program& program, cons
       place->kind != ExprKind::kIndex) {
     return std::nullopt;
   }
-  const LineIndex lines(bytes);
-  const int line = lines.LineAt(motion.statement.begin);
-  const std::string_view before =
-      bytes.substr(lines.Begin(line), motion.statement.begin - lines.Begin(line));
+  const std::size_t line_end = bytes.find_last_of("\r\n", motion.statement.begin);
+  const std::size_t line = line_end == std::string_view::npos ? 0 : line_end + 1;
+  const std::string_view before = bytes.substr(line, motion.statement.begin - line);
   if (!TrimBlanks(before).empty()) return std::nullopt;  // not alone on its line
+  const std::size_t next = bytes.find_first_of("\r\n", motion.statement.end);
+  const bool both = next != std::string_view::npos && bytes.substr(next, 2) == "\r\n";
   std::string pose;
   for (const double number : numbers)
     pose += fmt::format("{}{:.9f}", pose.empty() ? "" : ", ", number);
   return fmt::format("{}p[{}]{}{}{}", text.substr(0, place->begin), pose, text.substr(place->end),
-                     lines.UsualLineEnd(), before);
+                     both ? "\r\n" : "\n", before);
 }
 
 }  // namespace
