@@ -5,24 +5,23 @@
 
 #include "app/programs/brand.h"
 #include "app/programs/brands/fanuc.h"
-#include "app/programs/brands/urscript.h"
-#include "app/programs/brands/krl.h"
-#include "app/programs/brands/rapid.h"
 #include "app/programs/brands/jbi.h"
+#include "app/programs/brands/krl.h"
 #include "app/programs/brands/pose_table.h"
+#include "app/programs/brands/rapid.h"
+#include "app/programs/brands/urscript.h"
 
 namespace plumbline::programs {
 
 std::span<const Brand* const> Brands() {
-  static const std::vector<const Brand*> kBrands = {
-      &FanucTp(),
-      &UniversalRobots(),
-  };
-  static const std::vector<const Brand*> kBrands = {&KrlBrand()};
-      &Rapid(),
-  };
   static const std::vector<const Brand*> kBrands = [] {
-    std::vector<const Brand*> brands = {&FanucTp(), &YaskawaJbi()};
+    std::vector<const Brand*> brands = {
+        &KrlBrand(),  //
+        &Rapid(),     //
+        &FanucTp(),   //
+        &UniversalRobots(),
+        &YaskawaJbi(),  //
+    };
     brands.insert(brands.end(), PoseTables().begin(), PoseTables().end());
     return brands;
   }();
