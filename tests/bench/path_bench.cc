@@ -14,11 +14,12 @@ namespace {
 
 using namespace plumbline;
 
-/// A path of the tip as an offline programming system exports it: a pose every 0.3 to 1 mm.
+/// A path of the tip as an offline programming system exports it: a pose about every
+/// millimetre.
 std::vector<Pose> PathOf(const deflection::LoadedArm& arm, std::size_t count) {
   std::vector<Pose> path;
   for (std::size_t k = 0; k < count; ++k) {
-    const double t = static_cast<double>(k) * 2e-4;
+    const double t = static_cast<double>(k) * 7e-4;
     model::JointVector q(6);
     q << 0.3 + 0.4 * std::sin(t), 0.2 + 0.1 * std::sin(2 * t), -0.3 + 0.1 * std::cos(t),
         0.5 - 0.3 * std::sin(t), 0.9 + 0.1 * std::sin(3 * t), 0.2 + 0.3 * std::cos(t);

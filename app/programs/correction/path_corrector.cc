@@ -33,6 +33,13 @@ PathCorrector::PathCorrector(const model::CellModel& cell,
       reads_approach_(ReadsApproach(corrector_.arm())),
       last_(options_.near_q) {}
 
+/// The joints to which a parabola through those of the last rows leads.
+model::JointVector PathCorrector::Extrapolated() const {
+  if (!earlier_) return *last_;
+  if (!earliest_) return 2 * *last_ - *earlier_;
+  return 3 * (*last_ - *earlier_) + *earliest_;
+}
+
 bool PathCorrector::FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
                                 model::JointVector& q) const {
   const ArmTarget target{X_BT, Vec3::Zero(), row.payload.tool};
@@ -111,7 +118,7 @@ void PathCorrector::Correct(const PathRow& row, CorrectedRow& corrected) {
     if (!have && !FindPosture(row, X_BT, corrected, q)) return;
     have = true;
   } else {
-    q = row.q ? *row.q : earlier_ ? model::JointVector(2 * *last_ - *earlier_) : *last_;
+    q = row.q ? *row.q : Extrapolated();
   }
   if (reads_approach_) SetApproach(q, conditions);
   const correction::Corrector& solver = corrector_.solver();
@@ -136,11 +143,13 @@ void PathCorrector::Correct(const PathRow& row, CorrectedRow& corrected) {
     corrected.problem =
         std::string(correction::Describe(correction.code)) + (remedy.empty() ? "" : "; " + remedy);
     earlier_.reset();
+    earliest_.reset();
     if (have) last_ = q;
     return;
   }
   corrected.X_BT_command = {RotationFromVector(correction.rotation_B) * X_BT.R,
                             X_BT.p + correction.translation_B};
+  earliest_ = earlier_;
   earlier_ = last_;
   last_ = reads_approach_ || exact ? q : correction.q;
 }

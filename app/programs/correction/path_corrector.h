@@ -48,6 +48,7 @@ class PathCorrector {
   const deflection::LoadedArm& arm() const { return corrector_.arm(); }
 
  private:
+  model::JointVector Extrapolated() const;
   bool FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
                    model::JointVector& q) const;
   void SetApproach(const model::JointVector& q, effects::Conditions& conditions);
@@ -57,8 +58,8 @@ class PathCorrector {
   correction::CellCorrector corrector_;
   Options options_;
   bool reads_approach_;
-  std::optional<model::JointVector> last_;     ///< nominal or, without approach, commanded joints
-  std::optional<model::JointVector> earlier_;  ///< of the row before
+  std::optional<model::JointVector> last_;  ///< nominal or, without approach, commanded joints
+  std::optional<model::JointVector> earlier_, earliest_;  ///< of the rows before
   model::JointVector approach_;
   struct Stated {
     model::JointVector q;
