@@ -115,7 +115,9 @@ void Names::MarkUntouchable() {
   for (std::size_t v = 0; v < variables_.size(); ++v) {
     const Variable& variable = variables_[v];
     const Module& module = modules_[variable.module];
-    for (const auto& [path, value] : variable.values) {
+    for (const auto& entry : variable.values) {
+      const std::string& path = entry.first;
+      const Value& value = entry.second;
       if (!value.point || !program.points[*value.point].untouchable.empty()) continue;
       std::string& reason = program.points[*value.point].untouchable;
       const bool in_data = module.dat && value.place.file == *module.dat;

@@ -133,15 +133,17 @@ def programs():
 
     made["arrays"] = files(
         "TABLES", "DEF TABLES( )\nINT I\n" + expert
-        + "FOR I=1 TO 3\n  LIN TAB[I] C_DIS\nENDFOR\nFOR I=2 TO 1 STEP -1\n  PTP GRID[I,2]\nENDFOR\n"
-        + "LIN TAB[4]\nEND\n",
-        "DECL POS TAB[4]\n" + "".join(f"TAB[{i + 1}]={{{six(X(i))}}}\n" for i in range(4))
+        + "FOR I=1 TO 3\n  PTP TAB[I] C_PTP\nENDFOR\nFOR I=2 TO 1 STEP -1\n  PTP GRID[I,2]\nENDFOR\n"
+        + "PTP TAB[4]\nLIN LAST[2]\nEND\n",
+        "DECL POS TAB[4]\n" + "".join(f"TAB[{i + 1}]={{{six(X(i))},S {status(SEEDS[i])},T {turn(SEEDS[i])}}}\n"
+                                      for i in range(4))
         + "DECL E6POS GRID[2,2]\n" + "".join(f"GRID[{i + 1},2]={e6pos(X(4 + i), SEEDS[4 + i])}\n"
-                                            for i in range(2)))
+                                            for i in range(2))
+        + f"DECL FRAME LAST[2]\nLAST[2]={{{six(X(1))}}}\n")
 
     made["structures"] = files(
         "JOBS", "DEF JOBS( )\nINT I\n" + expert
-        + "FOR I=1 TO 2\n  PTP JOB[I].GOAL\n  $VEL.CP=JOB[I].SPEED\nENDFOR\nLIN ONE.AWAY\nEND\n",
+        + "FOR I=1 TO 2\n  PTP JOB[I].GOAL\n  $VEL.CP=JOB[I].SPEED\nENDFOR\nPTP JOB[1].GOAL\nLIN ONE.AWAY\nEND\n",
         "STRUC JOBTYPE E6POS GOAL,AWAY,REAL SPEED,CHAR NAME[8]\nDECL JOBTYPE JOB[2]\n"
         + "".join(f'JOB[{i + 1}]={{GOAL {e6pos(X(i), SEEDS[i])},SPEED 0.2,NAME[] "Teil {i}"}}\n'
                   for i in range(2))
@@ -179,12 +181,13 @@ def programs():
     left = "  ; left"
     made["computed"] = files(
         "COMPUTE", "DEF COMPUTE( )\nDECL E6POS P\nREAL STEP\n" + expert + "STEP=5\nPTP XP1\n"
-        + "LIN_REL {Z -20.0} #TOOL" + left + "\nLIN_REL {X 3.5,A 0.5}" + left + "\nP=XP2\nP.Z=P.Z+STEP\nLIN P" + left
-        + "\nLIN XP2" + left + "\nXP3.X=XP3.X-1.5\nLIN XP3" + left + "\nLIN XP4\nEND\n",
+        + "P=XP2\nP.Z=P.Z+STEP\nLIN P" + left + "\nLIN_REL {Z -20.0} #TOOL" + left
+        + "\nLIN_REL {X 3.5,A 0.5}" + left + "\nLIN XP2" + left + "\nXP3.X=XP3.X-1.5\nLIN XP3" + left
+        + "\nLIN XP4\nEND\n",
         "".join(point(f"XP{i + 1}", i) for i in range(4)))
 
     made["left_alone"] = files(
-        "SPECIAL", "DEF SPECIAL( )\n" + expert + "PTP XHOME" + left + "\nPTP XP1\nFDAT_ACT=FP2\nBAS(#FRAMES)\nLIN XP2"
+        "SPECIAL", "DEF SPECIAL( )\n" + init + expert + "PTP XHOME" + left + "\nPTP XP1\nFDAT_ACT=FP2\nBAS(#FRAMES)\nLIN XP2"
         + left + "\n$IPO_MODE=#BASE\nTOOL_DATA[5]=TOOL_DATA[1]\nTOOL_DATA[5].Z=260.0\n$TOOL=TOOL_DATA[5]\nLIN XP3"
         + left + "\n$TOOL=TOOL_DATA[1]\n$BASE=$WORLD\n$LOAD=LOAD_DATA[1]\nLIN XP4\nEND\n",
         "".join(point(f"XP{i + 1}", i) for i in range(4)) + record("FP2", 1, 0, "#TCP"))
