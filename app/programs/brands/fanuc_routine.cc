@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "app/programs/brands/fanuc_motion.h"
 #include "app/programs/brands/fanuc_words.h"
 
 namespace plumbline::programs::fanuc {
@@ -32,22 +33,6 @@ std::size_t FindOutside(std::string_view text, char sought, std::size_t from = 0
     if ((c == ')' || c == ']') && depth > 0) --depth;
   }
   return std::string_view::npos;
-}
-
-/// `[JLCAS] P[` or `PR[`: the letter.
-std::optional<char> MotionLetter(std::string_view text) {
-  if (text.size() < 4 || std::string_view("JLCAS").find(text[0]) == std::string_view::npos ||
-      !IsBlank(text[1])) {
-    return std::nullopt;
-  }
-  const std::string_view target = TrimBlanks(text.substr(1));
-  return target.starts_with("P[") || target.starts_with("PR[") ? std::optional(text[0])
-                                                               : std::nullopt;
-}
-
-std::string_view CalledName(std::string_view text) {
-  text = TrimBlanks(text);
-  return TrimBlanks(text.substr(0, text.find_first_of("(,; \t")));
 }
 
 class Lowering {
@@ -336,110 +321,13 @@ class Lowering {
     }
   }
 
-  Target TargetAt(SourceCursor& at) {
-    at.SkipBlanks();
-    const std::size_t begin = at.at();
-    const bool taught = at.TakeWord() == "P";
-    Target target;
-    const Bracketed index = BracketedAt(at.Rest(), 0);
-    at.Skip(index.after);
-    const auto number = IndexIn(index.content);
-    const auto point = taught && number ? around_.points->find(*number) : around_.points->end();
-    if (point != around_.points->end()) {
-      target.point = point->second;
-      return target;
-    }
-    target.computed = std::string(at.TextFrom(begin));
-    if (taught && number) target.computed += " (not in /POS)";
-    if (taught && !number) AnyPoint(target.computed);
-    return target;
-  }
-
   void Motions(char letter, std::string_view text) {
-    Motion motion;
-    motion.kind = letter == 'J'   ? MotionKind::kJoint
-                  : letter == 'L' ? MotionKind::kLinear
-                  : letter == 'C' ? MotionKind::kCircular
-                                  : MotionKind::kSpline;
-    motion.statement = statement_->span;
-    SourceCursor at(text, 0);
-    at.Skip();
-    motion.end = TargetAt(at);
-    std::vector<std::string> calls;
-    std::optional<std::string> branch;
-    bool listed = false;  // after a comma, PR[] belongs to an option
-    while (!at.AtEnd()) {
-      const std::size_t begin = at.at();
-      const std::string_view written = at.TakeWord();
-      if (written.empty()) {
-        if (!IsBlank(at.Peek())) listed = at.Peek() == ',';
-        if (at.Peek() == '[') {
-          at.Skip(BracketedAt(at.Rest(), 0).after);
-        } else {
-          at.Skip();
-        }
-        continue;
-      }
-      const std::string_view word = EnglishWord(written);
-      const bool target = (word == "P" || word == "PR") && at.Peek() == '[';
-      if (target && letter == 'C' && !listed && !motion.via) {
-        motion.via = std::move(motion.end);
-        at.MoveTo(begin);
-        motion.end = TargetAt(at);
-        continue;
-      }
-      Option(word, at, motion, calls, branch);
-      listed = false;
-    }
-    if (letter == 'C' && !motion.via && motion.special.empty()) {
-      motion.special = "circular motion without an end";
-    }
-    Add(StepKind::kMotion).motion = std::move(motion);
-    if (branch) Jump(StepKind::kBranch, *branch);
-    for (const std::string& name : calls) Call(name);
-  }
-
-  static void Special(Motion& motion, std::string_view why) {
-    if (motion.special.empty()) motion.special = why;
-  }
-
-  void Option(std::string_view word, SourceCursor& at, Motion& motion,
-              std::vector<std::string>& calls, std::optional<std::string>& branch) {
-    const auto is = [word](std::string_view known) { return SameWord(word, known); };
-    const auto numbered = [word](std::string_view name) {
-      return word.size() > name.size() && StartsWithWord(word, name) && IsDigit(word[name.size()]);
-    };
-    if (Lowered(word).ends_with("offset")) {
-      Offset& offset = motion.end.offset;
-      offset.in = StartsWithWord(word, "Tool") ? Offset::In::kTool : Offset::In::kBase;
-      at.SkipBlanks();
-      const std::size_t begin = at.at();
-      if (at.Take(',')) {
-        at.TakeWord();
-        if (at.Peek() == '[') at.Skip(BracketedAt(at.Rest(), 0).after);
-      }
-      offset.unknown += fmt::format("{}{}{}: the register's value is not in the program",
-                                    offset.unknown.empty() ? "" : "; ", word, at.TextFrom(begin));
-    } else if (numbered("CNT")) {
-      motion.passes_by = word.substr(3) != "0";
-    } else if (is("CNT") || is("CD") || is("CR") || numbered("CD") || numbered("CR")) {
-      motion.passes_by = true;
-    } else if (is("INC")) {
-      Special(motion, "relative motion (INC)");
-    } else if (is("Skip") || is("SkipJump")) {
-      Special(motion, "search: it ends where its condition comes true");
-      branch = LabelIn(at.Rest().substr(0, 64));
-    } else if (is("Search")) {
-      Special(motion, "touch search: it ends at the contact");
-    } else if (is("COORD")) {
-      Special(motion, "coordinated motion: its target is on a positioner");
-    } else if (is("RTCP")) {
-      Special(motion, "motion about a tool that stands in the cell (RTCP)");
-    } else if (is("CALL")) {
-      at.SkipBlanks();
-      calls.emplace_back(CalledName(at.Rest()));
-      at.Skip(calls.back().size());
-    }
+    MotionStatement read = ReadMotion(letter, text, *around_.points);
+    read.motion.statement = statement_->span;
+    if (read.may_be_any_point) AnyPoint(text);
+    Add(StepKind::kMotion).motion = std::move(read.motion);
+    if (read.skipped_to) Jump(StepKind::kBranch, LabelOf(*read.skipped_to));
+    for (const std::string& name : read.calls) Call(name);
   }
 
   struct Block {

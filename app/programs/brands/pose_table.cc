@@ -94,6 +94,7 @@ Conventions ConventionsOf(const Form& form) {
       conventions.numbers = RpyDegreesNear;
       break;
     case Orientation::kRpyRadians:
+      conventions.rad_per_unit = 1;
       conventions.angle.least_decimals = 6;
       conventions.rotation = FromRpyRadians;
       conventions.numbers = RpyRadiansNear;

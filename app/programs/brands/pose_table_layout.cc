@@ -105,6 +105,7 @@ Result<Layout> LayoutOf(std::string_view bytes) {
   const auto position = All(targets, std::array{"x_mm", "y_mm", "z_mm"});
   if (!position) {
     if (joints.empty()) return Error{fmt::format("no poses and no joints: {}", kHeader)};
+    if (layout.rad_per_joint_unit == 1) layout.orientation = Orientation::kRpyRadians;
     return layout;
   }
   std::ranges::copy(*position, layout.position.begin());
