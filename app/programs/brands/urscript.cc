@@ -63,6 +63,15 @@ std::string MarkIn(std::string_view bytes) {
   return "";
 }
 
+/// The line of the first node that PolyScope writes into the scripts that it generates; 0: none.
+int NodeLine(std::string_view bytes) {
+  const LineIndex lines(bytes);
+  for (int line = 1; line <= lines.count(); ++line) {
+    if (TrimBlanks(lines.Text(line)).starts_with("$ ")) return line;
+  }
+  return 0;
+}
+
 class UrScript final : public Brand {
  public:
   std::string_view name() const override { return "Universal Robots URScript"; }
@@ -134,6 +143,12 @@ Reading UrScript::Read(std::vector<SourceFile> files) const {
       continue;
     }
     program.marks[i] = MarkIn(file.bytes);
+    if (const int line = NodeLine(file.bytes)) {
+      program.remarks.push_back({{i, line},
+                                 "PolyScope wrote this script beside a .urp. The robot runs the "
+                                 ".urp, which still has the old points: call the corrected script "
+                                 "from it in a Script node (File)"});
+    }
     syntaxes[i] = Parse(file.bytes, i);
     for (std::size_t k = 1; k < syntaxes[i].routines.size(); ++k) {
       const RoutineHead& head = syntaxes[i].routines[k];

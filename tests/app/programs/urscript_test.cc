@@ -147,7 +147,9 @@ TEST_CASE("a generated script: pose, tool, load, joints to start from and approx
   CHECK(motions[1]->kind == MotionKind::kLinear);
   CHECK(motions[1]->passes_by);
   CHECK(UsesOf(program, "W_p").empty());
-  CHECK(program.remarks.empty());
+  REQUIRE(program.remarks.size() == 1);
+  CHECK(program.remarks[0].place.line == 6);
+  CHECK(program.remarks[0].text.find(".urp, which still has the old points") != std::string::npos);
 }
 
 TEST_CASE("only the joints count for a motion to joints") {
