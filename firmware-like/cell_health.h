@@ -56,6 +56,7 @@ enum class HealthReason : std::uint8_t {
   kRadiusTooLarge = 39,      ///< a valid point's radius exceeds the largest allowed correction
   kObjectsNear = 40,         ///< monitored objects are nearer than their declared distance
   kRadiusContradicted = 41,  ///< the drift monitor's reference contradicts the stated radius
+  kCompensatedTwice = 42,    ///< the controller's tool pose contains what the cell corrects as well
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model awaits approval
   kBoardWanted = 51,      ///< the calibration board is requested
@@ -82,9 +83,10 @@ struct HealthInputs {
   bool required_lens_missing = false;  ///< points are withdrawn until a camera's lens is valid
   bool objects_near = false, scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, radius_contradicted = false, quarantined = false;
-  bool pending = false;        ///< a point is still being computed
-  bool no_points = false;      ///< no point is configured
-  bool daemon_silent = false;  ///< page and display only: the daemon no longer reports
+  bool compensated_twice = false;  ///< the controller compensates what the cell corrects
+  bool pending = false;            ///< a point is still being computed
+  bool no_points = false;          ///< no point is configured
+  bool daemon_silent = false;      ///< page and display only: the daemon no longer reports
 };
 
 /// The most severe reason that applies.

@@ -92,6 +92,7 @@ HealthInputs HealthInputsFrom(const Snapshot& snapshot, const MachineInput& inpu
   facts.reference_refused = input.reference_refused;
   facts.radius_contradicted = input.radius_contradicted;
   facts.quarantined = input.quarantined;
+  facts.compensated_twice = input.compensated_twice;
   return facts;
 }
 
@@ -111,7 +112,7 @@ std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
   set(status::kReady, robot_trusted && std::all_of(points.begin(), points.end(), valid));
   set(status::kResultValid, snapshot.result.valid);
   set(status::kRobotLink, robot_trusted);
-  set(status::kWarning, snapshot.warnings != 0);
+  set(status::kWarning, snapshot.warnings != 0 || input.compensated_twice);
   set(status::kError, snapshot.alarms != 0);
   set(status::kLensCalibrated, input.cameras.front().configured &&
                                    std::none_of(input.cameras.begin(), input.cameras.end(), stale));
@@ -121,6 +122,7 @@ std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
   set(status::kPlcHeartbeatSeen, plc_heartbeat);
   set(status::kManual, input.command.manual || snapshot.robot.mode == model::RobotMode::kManual);
   set(status::kToggle, std::fmod(input.now_s, 2.0) >= 1.0);
+  set(status::kCompensatedTwice, input.compensated_twice);
   return word;
 }
 

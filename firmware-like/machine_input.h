@@ -51,6 +51,7 @@ struct MachineInput {
   bool reference_refused = false;         ///< the drift monitor's reference probes disagree
   bool radius_contradicted = false;       ///< the reference contradicts the stated 95 % radius
   bool quarantined = false;               ///< quarantined probes await a person's decision
+  bool compensated_twice = false;         ///< the controller compensates what the cell corrects
   std::array<CameraInput, model::kMaxCameras> cameras;
   /// A press that was not handled yet. It waits while a probe of the PLC is recorded.
   std::optional<GaugePress> gauge;

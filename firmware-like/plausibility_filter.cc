@@ -88,8 +88,9 @@ const char* RemedyOf(InputFault fault) {
     case InputFault::kJointCount:
       return "check the profile against the cell";
     case InputFault::kTcpMismatch:
-      return "check the profile's joint decoding, the tool offset and the cell's kinematics; an "
-             "axis counted against the ground is declared as [[robot.coupling]]";
+      return "check the profile's joint decoding, the tool offset and the cell's kinematics; "
+             "plumbline identify-controller names the difference, such as an axis counted against "
+             "the ground";
     case InputFault::kAllZero:
       return "move a joint; if they stay zero, check the addresses of the profile's joints, and "
              "that the robot is switched on and referenced";

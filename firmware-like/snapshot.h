@@ -33,6 +33,8 @@ inline constexpr std::uint16_t kPayloadValid = 1 << 9;
 inline constexpr std::uint16_t kPlcHeartbeatSeen = 1 << 10;
 inline constexpr std::uint16_t kManual = 1 << 11;
 inline constexpr std::uint16_t kToggle = 1 << 12;  ///< changes every second
+/// The controller's tool pose contains what the cell corrects as well.
+inline constexpr std::uint16_t kCompensatedTwice = 1 << 13;
 }  // namespace status
 
 /// Bits of the alarm word. All but the emergency stop withdraw corrected points. During an

@@ -20,6 +20,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddEffectsCommand(CLI::App& app, int& exit_code);
 void AddExplainCommand(CLI::App& app, int& exit_code);
 void AddExportUrdfCommand(CLI::App& app, int& exit_code);
+void AddIdentifyControllerCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);
 void AddImportUrdfCommand(CLI::App& app, int& exit_code);
 void AddJournalCommand(CLI::App& app, int& exit_code);

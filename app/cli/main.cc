@@ -158,6 +158,7 @@ constexpr Command kCommands[] = {
     {"plan", kMeasuring, AddPlanCommand},
     {"import", kMeasuring, AddImportCommand},
     {"explain", kCommissioning, AddExplainCommand},
+    {"identify-controller", kCommissioning, AddIdentifyControllerCommand},
     {"import-urdf", kCommissioning, AddImportUrdfCommand},
     {"export-urdf", kCommissioning, AddExportUrdfCommand},
     {"doctor", kCommissioning, AddDoctorCommand},

@@ -22,6 +22,8 @@ constexpr std::array kStatusBits = {
     BitMeaning{status::kPlcHeartbeatSeen, "PLC heartbeat seen"},
     BitMeaning{status::kManual, "manual"},
     BitMeaning{status::kToggle, "toggle (changes every second)"},
+    BitMeaning{status::kCompensatedTwice,
+               "the controller compensates what this cell corrects as well"},
 };
 
 constexpr std::array kAlarmBits = {

@@ -129,6 +129,34 @@ constexpr EventEntry kEntries[] = {
     {Event::kJointsCoarse, "joints-coarse", LogLevel::kWarning, "32d1aa3a97184adb8f7f095b08f46635",
      "robot", "joint registers are coarse", "their resolution costs the stated accuracy at the tip",
      "let the robot program copy finer values (`universal-robots-fine`)"},
+    {Event::kControllerPoseDiffers, "controller-pose-differs", LogLevel::kWarning,
+     "d1df452e35074a61aa217e8fa728056d", "robot",
+     "the controller's tool pose is ... from the cell's rigid table",
+     "the controller computes its tool pose in another way than the cell, by more than the "
+     "resolution of its numbers. Corrections stay in force: their errors may be of this size",
+     "run `plumbline identify-controller`, or wait until the robot has been at standstill in ten "
+     "postures; see commission.md, \"Which model the controller uses\""},
+    {Event::kControllerModel, "controller-model", LogLevel::kWarning,
+     "dcb66a8973cc4a44b3bb1a0eabf6ca7e", "robot", "the controller's pose is ...",
+     "the relation of the reported tool pose to the cell is known: another table, tool, base or "
+     "counting of joints",
+     "write the lines that the message names into the cell or the robot profile, and reload"},
+    {Event::kCompensatedTwice, "compensated-twice", LogLevel::kError,
+     "d871a86414154f67ace9b3f51282ae95", "robot",
+     "the controller's pose is ..., which this cell corrects as well",
+     "the controller compensates deflection or calibration that the cell corrects too: corrected "
+     "points are moved twice. They are not withdrawn",
+     "switch the controller's absolute accuracy off, or take the effects and compliances out of "
+     "the cell"},
+    {Event::kControllerUnexplained, "controller-unexplained", LogLevel::kWarning,
+     "5fc7b0b19d4048d5b0e8eba7da8e7c53", "robot",
+     "no known relation explains the controller's pose",
+     "the reported tool pose differs from the cell, and neither one nor two known relations "
+     "explain it",
+     "run `plumbline identify-controller`: it shows what the difference follows"},
+    {Event::kControllerAgrees, "controller-agrees", LogLevel::kNotice,
+     "e488e30362d845c69195e453b198b6c0", "robot",
+     "the controller's tool pose is that of the cell's table again", "", ""},
     {Event::kMassGuessed, "mass-guessed", LogLevel::kWarning, "ac51b40797f14d35a393438c8f724aed",
      "robot", "a link has no link_com_mm", "its centre of mass is assumed",
      "declare `link_com_mm`"},

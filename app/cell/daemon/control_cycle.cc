@@ -351,6 +351,7 @@ void ControlCycle::GatherBackground(const CycleParts& parts, MachineInput& input
   AddBackground(monitoring, environment_.cameras, environment_.scene, input);
   input.probes_recorded = monitoring.recording && mailboxes_.queue.HasRoom();
   input.probes_pending = parts.records_probes && !monitoring.settled;
+  input.compensated_twice = mailboxes_.compensated_twice;
   if (parts.model_superseded) input.background_warnings |= warning::kModelSetAside;
   const GaugePress press = *mailboxes_.gauges.press.Read();
   const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;

@@ -98,6 +98,8 @@ struct CycleMailboxes {
   Latest<status::SceneStatus> scene{
       1, status::SceneStatus()};  ///< written by the display feed, read by the cycle
   GaugeMailbox gauges;
+  /// ControllerWatch::compensated_twice(); written by the main thread, read by the cycle.
+  std::atomic<bool> compensated_twice{false};
 };
 
 }  // namespace plumbline::cell

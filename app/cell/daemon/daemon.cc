@@ -142,7 +142,9 @@ void Supervise(int signals, Running& running) {
       const auto snapshot = running.cycle.ReadSnapshot();
       reporter.Observe(*snapshot, raised, running.cycle.parts().link->Status());
       feeder.Update(*snapshot, running.cycle.counters(), now_s);
+      running.controller.Observe(*snapshot);
     }
+    running.mailboxes.compensated_twice = running.controller.compensated_twice();
     UpdateAffinity(running, now_s);
     running.plc.DepositConnections(running.manager);
     running.display.PublishIfDue();
@@ -275,7 +277,9 @@ int RunDaemon(const std::string& config_file, const std::string& port_file) {
                   manager,
                   {},
                   RobotTimeout_s(*config),
-                  RunningDaemon{config->state_directory, in_force->models, owns_directory}};
+                  RunningDaemon{config->state_directory, in_force->models, owns_directory},
+                  mailboxes};
+  running.controller.Configure(*config);
   AddThreads(*config, cycle, worker, gauges, running.watchdog);
   (*cameras)->AddTo(running.watchdog);
   (*plc)->AddTo(running.watchdog);

@@ -280,6 +280,7 @@ void Reloader::PutInForce(PendingReload reload) {
   ReplaceParts(std::move(reload.parts));
   if (other_gauges) running_.gauges.Start(fresh);
   running_.display.Configure(reload.in_force);
+  running_.controller.Configure(fresh);
   running_.state.models = models;
   running_.robot_timeout_s = RobotTimeout_s(fresh);
   running_.watchdog.SetTimeout(kRobotLink, running_.robot_timeout_s);

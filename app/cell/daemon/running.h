@@ -3,8 +3,10 @@
 
 #include <string>
 
+#include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/cell/daemon/control_cycle.h"
+#include "app/cell/daemon/controller_watch.h"
 #include "app/cell/daemon/cycle_affinity.h"
 #include "app/cell/daemon/display_feed.h"
 #include "app/cell/daemon/gauge_worker.h"
@@ -27,7 +29,9 @@ struct Running {
   ThreadWatchdog watchdog;
   double robot_timeout_s;  ///< of the present robot link
   RunningDaemon state;
+  CycleMailboxes& mailboxes;
   CycleAffinity affinity{};
+  ControllerWatch controller{log::Log};
 };
 
 }  // namespace plumbline::cell
