@@ -235,14 +235,19 @@ def adjusted_table(c, rng, size):
     return [("adjusted_table", 0)]
 
 
+def rounded(value, size):
+    """Half steps away from zero."""
+    return np.sign(value) * size * np.floor(abs(value) / size + 0.5 + 1e-9)
+
+
 def rounded_table(c, rng, size):
     steps = [s for s in (1e-3, 5e-3, 1e-2)
-             if sum(abs(row[k] - s * round(row[k] / s)) > max(1e-4, 0.5 * size) for row in c.rows for k in "ad") > 1]
+             if sum(abs(row[k] - rounded(row[k], s)) > max(1e-4, 0.5 * size) for row in c.rows for k in "ad") > 1]
     if not steps:
         return None
     step = float(rng.choice(steps))
     for row in c.rows:
-        row["a"], row["d"] = (step * round(row[k] / step) for k in "ad")
+        row["a"], row["d"] = (rounded(row[k], step) for k in "ad")
     return [("rounded_table", 0)]
 
 

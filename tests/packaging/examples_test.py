@@ -35,6 +35,7 @@ NOT_HERE = [
     (r"^(\S*/)?plumbline log ", "needs systemd's journal"),
     (r"^mv /var/lib/plumbline ", "moves the state away; backup_test replaces it"),
     (r"import-urdf|export-urdf", "needs the URDF of a robot; import_test and export_test have one"),
+    (r"plumbline identify-controller ", "needs postures with a controller's poses; controller_models.py makes some"),
     (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and calibrate_lens_command_test have some"),
     (r"plumbline lens (list|export|solve)\b", "needs a stored lens and its views; lens_command_test has them"),
     (r"plumbline program ", "needs a program of a robot controller; program_test and program_command_test have some"),

@@ -30,7 +30,7 @@ bool SameArm(const model::CellModel& a, const model::CellModel& b) {
 
 void ControllerWatch::Configure(const config::DaemonConfig& config) {
   const bool same = cell_ && SameArm(*cell_, config.machine.cell);
-  if (running_.valid()) running_.get();  // its result belongs to the previous cell
+  Abandon();  // its result belongs to the previous cell
   cell_ = config.machine.cell;
   measure::ControllerSample sample;
   measure::StepsOf(config.robot.connection.profile, sample);
@@ -40,6 +40,14 @@ void ControllerWatch::Configure(const config::DaemonConfig& config) {
   last_s_ = 0;
   difference_reported_ = false;
   reported_.clear();
+}
+
+void ControllerWatch::Abandon() {
+  if (!running_.valid()) return;
+  stop_.request_stop();
+  running_.wait();
+  running_ = {};
+  stop_ = {};
 }
 
 void ControllerWatch::Observe(const Snapshot& snapshot) {
@@ -98,11 +106,13 @@ void ControllerWatch::StartIfDue(double now_s) {
   new_postures_ = 0;
   measure::ControllerSample sample = sample_;
   sample.postures = collector_.postures();
-  running_ = RunOnThread<Found>([cell = *cell_, sample = std::move(sample)] {
+  running_ = RunOnThread<Found>([cell = *cell_, sample = std::move(sample),
+                                 stop = stop_.get_token()] {
     setpriority(PRIO_PROCESS, 0, kLowestPriority);  // of this thread
     const measure::RelationContext context(cell);
     Found found;
-    found.identification = measure::Identify(context, sample);
+    found.identification = measure::Identify(
+        context, sample, [&stop](double, const std::string&) { return !stop.stop_requested(); });
     found.finding = measure::FindingText(found.identification, context);
     found.remedy = measure::FindingRemedy(found.identification, context, sample);
     found.twice = measure::CompensatedTwice(cell, found.identification);

@@ -4,6 +4,7 @@
 
 #include <future>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "app/base/config/daemon_config.h"
@@ -20,6 +21,9 @@ namespace plumbline::cell {
 class ControllerWatch {
  public:
   explicit ControllerWatch(log::LogSink sink) : sink_(std::move(sink)) {}
+  ~ControllerWatch() { Abandon(); }
+  ControllerWatch(const ControllerWatch&) = delete;
+  ControllerWatch& operator=(const ControllerWatch&) = delete;
 
   /// At the start and after a reload. Postures are kept if robot and cell are the same.
   void Configure(const config::DaemonConfig& config);
@@ -36,6 +40,8 @@ class ControllerWatch {
     std::string finding, remedy;
     bool twice = false;
   };
+  /// Ends an identification in progress, within a fraction of a second.
+  void Abandon();
   void Collect(const Snapshot& snapshot);
   void ReportFirstDifference();
   void StartIfDue(double now_s);
@@ -46,6 +52,7 @@ class ControllerWatch {
   measure::ControllerSample sample_;
   measure::PostureCollector collector_;
   measure::ReadingFilter filter_{false};
+  std::stop_source stop_;
   std::future<Result<Found>> running_;
   std::size_t new_postures_ = 0;  ///< since the last identification
   double last_s_ = 0;             ///< when it started

@@ -134,6 +134,12 @@ CheckResults AlarmResults(const cell::ViewState& state) {
     found.push_back(
         {Health::kFault, "alarm", bit.meaning, "plumbline log --level error --explain"});
   }
+  if ((state.status & status::kCompensatedTwice) != 0) {
+    found.push_back({Health::kFault, "controller",
+                     "its tool pose contains what this cell corrects as well: points are corrected "
+                     "twice",
+                     "plumbline log --event compensated-twice --explain"});
+  }
   for (const plc::BitMeaning& bit : plc::registers::WarningBits()) {
     if ((state.warnings & bit.mask) == 0) continue;
     found.push_back(

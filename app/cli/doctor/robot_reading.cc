@@ -6,9 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/measure/controller/identify.h"
+#include "app/measure/controller/reported_steps.h"
 #include "drivers/clock.h"
 #include "drivers/robot/register_survey.h"
 #include "drivers/robot/registry.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/geometry/units.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/joint_columns.h"
 #include "firmware-like/plausibility_filter.h"
@@ -153,6 +157,26 @@ std::string RemedyOfReading(const config::RobotLinkConfig& link, const deflectio
                                      : "; then compare the joints with the teach pendant");
 }
 
+/// How far the tool pose of a reading is from the cell's rigid table, if its resolution does not
+/// explain it.
+std::optional<measure::PoseError> PoseDifference(const config::DaemonConfig& config,
+                                                 const model::RobotState& state) {
+  if (!state.X_BT) return std::nullopt;
+  const measure::RelationContext context(config.machine.cell);
+  measure::ControllerSample sample;
+  measure::StepsOf(config.robot.connection.profile, sample);
+  sample.joint_step = state.q_resolution;
+  sample.of_flange = state.tcp_is_flange;
+  if (!state.tcp_is_flange) sample.X_FT = state.X_FT;
+  sample.tool = loads::ToolIndexOf(config.machine.cell, state.tool_number).value_or(0);
+  measure::ControllerPosture& posture = sample.postures.emplace_back();
+  posture.q = state.q;
+  posture.p = state.X_BT->p;
+  posture.R = state.X_BT->R;
+  posture.angles = VectorFromRotation(posture.R);
+  return UnexplainedDifference(context, sample);
+}
+
 /// Why the device does not give the blocks of the profile; nullopt if it does or does not answer.
 std::optional<CheckResult> LinkFault(const config::RobotLinkConfig& link) {
   if (link.transport != "tcp") return std::nullopt;
@@ -189,6 +213,16 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   }
   const std::string joints = JointsText(arm.chain(), reading.state.q);
   if (reading.fault == InputFault::kOk) {
+    if (const auto difference = PoseDifference(config, reading.state)) {
+      return {
+          Health::kWarning, "robot",
+          fmt::format("{} answers: {}. Its tool pose is {:.3f} mm and {:.4f} deg from the cell's "
+                      "table, more than its resolution explains",
+                      place, joints, kMmPerMetre * difference->distance_m,
+                      kDegPerRad * difference->angle_rad),
+          "if the robot stands still, name the difference: plumbline identify-controller CELL "
+          "--robot CONFIG"};
+    }
     return {Health::kGood, "robot", fmt::format("{} answers: {}", place, joints), {}};
   }
   return {Health::kFault, "robot",
