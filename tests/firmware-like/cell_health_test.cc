@@ -51,6 +51,8 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
                   .required_lens_missing = true}) ==
         CellHealth{HealthSeverity::kAlarm, HealthReason::kRequiredLens});
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
+  CHECK(HealthOf({.warnings = warning::kDrift, .compensated_twice = true}) ==
+        CellHealth{HealthSeverity::kAttention, HealthReason::kCompensatedTwice});
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
   CHECK(HealthOf({.warnings = warning::kDrift,
                   .weakest_basis = model::RadiusBasis::kUnknown,

@@ -1439,6 +1439,15 @@ TEST_CASE(
   CHECK(taken.probe.radius_m > 0);
   CHECK(taken.probe.radius_m == taken.result.correction.uncertainty_m);
 
+  cell.input.compensated_twice = true;
+  const Snapshot& twice = cell.Next();
+  CHECK(twice.points[0].valid);  // a warning withdraws nothing
+  CHECK((twice.status & status::kCompensatedTwice) != 0);
+  CHECK((twice.status & status::kWarning) != 0);
+  CHECK(twice.health.reason == HealthReason::kCompensatedTwice);
+  cell.input.compensated_twice = false;
+  CHECK((cell.Next().status & status::kCompensatedTwice) == 0);
+
   const std::uint64_t changes = cell.Next().point_changes;
   cell.input.radius_contradicted = true;
   const Snapshot& withdrawn = cell.Next();

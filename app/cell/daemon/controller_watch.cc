@@ -38,7 +38,7 @@ void ControllerWatch::Configure(const config::DaemonConfig& config) {
   sample_ = sample;
   new_postures_ = collector_.postures().size();
   last_s_ = 0;
-  difference_reported_ = false;
+  difference_reported_ = answered_ = false;
   reported_.clear();
 }
 
@@ -55,6 +55,7 @@ void ControllerWatch::Observe(const Snapshot& snapshot) {
   Collect(snapshot);
   if (running_.valid() && running_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     const Result<Found> found = running_.get();
+    answered_ = true;
     if (found) Take(*found);
   }
   StartIfDue(snapshot.now_s);

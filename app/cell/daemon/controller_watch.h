@@ -33,6 +33,8 @@ class ControllerWatch {
   /// True if the controller's pose contains what the cell corrects as well, until an
   /// identification shows that it does not.
   bool compensated_twice() const { return twice_; }
+  /// True if an identification has ended since the cell was configured.
+  bool answered() const { return answered_; }
 
  private:
   struct Found {
@@ -56,7 +58,7 @@ class ControllerWatch {
   std::future<Result<Found>> running_;
   std::size_t new_postures_ = 0;  ///< since the last identification
   double last_s_ = 0;             ///< when it started
-  bool difference_reported_ = false, twice_ = false;
+  bool difference_reported_ = false, twice_ = false, answered_ = false;
   std::string reported_;  ///< the latest finding in the log
 };
 
