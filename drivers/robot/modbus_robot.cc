@@ -7,8 +7,8 @@
 #include <utility>
 
 namespace plumbline::robot {
-PushGate::PushGate(int slots, const PushLimits& limits)
-    : limits_(limits), slots_(static_cast<std::size_t>(slots)) {}
+PushGate::PushGate(int slots, const PushLimits& limits, Writes writes)
+    : limits_(limits), writes_(writes), slots_(static_cast<std::size_t>(slots)) {}
 
 void PushGate::Evaluate(const PushPoint& point, Slot& slot) const {
   slot.named = true;
@@ -33,7 +33,8 @@ PushDecision PushGate::Decide(const PushPoint& point, const Slot& slot, double n
   if (!point.valid) return {slot.holds_point ? Action::kWithdraw : Action::kNothing, point, 0};
   if (!slot.steady)
     return {slot.holds_point ? Action::kHold : Action::kNothing, point, slot.step_m};
-  if (slot.ever_written && now_s - slot.written_s < limits_.min_period_s) return {};
+  const bool waits = writes_ == Writes::kAtPeriod || !slot.holds_point;
+  if (waits && slot.ever_written && now_s - slot.written_s < limits_.min_period_s) return {};
   return {Action::kWrite, point, 0};
 }
 

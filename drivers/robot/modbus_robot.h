@@ -44,7 +44,12 @@ struct PushDecision {
 /// 0 in between. Pure; time is an input.
 class PushGate {
  public:
-  PushGate(int slots, const PushLimits& limits);
+  enum class Writes : std::uint8_t {
+    kAtPeriod,      ///< a slot is written again after min_period_s
+    kEveryRequest,  ///< whenever it is requested; min_period_s only delays it after a withdrawal
+  };
+
+  PushGate(int slots, const PushLimits& limits, Writes writes = Writes::kAtPeriod);
 
   /// Evaluates all points and returns the next action; withdrawals first, then writes round-robin.
   PushDecision Next(std::span<const PushPoint> points, double now_s);
@@ -79,6 +84,7 @@ class PushGate {
   PushDecision Decide(const PushPoint& point, const Slot& slot, double now_s) const;
 
   PushLimits limits_;
+  Writes writes_;
   std::vector<Slot> slots_;
   int last_slot_ = -1;
 };

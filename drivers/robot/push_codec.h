@@ -11,10 +11,11 @@ namespace plumbline::robot {
 /// Corrected point for the controller: the command pose of the TCP with which the loaded tool lands
 /// on the assembly point.
 struct PushPoint {
-  int slot = 0;        ///< slot of the profile, from 0
-  int id = 0;          ///< 0..65535
-  Pose X_BT;           ///< command pose of the TCP in the base frame
-  bool valid = false;  ///< false withdraws the slot
+  int slot = 0;         ///< slot of the profile, from 0
+  int id = 0;           ///< 0..65535
+  Pose X_BT;            ///< command pose of the TCP in the base frame
+  bool valid = false;   ///< false withdraws the slot
+  double radius_m = 0;  ///< 95 % radius of the loaded tool point; 0: unknown. Not written by Modbus
 };
 
 enum class PushFit : std::uint8_t { kFits, kNoSuchSlot, kBadId, kNotFinite, kOutOfRange };

@@ -28,6 +28,8 @@ std::string_view LinkResultText(LinkResult result) {
       return "rejected by the controller";
     case LinkResult::kTorn:
       return "registers refreshed during the reading";
+    case LinkResult::kNotAccepted:
+      return "setup refused by the controller";
     case LinkResult::kPushRefused:
       return "point not written";
     case LinkResult::kPushMismatch:
@@ -39,10 +41,12 @@ std::string_view LinkResultText(LinkResult result) {
 std::string_view LinkRemedy(LinkResult result) {
   switch (result) {
     case LinkResult::kTimeout:
-      return "check the cable, robot.unit_id and that the controller is not overloaded; a slow one "
+      return "check the cable, robot.unit_id (Modbus) and that the controller is not overloaded; a "
+             "slow one "
              "needs a larger robot.timeout_ms";
     case LinkResult::kRefused:
-      return "check robot.host and robot.port, and switch the controller's Modbus server on";
+      return "check robot.host and robot.port, and switch the controller's Modbus or RTDE server "
+             "on";
     case LinkResult::kNoDevice:
       return "check robot.device, that the adapter is plugged in, and its permissions";
     case LinkResult::kLost:
@@ -59,6 +63,7 @@ std::string_view LinkRemedy(LinkResult result) {
     case LinkResult::kUnknownName:
     case LinkResult::kProtocol:
     case LinkResult::kTorn:
+    case LinkResult::kNotAccepted:
     case LinkResult::kPushRefused:
     case LinkResult::kPushMismatch:
       break;

@@ -24,6 +24,7 @@ enum class LinkResult : std::uint8_t {
   kNoUnit,        ///< exception 10 or 11: a gateway does not reach the unit id; still connected
   kException,     ///< any other exception; still connected
   kTorn,          ///< the controller refreshed its registers between two requests of the reading
+  kNotAccepted,   ///< the controller refuses the setup of the link; problem() says what
   kPushRefused,   ///< push not enabled, value does not fit, or step too large
   kPushMismatch,  ///< read back differently from what was written
 };
@@ -61,6 +62,10 @@ class RobotDevice {
 
   /// Error of the last call that did not return kOk, with its location; valid until the next call.
   virtual std::string_view problem() const = 0;
+
+  /// What people should know about the controller although the link works, such as a message of
+  /// its own; empty if there is nothing new. Valid until the next call.
+  virtual std::string_view TakeNotice() { return {}; }
 };
 
 }  // namespace plumbline::robot

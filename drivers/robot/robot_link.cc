@@ -1,6 +1,7 @@
 #include "drivers/robot/robot_link.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "drivers/real_time.h"
@@ -23,6 +24,7 @@ void RobotLink::Start() {
   {
     const std::lock_guard lock(mutex_);  // the cycle may already be requesting and waiting
     stop_ = false;
+    may_push_ = false;
     status_.since_s = MonotonicSeconds();
     PublishStatus();
   }
@@ -76,26 +78,33 @@ RobotLinkStatus RobotLink::Status() const {
 }
 
 void RobotLink::QueuePush(std::span<const PushPoint> points) {
-  const std::lock_guard lock(mutex_);
-  queued_count_ = std::min(points.size(), queued_.size());
-  std::copy_n(points.begin(), queued_count_, queued_.begin());
+  {
+    const std::lock_guard lock(mutex_);
+    queued_count_ = std::min(points.size(), queued_.size());
+    std::copy_n(points.begin(), queued_count_, queued_.begin());
+  }
+  wake_.notify_one();
 }
 
 void RobotLink::Run() {
   model::RobotState state;
   std::array<PushPoint, kMaxPushPoints> points;
   while (true) {
-    std::uint64_t request = 0;
+    std::optional<std::uint64_t> request;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait(lock, [this] { return stop_ || requested_ != served_; });
+      wake_.wait(lock, [this] {
+        return stop_ || requested_ != served_ || (queued_count_ > 0 && may_push_);
+      });
       if (stop_) break;
-      request = requested_;
+      if (requested_ != served_) request = requested_;
     }
     heartbeat_.Beat();
-    const LinkResult result = device_->Read(state);
-    NoteReading(result, state, request);
-    if (result != LinkResult::kOk) continue;
+    if (request) {
+      const LinkResult result = device_->Read(state);
+      NoteReading(result, state, *request);
+      if (result != LinkResult::kOk) continue;
+    }
 
     std::size_t count = 0;
     {
@@ -124,11 +133,20 @@ void RobotLink::NoteReading(LinkResult result, const model::RobotState& state,
     }
     if (result != LinkResult::kWaiting) status_.result = result;
     if (!good) status_.problem.Assign(device_->problem());
+    may_push_ = good;
+    NoteNotice();
     ++(good ? status_.readings : status_.failures);
     PublishStatus();
     served_ = request;
   }
   served_changed_.notify_all();
+}
+
+void RobotLink::NoteNotice() {
+  const std::string_view notice = device_->TakeNotice();
+  if (notice.empty()) return;
+  status_.notices[status_.notice_count % RobotLinkStatus::kKeptNotices].Assign(notice);
+  ++status_.notice_count;
 }
 
 void RobotLink::NotePush(LinkResult result) {

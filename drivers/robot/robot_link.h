@@ -46,6 +46,10 @@ struct RobotLinkStatus {
   LinkResult push_result = LinkResult::kOk;
   ShortText push_problem;
   std::uint64_t push_changes = 0;  ///< transitions of push_result
+  /// Notices of the device so far; number k is notices[k % kKeptNotices].
+  static constexpr std::size_t kKeptNotices = 4;
+  std::uint64_t notice_count = 0;
+  std::array<ShortText, kKeptNotices> notices{};
 };
 
 /// Thread-safe, except that Start() and Stop() must be called from the same thread.
@@ -78,14 +82,16 @@ class RobotLink {
   /// Heartbeat, incremented before each reading and each push; their timeouts bound the interval.
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
-  /// Queues points for the controller. They are pushed once, after the next successful reading; a
-  /// later call before that replaces them. Points beyond kMaxPushPoints are dropped.
+  /// Queues points for the controller. They are pushed once: at once if the last reading succeeded
+  /// and none is requested, else after the next successful one; a later call before that replaces
+  /// them. Points beyond kMaxPushPoints are dropped.
   void QueuePush(std::span<const PushPoint> points);
 
  private:
   void Run();
   void NoteReading(LinkResult result, const model::RobotState& state, std::uint64_t request);
   void NotePush(LinkResult result);
+  void NoteNotice();
   void PublishStatus();
 
   std::unique_ptr<RobotDevice> device_;
@@ -107,6 +113,7 @@ class RobotLink {
   RobotLinkStatus status_;
   std::array<PushPoint, kMaxPushPoints> queued_;
   std::size_t queued_count_ = 0;
+  bool may_push_ = false;  ///< the last reading since Start() succeeded
 };
 
 }  // namespace plumbline::robot

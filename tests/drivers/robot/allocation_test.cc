@@ -1,13 +1,16 @@
 // Counts allocations: a successful reading and push allocate nothing. Runs in a separate process.
 #include <array>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cstdlib>
 #include <new>
+#include <thread>
 
 #include "drivers/robot/registry.h"
 #include "tests/drivers/robot/fake_controller.h"
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
+#include "tests/virtual_ur/running_ur.h"
 
 namespace {
 
@@ -69,6 +72,39 @@ TEST_CASE("successful reading and pushing allocate nothing") {
   const long after = g_allocations;
   CHECK(worst == LinkResult::kOk);
   CHECK(controller.Get(101) > 0);
+  CHECK(after - before == 0);
+}
+
+TEST_CASE("successful reading and pushing over RTDE allocate nothing") {
+  virtual_ur::RunningUr controller;
+  RobotConnection connection;
+  connection.tcp = {"127.0.0.1", controller.port()};
+  connection.timeout_s = 2;
+  connection.rtde.frequency_hz = 500;
+  connection.push.enabled = true;
+  connection.pushed_points = 3;
+  auto robot = MakeRobot("rtde", connection);
+  REQUIRE(robot.ok());
+  model::RobotState state;
+  REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
+  std::array<PushPoint, 3> points;
+  for (int i = 0; i < 3; ++i) {
+    points[static_cast<std::size_t>(i)].slot = i;
+    points[static_cast<std::size_t>(i)].valid = true;
+  }
+  const std::uint64_t first = state.sequence;
+  const long before = g_allocations;
+  LinkResult worst = LinkResult::kOk;
+  while (worst == LinkResult::kOk && state.sequence < first + 100) {
+    points[0].X_BT.p.x() += 1e-6;
+    if (robot.value()->Read(state) != LinkResult::kOk) worst = LinkResult::kLost;
+    if (const LinkResult pushed = robot.value()->Push(points); pushed != LinkResult::kOk)
+      worst = pushed;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const long after = g_allocations;
+  CHECK(worst == LinkResult::kOk);
+  CHECK(controller.State().input_int[24] > 0);
   CHECK(after - before == 0);
 }
 

@@ -173,6 +173,25 @@ TEST_CASE("queued points are pushed once, after a successful reading") {
   CHECK(status.push_problem.view() == "scripted");
 }
 
+TEST_CASE("points are pushed at once while the link works, without another reading") {
+  std::atomic<int> pushes{0}, readings{0};
+  RobotLink link(Scripted({[&](model::RobotState& state) {
+                             ++readings;
+                             return Count(state);
+                           },
+                           [&](std::span<const PushPoint>) {
+                             ++pushes;
+                             return LinkResult::kOk;
+                           }}));
+  link.Start();
+  link.RequestRead();
+  REQUIRE(link.WaitForState(Soon()));
+  const std::vector<PushPoint> points(1);
+  link.QueuePush(points);
+  while (pushes == 0) std::this_thread::yield();  // ends without a request
+  CHECK(readings == 1);
+}
+
 TEST_CASE("Stop() ends a wait, and a link can be restarted") {
   RobotLink link(Scripted({Count, {}}));
   link.Stop();
