@@ -106,6 +106,10 @@ std::string MeasurementText(const model::Measurement& measurement) {
 
 std::string ControllerText(const config::RobotLinkConfig& robot) {
   const robot::RobotConnection& link = robot.connection;
+  if (robot.transport == "rtde") {
+    return fmt::format("rtde {}:{}, {:g} packages a second", link.tcp.host, link.tcp.port,
+                       link.rtde.frequency_hz);
+  }
   const std::string where = robot.transport == "tcp"
                                 ? fmt::format("tcp {}:{}", link.tcp.host, link.tcp.port)
                             : robot.transport == "rtu" ? "rtu " + link.serial.device

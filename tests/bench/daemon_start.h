@@ -34,7 +34,7 @@ inline double Quantile(std::vector<double> values, double fraction) {
 /// Fake robot controller on libmodbus: joints as int32 microradians at 0, payload in grams at 12.
 class BenchRobot {
  public:
-  BenchRobot() : link_(modbus_new_tcp("127.0.0.1", 0)), map_(modbus_mapping_new(0, 0, 16, 0)) {
+  BenchRobot() : link_(modbus_new_tcp("127.0.0.1", 0)), map_(modbus_mapping_new(0, 0, 64, 0)) {
     listener_ = modbus_tcp_listen(link_, 1);
     sockaddr_in address{};
     socklen_t size = sizeof address;
@@ -56,6 +56,10 @@ class BenchRobot {
     modbus_free(link_);
   }
   int port() const { return port_; }
+  std::uint16_t Register(int address) {
+    const std::lock_guard lock(mutex_);
+    return map_->tab_registers[address];
+  }
   void SetPayload(std::uint16_t grams) {
     const std::lock_guard lock(mutex_);
     map_->tab_registers[12] = grams;

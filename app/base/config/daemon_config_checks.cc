@@ -13,21 +13,24 @@ namespace {
 
 /// Adds a fault if the cell has several tools or payload items, and the controller does not report
 /// which of them is in use.
-void RequireNumbers(const model::CellModel& cell, const robot::RobotProfile& profile,
+void RequireNumbers(const model::CellModel& cell, const robot::RobotSignals& signals,
                     const TomlTable& root) {
   const auto robot = root.Table("robot");
   if (!robot) return;
-  if (cell.tools() > 1 && !profile.tool_number) {
-    robot->AddFault("profile",
-                    fmt::format("reads no tool number, but the cell declares {} [[tool]]; add "
-                                "[tool_number] to it, or leave one tool in the cell",
-                                cell.tools()));
+  const bool rtde = signals.key != "profile";
+  if (cell.tools() > 1 && !signals.tool_number) {
+    robot->AddFault(
+        signals.key,
+        fmt::format("reads no tool number, but the cell declares {} [[tool]]; {}, or "
+                    "leave one tool in the cell",
+                    cell.tools(), rtde ? "set rtde_tool_register" : "add [tool_number] to it"));
   }
-  if (!cell.payload_items.empty() && !profile.payload_item) {
-    robot->AddFault("profile", fmt::format("reads no payload item, but the cell declares {} "
-                                           "[[payload.item]]; add [payload_item] to it, or remove "
-                                           "the items from the cell",
-                                           cell.payload_items.size()));
+  if (!cell.payload_items.empty() && !signals.payload_item) {
+    robot->AddFault(signals.key,
+                    fmt::format("reads no payload item, but the cell declares {} "
+                                "[[payload.item]]; {}, or remove the items from the cell",
+                                cell.payload_items.size(),
+                                rtde ? "set rtde_item_register" : "add [payload_item] to it"));
   }
 }
 
@@ -47,18 +50,20 @@ void CheckPayloadTable(const model::CellModel& cell, const PayloadPolicy& policy
   }
 }
 
-/// Checks that the profile provides everything that the configuration needs from it.
-void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
+/// Checks that the robot link provides everything that the configuration needs from it.
+void CheckAgainstSignals(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   using Source = PayloadPolicy::Source;
   const robot::RobotProfile& profile = config.robot.connection.profile;
+  const robot::RobotSignals signals =
+      robot::SignalsOf(config.robot.transport, config.robot.connection);
   const int cell_joints = config.machine.cell.robot.size();
   const bool push_enabled = config.robot.connection.push.enabled;
   const auto robot = root.Table("robot");
   const auto payload = root.Table("payload");
   const auto push = root.Table("push");
-  const auto joints = static_cast<int>(profile.joints.size());
-  if (cell_known && robot && joints != cell_joints) {
-    robot->AddFault("profile", fmt::format("has {} joints; the cell has {}", joints, cell_joints));
+  if (cell_known && robot && signals.joints != cell_joints) {
+    robot->AddFault(signals.key,
+                    fmt::format("has {} joints; the cell has {}", signals.joints, cell_joints));
   }
   if (config.robot.transport == "replay") {
     if (push_enabled && push)
@@ -69,27 +74,27 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
     if (const auto fault = robot::SerialFault(profile, push_enabled))
       robot->AddFault("profile", *fault);
   }
-  if (config.machine.payload.source == Source::kRobot && !profile.payload_mass) {
-    const std::string what = fmt::format(
-        "the profile {} reads no payload mass; use \"table\" or \"fixed\"", profile.name);
+  if (config.machine.payload.source == Source::kRobot && !signals.payload_mass) {
+    const std::string what =
+        fmt::format("{} reads no payload mass; use \"table\" or \"fixed\"", signals.source);
     if (payload) payload->AddFault("source", "cannot be used: " + what);
     if (!payload) root.AddWarning("payload", "missing, and " + what);
   }
-  if (config.machine.payload.source == Source::kTable && !profile.tool_number && payload) {
+  if (config.machine.payload.source == Source::kTable && !signals.tool_number && payload) {
     payload->AddFault(
-        "source",
-        fmt::format("requires a tool number, which the profile {} does not read", profile.name));
+        "source", fmt::format("requires a tool number, which {} does not read", signals.source));
   }
-  RequireNumbers(config.machine.cell, profile, root);
+  RequireNumbers(config.machine.cell, signals, root);
   CheckPayloadTable(config.machine.cell, config.machine.payload, root);
   if (!push || !push_enabled) return;
-  const int slots = profile.push ? profile.push->slots : 0;
-  if (slots == 0) {
-    push->AddFault("enabled",
-                   fmt::format("requires a [push] table in the profile {}", profile.name));
-  } else if (static_cast<int>(config.push_ids.size()) > slots) {
-    push->AddFault("point_ids", fmt::format("has {} ids; the profile {} has {} slots",
-                                            config.push_ids.size(), profile.name, slots));
+  if (signals.push_slots == 0) {
+    push->AddFault("enabled", config.robot.transport == "rtde"
+                                  ? "requires free registers from rtde_first_int and "
+                                    "rtde_first_double to 47"
+                                  : fmt::format("requires a [push] table in {}", signals.source));
+  } else if (static_cast<int>(config.push_ids.size()) > signals.push_slots) {
+    push->AddFault("point_ids", fmt::format("has {} ids; {} has {} slots", config.push_ids.size(),
+                                            signals.source, signals.push_slots));
   }
 }
 
@@ -153,8 +158,9 @@ void CheckAcrossTables(const TomlTable& root, const DaemonConfig& config, bool c
   CheckGauges(root, config);
   CheckPorts(root, config);
   CheckStaleAfter(root, config);
-  if (!config.robot.connection.profile.joints.empty())
-    CheckAgainstProfile(root, config, cell_known);
+  const bool known =
+      config.robot.transport == "rtde" || !config.robot.connection.profile.joints.empty();
+  if (known) CheckAgainstSignals(root, config, cell_known);
 }
 
 }  // namespace plumbline::config

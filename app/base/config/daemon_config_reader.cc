@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -163,11 +164,23 @@ void CheckSerial(const TomlTable& table, const Line& line) {
   }
 }
 
+void CheckRtdeFields(const TomlTable& table, const robot::RtdeSettings& rtde) {
+  const std::vector<std::string_view> known = robot::OptionalRtdeFields();
+  for (const std::string& name : rtde.fields) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    table.AddFault("rtde_fields", fmt::format("contains \"{}\", which is not one of {}", name,
+                                              fmt::join(known, ", ")));
+  }
+}
+
 RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& files,
                                   FaultList& faults) {
   RobotLinkConfig robot;
   robot::RobotConnection& connection = robot.connection;
-  if (const auto file = files.Read(table, "profile", "profiles")) {
+  const std::optional<std::string> transport = table.String("transport");
+  const bool rtde = transport == "rtde";
+  if (rtde) connection.tcp.port = robot::kRtdePort;
+  if (const auto file = files.ReadIf(!rtde, table, "profile", "profiles")) {
     if (auto profile = RobotProfileFromText(file->second, file->first, faults)) {
       connection.profile = std::move(*profile);
       connection.tcp.port = connection.profile.port;
@@ -183,6 +196,7 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
                    rtu ? "is outside 0..247, the ids of a serial line" : "is not 0..247 or 255");
   }
   CheckSerial(table, connection.serial);
+  CheckRtdeFields(table, connection.rtde);
   if (const auto file = files.ReadIf(robot.transport == "replay", table, "replay_file", "")) {
     robot.replay_file = file->first;
   }
@@ -246,6 +260,7 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
                      fmt::format("contains {}, which is not the id of any [[point]]", id));
     if (!seen.insert(id).second) table.AddFault("point_ids", fmt::format("contains {} twice", id));
   }
+  config.robot.connection.pushed_points = static_cast<int>(config.push_ids.size());
   if (push.enabled && config.push_ids.empty() && !table.Has("point_ids")) {
     table.AddMissing("point_ids", "the ids of the points to push");
   }

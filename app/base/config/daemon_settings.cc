@@ -165,6 +165,26 @@ void ListSerialKeys(Settings& keys, Line& line, bool required, int max_baud,
   keys.Add("stop_bits", line.stop_bits, {1, 2}, {"stop bits"});
 }
 
+void ListRtdeKeys(Settings& keys, robot::RtdeSettings& rtde) {
+  constexpr double kLast = robot::rtde::kInputRegisters - 1;
+  keys.Add(
+      "rtde_hz", rtde.frequency_hz, {1, 500},
+      {"for \"rtde\", like all rtde_ keys: data packages a second; a CB3 sends up to 125, newer "
+       "controllers up to 500. For 500, set [cycle] period_ms = 2"});
+  keys.Add("rtde_fields", rtde.fields,
+           {"optional fields that are read; one that the controller lacks is left out"});
+  keys.Add("rtde_tool_register", rtde.tool_number_register, {0, kLast},
+           {"output integer register in which the robot program keeps the tool number", "24"});
+  keys.Add("rtde_item_register", rtde.payload_item_register, {0, kLast},
+           {"output integer register with the number of the payload item; 0 in it: none", "25"});
+  keys.Add("rtde_first_int", rtde.push.first_int, {0, kLast},
+           {"first input integer register that [push] writes: heartbeat, then sequence, id and "
+            "radius in micrometres of each point"});
+  keys.Add("rtde_first_double", rtde.push.first_double, {0, kLast},
+           {"first input double register that [push] writes: x, y, z in m and the rotation vector "
+            "of each point"});
+}
+
 void ListDiagnosisKeys(Settings& keys, MonitoringConfig& monitoring) {
   using Apply = MonitoringConfig::Apply;
   keys.Add(
@@ -198,20 +218,24 @@ void ListKeys(Settings& keys, RobotLinkConfig& robot) {
   keys.Document(
       "profile", "text",
       FirstCell(2, "register map of the controller", "\"profiles/universal-robots.toml\""));
-  keys.Choose("transport", robot.transport, {{"tcp", "tcp"}, {"rtu", "rtu"}, {"replay", "replay"}},
-              {"Modbus TCP, Modbus RTU (serial line), or playback of a recorded table"});
+  keys.Choose("transport", robot.transport,
+              {{"tcp", "tcp"}, {"rtu", "rtu"}, {"rtde", "rtde"}, {"replay", "replay"}},
+              {"Modbus TCP, Modbus RTU (serial line), RTDE of Universal Robots (needs no profile), "
+               "or playback of a recorded table"});
   keys.Add("host", connection.tcp.host,
-           FirstCell(3, "for \"tcp\": host name or IP address of the controller", "\"192.168.0.2\"",
-                     robot.transport == "tcp"));
+           FirstCell(3, "for \"tcp\" and \"rtde\": host name or IP address of the controller",
+                     "\"192.168.0.2\"", robot.transport == "tcp" || robot.transport == "rtde"));
   keys.Add("port", connection.tcp.port, kPort,
-           {.description = "for \"tcp\"", .default_text = "from the profile"});
+           {.description = "for \"tcp\" and \"rtde\"",
+            .default_text = "from the profile; 30004 for \"rtde\""});
   keys.Add("unit_id", connection.unit_id, {0, 255},
            {.description = "Modbus unit id; 248..254 are reserved, 255 only over TCP",
             .default_text = "from the profile"});
   keys.Add("timeout_ms", connection.timeout_s, {5, 10000, kSecondPerMs},
-           {"timeout of one Modbus request; on a serial line plus the time of the longest frame"});
+           {"timeout of one request; on a serial line plus the time of the longest frame"});
   ListSerialKeys(keys, connection.serial, robot.transport == "rtu", 921600,
                  {"for \"rtu\", like the next three: serial device", "\"/dev/ttyUSB0\""});
+  ListRtdeKeys(keys, connection.rtde);
   keys.Document("replay_file", "text",
                 {"for \"replay\": table whose q<i>_deg columns are played back", "\"run.csv\""});
   keys.Add("replay_rows_per_s", connection.replay.rows_per_s, {0.001, 1000},
@@ -296,11 +320,13 @@ void ListKeys(Settings& keys, correction::CorrectionLimits& limits) {
 
 void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids) {
   keys.Add("enabled", push.enabled, {"false: nothing is written"});
-  keys.Add("point_ids", ids, kId, {"points to write, in the order of the profile's slots", "[1]"});
+  keys.Add("point_ids", ids, kId,
+           {"points to write, in the order of the profile's slots or of RTDE's", "[1]"});
   keys.Add("max_step_mm", push.max_step_m, {0.001, 100, kMetrePerMm},
            {"a point that jumps further is withdrawn before it is written again"});
   keys.Add("min_period_ms", push.min_period_s, {10, 60000, kSecondPerMs},
-           {"shortest time between two writes of a point"});
+           {"shortest time between two writes of a point; over RTDE, where a point is in every "
+            "package, until a withdrawn one is written again"});
 }
 
 void ListKeys(Settings& keys, MonitoringConfig& monitoring) {

@@ -103,6 +103,11 @@ constexpr EventEntry kEntries[] = {
     {Event::kRobotLinkInterrupted, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",
      "interrupted for less than 100 ms", "check the cable if it recurs"},
+    {Event::kRobotNotice, "robot-notice", LogLevel::kNotice, "8447460fc14c43f085a0a9878f1a9699",
+     "robot", "message of the controller: ...",
+     "the controller sent a text, lacks an optional value, was restarted, or sends less often than "
+     "asked; the link works",
+     "follow the text; `rtde_fields` and `rtde_hz` in `[robot]` say what is asked for"},
     {Event::kRobotTrusted, "robot-trusted", LogLevel::kNotice, "a0e66798c65346b2a3aaece1cef596ef",
      "robot", "robot input trusted (again after ...)",
      "robot readings are plausible; points can become valid", ""},

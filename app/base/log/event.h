@@ -36,6 +36,7 @@ enum class Event : std::uint8_t {
   kRobotLinkAbsent,
   kRobotLinkLost,
   kRobotLinkInterrupted,
+  kRobotNotice,
   kRobotTrusted,
   kRobotNotTrusted,
   kRobotBrieflyUntrusted,

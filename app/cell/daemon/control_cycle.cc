@@ -408,8 +408,10 @@ void ControlCycle::PushPoints(const CycleParts& parts, const Snapshot& snapshot)
   const std::size_t count = std::min(parts.push.size(), pushed.size());
   for (std::size_t slot = 0; slot < count; ++slot) {
     const PointResult& point = snapshot.points[parts.push[slot].point];
-    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id, point.correction.X_BP_command,
-                    point.valid};
+    const correction::Correction& found = point.correction;
+    const bool has_radius = found.basis != model::RadiusBasis::kUnknown;
+    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id, found.X_BP_command, point.valid,
+                    has_radius ? found.uncertainty_m : 0};
   }
   parts.link->QueuePush(std::span(pushed).first(count));
 }

@@ -112,6 +112,7 @@ void Reporter::ObserveLink(const robot::RobotLinkStatus& link, double now_s) {
              fmt::format("push to the controller: {}", link.push_problem.view())});
     }
   }
+  ReportNotices(link);
   // No reading was attempted yet: neither connected nor lost.
   if (link.readings == 0 && link.failures == 0) return;
   const bool interrupted = connected_ == true && link.connected && link.changes != link_changes_;
@@ -127,6 +128,15 @@ void Reporter::ObserveLink(const robot::RobotLinkStatus& link, double now_s) {
   }
   connected_ = link.connected;
   link_since_s_ = now_s;
+}
+
+void Reporter::ReportNotices(const robot::RobotLinkStatus& link) {
+  constexpr std::uint64_t kKept = robot::RobotLinkStatus::kKeptNotices;
+  if (link.notice_count < notices_) notices_ = 0;  // another link
+  notices_ = std::max(notices_, link.notice_count - std::min(link.notice_count, kKept));
+  for (; notices_ < link.notice_count; ++notices_) {
+    sink_({log::Event::kRobotNotice, std::string(link.notices[notices_ % kKept].view())});
+  }
 }
 
 void Reporter::ReportLinkDown(const robot::RobotLinkStatus& link, double now_s) {

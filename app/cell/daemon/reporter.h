@@ -34,6 +34,7 @@ class Reporter {
 
  private:
   void ObserveLink(const robot::RobotLinkStatus& link, double now_s);
+  void ReportNotices(const robot::RobotLinkStatus& link);
   /// Reports that the link is down, or while it is, a new reason that has persisted.
   void ReportLinkDown(const robot::RobotLinkStatus& link, double now_s);
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
@@ -63,6 +64,7 @@ class Reporter {
   bool emergency_stop_ = false;
   std::vector<std::optional<correction::CorrectionCode>> codes_;
   std::uint64_t push_changes_ = 0;
+  std::uint64_t notices_ = 0;
 };
 
 }  // namespace plumbline::cell

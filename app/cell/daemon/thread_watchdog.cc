@@ -18,9 +18,13 @@ constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTi
 double RobotTimeout_s(const config::DaemonConfig& config) {
   constexpr int kRequestsPerPush = 7, kPassesPerReading = 3;
   const robot::RobotConnection& link = config.robot.connection;
-  if (config.robot.transport == "tcp" && !robot::IsAddress(link.tcp.host)) {
+  const bool rtde = config.robot.transport == "rtde";
+  if ((rtde || config.robot.transport == "tcp") && !robot::IsAddress(link.tcp.host)) {
     return kNameLookupTimeout_s;
   }
+  // Connection, two versions, controller, outputs twice, inputs, start, first package.
+  constexpr int kExchangesPerRtdeConnection = 9;
+  if (rtde) return kThreadTimeout_s + kExchangesPerRtdeConnection * link.timeout_s;
   const int per_pass = static_cast<int>(link.profile.blocks.size()) + 1;  // and a marker
   const double requests = std::max(kRequestsPerPush, kPassesPerReading * per_pass);
   if (config.robot.transport != "rtu") return kThreadTimeout_s + requests * link.timeout_s;

@@ -8,6 +8,7 @@
 #include "app/base/config/toml_reader.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/base/config/wrong_line.h"
+#include "tests/file_text.h"
 
 namespace plumbline::daemon_config_reader_test {
 
@@ -238,6 +239,56 @@ TEST_CASE("Every value of a configuration is read and converted to SI") {
   CHECK_FALSE(config->machine.points[1].orientation_free);
 }
 
+/// A configuration over RTDE of a six-joint arm, with further lines in [robot] and at the end.
+std::optional<DaemonConfig> ReadRtde(const std::string& robot, const std::string& more,
+                                     FaultList& faults) {
+  const FileMap files = {{"cell/cell.toml", test::FileText("config/cells/ur10.toml")}};
+  return ReadWith(files,
+                  "cell = \"cell.toml\"\n[robot]\ntransport = \"rtde\"\nhost = \"10.0.0.2\"\n" +
+                      robot +
+                      "[plc]\nlisten = \"127.0.0.1\"\n[[point]]\nid = 7\nxyz_mm = [800.0, 0.0, "
+                      "300.0]\nrpy_deg = [180.0, 0.0, 0.0]\n" +
+                      more,
+                  faults);
+}
+
+TEST_CASE("RTDE needs no profile, has a port of its own, and every value is read") {
+  FaultList faults;
+  const auto config = ReadRtde(
+      "rtde_hz = 500\nrtde_fields = [\"payload\"]\nrtde_tool_register = 30\nrtde_first_int = "
+      "1\nrtde_first_double = 2\n",
+      "[push]\nenabled = true\npoint_ids = [7]\n[payload]\nsource = \"robot\"\n", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(config);
+  const robot::RobotConnection& link = config->robot.connection;
+  CHECK(link.tcp == robot::TcpAddress{"10.0.0.2", 30004});
+  CHECK(link.rtde.frequency_hz == 500);
+  CHECK(link.rtde.fields == std::vector<std::string>{"payload"});
+  CHECK(link.rtde.tool_number_register == 30);
+  CHECK(link.rtde.push == robot::rtde::PushRegisters{1, 2});
+  CHECK(link.pushed_points == 1);
+}
+
+TEST_CASE("what RTDE cannot give is a fault of the configuration") {
+  const auto fault_of = [](const std::string& robot, const std::string& more) {
+    FaultList faults;
+    CHECK_FALSE(ReadRtde(robot, more, faults));
+    return FaultsText(faults);
+  };
+  using Catch::Contains;
+  CHECK_THAT(fault_of("rtde_fields = [\"payloads\"]\n", ""),
+             Contains("contains \"payloads\", which is not one of actual_TCP_pose"));
+  CHECK_THAT(fault_of("rtde_hz = 1000\n", ""), Contains("is outside 1..500"));
+  CHECK_THAT(fault_of("rtde_fields = []\n", "[payload]\nsource = \"robot\"\n"),
+             Contains("RTDE reads no payload mass"));
+  CHECK_THAT(fault_of("",
+                      "[payload]\nsource = \"table\"\n[[payload.tool]]\nnumber = 1\nmass_kg = "
+                      "1.0\n"),
+             Contains("requires a tool number, which RTDE does not read"));
+  CHECK_THAT(fault_of("rtde_first_double = 43\n", "[push]\nenabled = true\npoint_ids = [7]\n"),
+             Contains("requires free registers from rtde_first_int and rtde_first_double to 47"));
+}
+
 TEST_CASE("Each faulty field of a configuration gives exactly one message") {
   const std::vector<WrongLine> cases = {
       {"cell = \"cell.toml\"", "", "@1 cell: missing; expected a string in quotes"},
@@ -250,7 +301,7 @@ TEST_CASE("Each faulty field of a configuration gives exactly one message") {
        "/share/no.toml: No such file or directory); check the name, or copy the file there"},
       {"profile = \"profile.toml\"", "", "@4 robot.profile: missing; expected a string in quotes"},
       {"transport = \"tcp\"", "transport = \"udp\"",
-       "robot.transport: \"udp\" is not one of \"tcp\", \"rtu\", \"replay\""},
+       "robot.transport: \"udp\" is not one of \"tcp\", \"rtu\", \"rtde\", \"replay\""},
       {"host = \"10.0.0.2\"", "", "@4 robot.host: missing; expected a string in quotes"},
       {"host = \"10.0.0.2\"", "host = \"10.0.0.256\"",
        "robot.host: \"10.0.0.256\" is not a host name or IP address"},

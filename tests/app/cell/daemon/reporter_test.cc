@@ -149,6 +149,27 @@ TEST_CASE("a new reason for a lost robot link is logged once it has persisted") 
                                  "the controller is on"});
 }
 
+TEST_CASE("notices of the controller are logged once each, the newest ones if there are many") {
+  Desk desk;
+  desk.Observe();
+  const auto add = [&desk](int number) {
+    auto& link = desk.link;
+    link.notices[link.notice_count++ % robot::RobotLinkStatus::kKeptNotices].Assign(
+        "text " + std::to_string(number));
+  };
+  add(1);
+  add(2);
+  CHECK(desk.Observe() == std::vector<std::string>{"text 1", "text 2"});
+  CHECK(desk.Observe().empty());
+  for (int k = 3; k <= 9; ++k) add(k);
+  CHECK(desk.Observe() == std::vector<std::string>{"text 6", "text 7", "text 8", "text 9"});
+  desk.link = {};
+  desk.link.connected = true;
+  desk.link.readings = 1;
+  add(10);
+  CHECK(desk.Observe() == std::vector<std::string>{"text 10"});
+}
+
 TEST_CASE("an emergency stop ends when the controller reports so, not when its link drops") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
