@@ -548,6 +548,8 @@ void AddRegistersScan(CLI::App& registers, int& exit_code) {
       "registers followed the forward kinematics of the joints while the robot moved (--watch).\n"
       "Otherwise the candidates are listed, with what would decide. In every case one joint must\n"
       "have been below zero, unless none of the arm can be.\n\n"
+      "A controller of Universal Robots needs no profile: transport = \"rtde\" in [robot] reads its\n"
+      "joints without rounding (docs/rtde.md).\n\n"
       "Examples:\n"
       "  plumbline registers scan 192.168.0.2 --cell cell.toml --output robot.toml\n"
       "  plumbline registers scan 192.168.0.2:1502 --cell cell.toml \\\n"

@@ -141,6 +141,8 @@ int main(int argc, char** argv) {
   app.add_option("--tracker-port", options.tracker_port, "Modbus port of the tracker");
   app.add_option("--port-file", port_file, "file that receives the ports");
   app.add_option("--effect", effect_texts, "an effect that the cell file does not declare");
+  app.add_option("--time-scale", options.time_scale, "simulated seconds per second");
+  app.add_option("--tracker-noise-mm", options.tracker_noise_mm, "noise of the tracker");
   app.add_option("--fault", fault_texts, "a fault of the link, \"@5 WORDS\" after 5 s");
   app.add_option("--script", script, "robot program whose plumbline_watch runs");
   CLI11_PARSE(app, argc, argv);

@@ -199,6 +199,8 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   const deflection::LoadedArm arm(config.machine.cell);
   const Reading reading = ReadUntilTrusted(*robot.value(), config, arm);
+  std::string notice(robot.value()->TakeNotice());
+  if (!notice.empty()) notice = ". " + notice;
   robot.value().reset();  // a controller may accept one connection only
   const std::string place = PlaceOf(link);
   if (reading.state.sequence == 0 || !reading.problem.empty()) {
@@ -216,18 +218,18 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
     if (const auto difference = PoseDifference(config, reading.state)) {
       return {
           Health::kWarning, "robot",
-          fmt::format("{} answers: {}. Its tool pose is {:.3f} mm and {:.4f} deg from the cell's "
+          fmt::format("{} answers: {}{}. Its tool pose is {:.3f} mm and {:.4f} deg from the cell's "
                       "table, more than its resolution explains",
-                      place, joints, kMmPerMetre * difference->distance_m,
+                      place, joints, notice, kMmPerMetre * difference->distance_m,
                       kDegPerRad * difference->angle_rad),
           "if the robot stands still, name the difference: plumbline identify-controller CELL "
           "--robot CONFIG"};
     }
-    return {Health::kGood, "robot", fmt::format("{} answers: {}", place, joints), {}};
+    return {Health::kGood, "robot", fmt::format("{} answers: {}{}", place, joints, notice), {}};
   }
   return {Health::kFault, "robot",
-          fmt::format("{} answers, but its reading is not trusted: {}. {}", place,
-                      WhyUntrusted(reading.fault, reading.state), joints),
+          fmt::format("{} answers, but its reading is not trusted: {}. {}{}", place,
+                      WhyUntrusted(reading.fault, reading.state), joints, notice),
           RemedyOfReading(link, arm, reading.fault, reading.state)};
 }
 

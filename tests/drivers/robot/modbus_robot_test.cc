@@ -699,7 +699,7 @@ TEST_CASE("invalid settings are rejected before anything is opened") {
     const char* message;
   };
   const Row rows[] = {
-      {"transport", "udp", [](RobotConnection&) {}, "is not one of tcp, rtu, replay"},
+      {"transport", "udp", [](RobotConnection&) {}, "is not one of tcp, rtu, rtde, replay"},
       {"unit id", "tcp", [](RobotConnection& c) { c.unit_id = 248; }, "unit id 248"},
       {"timeout", "tcp", [](RobotConnection& c) { c.timeout_s = 0; }, "timeout 0 s is outside"},
       {"profile", "tcp", [](RobotConnection& c) { c.profile.joints.clear(); }, "0 joints"},

@@ -34,7 +34,6 @@ UrState StateOf(Robot& robot) {
 std::string RtdeConfig(int port) {
   std::string text = PatientConfig(fmt::format("127.0.0.1:{}", port), "universal-robots");
   text = WithLine(text, "robot", "transport", "\"rtde\"");
-  text = WithLine(text, "robot", "profile", "\"\"");
   text = WithLine(text, "robot", "timeout_ms", "1000");
   text = WithLine(text, "push", "enabled", "true");
   return WithLine(text, "push", "max_step_mm", "50.0");
