@@ -60,6 +60,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   ReportMotion();
   CheckRequiredLenses(input);
   RefreshPoints();
+  StatePresentRadius();
   Execute(input);
   // A restart of the monitoring takes the journal's place in this cycle.
   if (input.gauge && !snapshot_.probe_taken && !snapshot_.monitor_restart)
@@ -167,7 +168,24 @@ void Machine::RefreshPoints() {
   if (failed != snapshot_.points.end()) snapshot_.first_error = failed->code;
 }
 
+void Machine::StatePresentRadius() {
+  snapshot_.present_radius = {};
+  const std::optional<loads::Payload>& payload = payload_.present();
+  if (!config_.states_present_radius || snapshot_.input_fault != InputFault::kOk || !payload)
+    return;
+  const model::JointVector& q = snapshot_.robot.q;
+  const effects::Conditions conditions = ConditionsOf(*payload);
+  correction::Correction landing;
+  corrector_.solver().PredictLanding(corrector_.arm().UnloadedTip(q, payload->tool), Vec3::Zero(),
+                                     *payload, conditions, q, correction::BranchSearch::kNone,
+                                     landing);
+  if (landing.code != correction::CorrectionCode::kOk) return;
+  corrector_.StateRadius(*payload, conditions, Vec3::Zero(), landing);
+  snapshot_.present_radius = {landing.uncertainty_m, landing.basis};
+}
+
 void Machine::WithdrawBasis() {
+  snapshot_.present_radius.basis = model::RadiusBasis::kUnknown;
   for (PointResult& point : snapshot_.points) {
     point.correction.basis = model::RadiusBasis::kUnknown;
   }

@@ -82,6 +82,8 @@ struct MachineConfig {
   PayloadPolicy payload;
   /// Cameras whose lens must be valid for points to be corrected.
   std::array<bool, model::kMaxCameras> required_lenses{};
+  /// Each cycle states the radius where the robot is, for corrections inside the motion.
+  bool states_present_radius = false;
 };
 
 /// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
@@ -149,6 +151,8 @@ class Machine {
   /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
   void RefreshPoints();
+  /// States the radius of the loaded tip at the robot's present joints.
+  void StatePresentRadius();
   /// The radii stay, but nothing supports them: their basis is unknown.
   void WithdrawBasis();
   void Execute(const MachineInput& input);

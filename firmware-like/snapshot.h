@@ -138,6 +138,8 @@ struct Snapshot {
   UndeclaredNumber undeclared;  ///< why `payload_valid` is false, if a number is the reason
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
   motion::MotionStatus motion;  ///< for display only: no correction depends on it
+  /// Of the loaded tip at `robot.q`, if MachineConfig::states_present_radius.
+  model::StatedRadius present_radius;
   std::uint16_t lenses_missing = 0;  ///< bit k: points require camera k, whose lens is not valid
   std::vector<PointResult> points;   ///< in configured order
   std::uint64_t point_changes = 0;   ///< counts changes of `points`, apart from `sequence`

@@ -19,9 +19,6 @@
 
 namespace plumbline::motion_link {
 
-using motion_offset::MotionOffset;
-using motion_offset::Obstacle;
-
 namespace {
 
 constexpr int kWait_ms = 50;
@@ -41,33 +38,25 @@ struct MotionLink::Arrival {
   sockaddr_in from{};
   double received_s = 0;  ///< monotonic, when it was taken
   double arrived_s = 0;   ///< CLOCK_REALTIME, when the kernel had it; 0: not known
-  RobotPacket packet;
   std::array<char, kLargestDatagram> bytes;
 };
 
 Result<std::unique_ptr<MotionLink>> MotionLink::Create(const MotionSettings& settings) {
-  auto codec = MakeMotionCodec(settings.kind, settings.codec);
-  if (!codec) return codec.failure();
-  in_addr robot{}, listen{};
-  if (inet_pton(AF_INET, settings.robot.c_str(), &robot) != 1 ||
-      inet_pton(AF_INET, settings.listen.c_str(), &listen) != 1) {
-    return Error{"robot and listen must be IPv4 addresses such as 192.168.1.10"};
+  in_addr listen{};
+  if (inet_pton(AF_INET, settings.listen.c_str(), &listen) != 1) {
+    return Error{"listen must be an IPv4 address of this computer, or 0.0.0.0"};
   }
-  if (const char* fault = Fault(settings.limits)) return Error{fault};
-  return std::unique_ptr<MotionLink>(
-      new MotionLink(settings, std::move(codec).value(), robot.s_addr));
+  Result<MotionResponder> responder = MotionResponder::Create(settings, MonotonicSeconds());
+  if (!responder) return responder.failure();
+  return std::unique_ptr<MotionLink>(new MotionLink(settings, std::move(responder).value()));
 }
 
-MotionLink::MotionLink(MotionSettings settings, std::unique_ptr<MotionCodec> codec,
-                       std::uint32_t robot)
+MotionLink::MotionLink(MotionSettings settings, MotionResponder responder)
     : settings_(std::move(settings)),
-      codec_(std::move(codec)),
-      robot_(robot),
+      responder_(std::move(responder)),
       next_(std::make_unique<Arrival>()),
-      newest_(std::make_unique<Arrival>()),
-      offset_(settings_.limits, 0) {
-  now_.state = status::MotionLinkState::kWaiting;
-  now_.obstacle = Obstacle::kNoPackets;
+      newest_(std::make_unique<Arrival>()) {
+  Publish();
 }
 
 MotionLink::~MotionLink() {
@@ -152,27 +141,26 @@ void MotionLink::Run() {
   while (!socket_ && !stop_) {
     heartbeat_.Beat();
     const double now_s = MonotonicSeconds();
-    if (attempts.Due(now_s) && !OpenSocket()) {
-      attempts.Failed(now_s);
-      now_.state = status::MotionLinkState::kNoSocket;
-      status_.Begin() = now_;
-      status_.Publish();
+    if (attempts.Due(now_s)) {
+      no_socket_ = !OpenSocket();
+      if (no_socket_) attempts.Failed(now_s);
+      Publish();
     }
     if (!socket_) SleepSeconds(1e-3 * kWait_ms);
   }
-  offset_ = MotionOffset(settings_.limits, MonotonicSeconds());
+  responder_.Restart(MonotonicSeconds());
   while (true) {
     heartbeat_.Beat();
     TakeModel();
     const double now_s = MonotonicSeconds();
     const bool stopped =
-        stop_ && (offset_.offset().zero() || now_s - stop_since_s_ > kLongestStop_s);
+        stop_ && (responder_.offset().zero() || now_s - stop_since_s_ > kLongestStop_s);
     if (stopped) return;
     pollfd waiting{socket_.get(), POLLIN, 0};
     if (poll(&waiting, 1, kWait_ms) > 0) {
       Serve();
     } else {
-      offset_.Idle(MonotonicSeconds());
+      responder_.Idle(MonotonicSeconds());
     }
     Publish();
   }
@@ -202,72 +190,37 @@ long MotionLink::Receive(Arrival& arrival) {
 }
 
 void MotionLink::Serve() {
-  Arrival& next = *next_;
-  Arrival& newest = *newest_;
-  bool accepted = false;
+  bool waiting = false;
   for (int taken = 0; taken < kMaxTaken; ++taken) {
-    const long size = Receive(next);
+    const long size = Receive(*next_);
     if (size < 0) break;
-    if (next.from.sin_addr.s_addr != robot_) {
-      ++now_.foreign;
-      now_.foreign_address = next.from.sin_addr.s_addr;
-      continue;
-    }
-    const std::string_view fault =
-        codec_->Parse({next.bytes.data(), static_cast<std::size_t>(size)}, next.packet);
-    if (!fault.empty()) {
-      ++now_.malformed;
-      continue;
-    }
-    const auto acceptance =
-        offset_.Accept({next.received_s, next.packet.number, next.packet.running});
-    if (acceptance.order != motion_offset::PacketOrder::kNew) ++now_.out_of_order;
-    if (!acceptance.accepted) continue;
-    if (accepted) ++now_.superseded;
-    accepted = true;
-    newest.from = next.from;
-    newest.received_s = next.received_s;
-    newest.arrived_s = next.arrived_s;
-    newest.packet = next.packet;
+    const std::string_view datagram(next_->bytes.data(), static_cast<std::size_t>(size));
+    if (!responder_.Take(next_->from.sin_addr.s_addr, datagram, next_->received_s)) continue;
+    waiting = true;
+    next_.swap(newest_);
   }
-  if (accepted) Answer(newest);
+  if (waiting) Answer(*newest_);
 }
 
 void MotionLink::Answer(const Arrival& arrival) {
-  MotionOffset::Order order;
-  if (stop_) {
-    order.obstacle = Obstacle::kStopping;
-  } else {
-    order = OrderFor(*reports_.Read(), model_.get(), settings_.rules, arrival.packet.q,
-                     offset_.offset(), arrival.received_s);
-  }
-  const motion_offset::Offset& offset =
-      offset_.Next({arrival.received_s, arrival.packet.number, arrival.packet.running}, order);
   std::array<char, 512> answer;
-  const std::size_t size = codec_->Encode(arrival.packet, offset, answer);
+  const std::size_t size = responder_.Answer(*reports_.Read(), model_.get(), stop_, answer);
   const long sent = sendto(socket_.get(), answer.data(), size, MSG_DONTWAIT,
                            reinterpret_cast<const sockaddr*>(&arrival.from), sizeof arrival.from);
-  ++(sent == static_cast<long>(size) ? now_.answered : now_.not_sent);
-  now_.wanted_m = order.obstacle == Obstacle::kNone ? order.wanted.translation.norm() : 0;
-  now_.late = arrival.packet.late.value_or(0);
+  if (sent != static_cast<long>(size)) ++not_sent_;
   const double spent_s = arrival.arrived_s > 0
                              ? std::max(0.0, RealTimeSeconds() - arrival.arrived_s)
                              : MonotonicSeconds() - arrival.received_s;
   answers_.Add(spent_s);
-  now_.longest_answer_s = std::max(now_.longest_answer_s, spent_s);
+  longest_answer_s_ = std::max(longest_answer_s_, spent_s);
 }
 
 void MotionLink::Publish() {
-  using State = status::MotionLinkState;
-  now_.obstacle = offset_.obstacle();
-  now_.offset_m = offset_.offset().translation.norm();
-  now_.lost = offset_.lost();
-  now_.streams = offset_.streams();
-  now_.state = now_.obstacle == Obstacle::kNoPackets     ? State::kWaiting
-               : now_.obstacle == Obstacle::kNotAnswered ? State::kNotAnswering
-               : now_.obstacle == Obstacle::kNone        ? State::kCorrecting
-                                                         : State::kAnswering;
-  status_.Begin() = now_;
+  status::MotionLinkStatus& status = status_.Begin();
+  status = responder_.Status();
+  status.not_sent = not_sent_;
+  status.longest_answer_s = longest_answer_s_;
+  if (no_socket_) status.state = status::MotionLinkState::kNoSocket;
   status_.Publish();
 }
 

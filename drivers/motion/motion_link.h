@@ -10,26 +10,13 @@
 
 #include "drivers/lateness.h"
 #include "drivers/latest.h"
-#include "drivers/motion/motion_codec.h"
+#include "drivers/motion/motion_responder.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/thread_heartbeat.h"
 #include "firmware-like/motion_offset/motion_correction.h"
 #include "firmware-like/status/motion_link_status.h"
 
 namespace plumbline::motion_link {
-
-struct MotionSettings {
-  bool enabled = false;
-  std::string kind = "rsi";        ///< "rsi" or "egm"
-  std::string listen = "0.0.0.0";  ///< IPv4 address of this computer
-  int port = 59152;
-  std::string robot;  ///< IPv4 address of the controller
-  CodecSettings codec;
-  motion_offset::OffsetLimits limits;
-  motion_offset::CorrectionRules rules;
-
-  bool operator==(const MotionSettings&) const = default;
-};
 
 /// Start(), RequestStop(), Stop() and UseModel() belong to one thread, Report() to the control
 /// cycle; the others may be called by any thread.
@@ -75,7 +62,7 @@ class MotionLink {
  private:
   struct Arrival;
 
-  MotionLink(MotionSettings settings, std::unique_ptr<MotionCodec> codec, std::uint32_t robot);
+  MotionLink(MotionSettings settings, MotionResponder responder);
   void Run();
   bool OpenSocket();
   /// The next datagram, without waiting. @return  its size; negative: none
@@ -87,8 +74,6 @@ class MotionLink {
   void Publish();
 
   const MotionSettings settings_;
-  const std::unique_ptr<MotionCodec> codec_;
-  const std::uint32_t robot_;  ///< IPv4, network byte order
   os::Descriptor socket_;
   std::atomic<int> port_{0};
   std::thread thread_;
@@ -106,10 +91,12 @@ class MotionLink {
   bool model_waits_ = false;
 
   // Of the link's thread.
+  MotionResponder responder_;
   std::unique_ptr<Arrival> next_, newest_;
   std::shared_ptr<const motion_offset::MotionModel> model_;
-  motion_offset::MotionOffset offset_;
-  status::MotionLinkStatus now_;
+  bool no_socket_ = false;  ///< the latest attempt to open it failed
+  std::uint64_t not_sent_ = 0;
+  double longest_answer_s_ = 0;
 };
 
 }  // namespace plumbline::motion_link

@@ -236,6 +236,8 @@ class Writer {
   /// Six decimals, so that rounding adds less than 1 nm to a step.
   Writer& Fixed(double value) {
     constexpr int kDecimals = 6;
+    constexpr double kNothing = 0.5e-6;  // else "-0.000000"
+    if (std::abs(value) < kNothing) value = 0;
     const auto [end, error] = std::to_chars(buffer_.data() + used_, buffer_.data() + buffer_.size(),
                                             value, std::chars_format::fixed, kDecimals);
     if (error == std::errc()) used_ = static_cast<std::size_t>(end - buffer_.data());

@@ -45,6 +45,7 @@ struct PlcCommand {
   bool acknowledge = false;          ///< a rising edge releases the result, like kAcknowledge
   std::uint16_t heartbeat = 0;       ///< any change shows that the PLC is running
   bool manual = false;               ///< the PLC reports manual operation
+  bool motion_enabled = false;       ///< the PLC allows corrections inside the motion
 };
 
 }  // namespace plumbline::model

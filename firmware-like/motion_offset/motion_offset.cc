@@ -90,22 +90,14 @@ const char* RemedyOf(Obstacle obstacle) {
   return TextOf(obstacle).remedy;
 }
 
-const char* Fault(const OffsetLimits& limits) {
-  if (!(limits.timeout_s >= limits.cycle_s)) {
-    return "timeout_ms must be at least one cycle of the controller";
+LimitsFault FaultOf(const OffsetLimits& limits) {
+  if (!(limits.timeout_s >= limits.cycle_s)) return LimitsFault::kTimeoutTooShort;
+  if (!limits.holds_last) {
+    return limits.max_translation_m <= limits.max_jump_m ? LimitsFault::kNone
+                                                         : LimitsFault::kJumpsToZero;
   }
-  if (!limits.holds_last && limits.max_translation_m > limits.max_jump_m) {
-    return "without an answer the controller takes 0 (holds_last = false), so that the whole "
-           "offset "
-           "is a jump: max_offset_mm must not exceed max_jump_mm";
-  }
-  if (limits.holds_last &&
-      limits.rate_m_per_s * (limits.timeout_s + limits.cycle_s) > limits.max_jump_m) {
-    return "answers may be lost until the controller stops: rate_mm_per_s times the timeout and "
-           "one "
-           "cycle must not exceed max_jump_mm";
-  }
-  return nullptr;
+  const double largest_m = limits.rate_m_per_s * (limits.timeout_s + limits.cycle_s);
+  return largest_m <= limits.max_jump_m ? LimitsFault::kNone : LimitsFault::kJumpsAfterLosses;
 }
 
 MotionOffset::MotionOffset(const OffsetLimits& limits, double now_s)
@@ -142,12 +134,15 @@ void MotionOffset::Bar() {
 
 MotionOffset::Acceptance MotionOffset::Accept(const Packet& packet) {
   Idle(packet.received_s);
+  // A program that switches the interface off and on may continue the numbers: then only the time
+  // shows that the controller has begun at 0 again.
+  const bool paused = packet.received_s - last_packet_s_ > (limits_.max_lost + 2) * limits_.cycle_s;
   last_packet_s_ = std::max(last_packet_s_, packet.received_s);
-  if (phase_ == Phase::kNoStream && listened_) Begin();
-  if (phase_ != Phase::kAnswering) {
+  if (phase_ == Phase::kNoStream && listened_)
+    Begin();
+  else if (phase_ != Phase::kAnswering || paused)
     Bar();
-    return {};
-  }
+  if (phase_ != Phase::kAnswering) return {};
   const PacketSequence::Check check = sequence_.Next(packet.number);
   if (check.order == PacketOrder::kRenumbered) Bar();
   if (check.order != PacketOrder::kNew) return {false, check.order};

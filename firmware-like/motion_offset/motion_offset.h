@@ -45,30 +45,38 @@ const char* Describe(Obstacle obstacle);
 /// What to do; "" if nothing.
 const char* RemedyOf(Obstacle obstacle);
 
-/// Settings of the offset. `Fault()` says what makes them unsafe.
+/// Settings of the offset; see FaultOf().
 struct OffsetLimits {
   double max_translation_m = 0.002;
   double max_rotation_rad = 0;  ///< 0: the orientation is not corrected
   double rate_m_per_s =
       0.001;                   ///< of the translation; the rotation has the same share of its limit
   double max_jump_m = 0.0005;  ///< largest change from one cycle of the controller to the next
-  double cycle_s = 0.012;      ///< the controller's shortest time between two packets
+  double cycle_s = 0.012;      ///< time between two packets of the controller
   /// The controller stops by itself when it has had no answer for this long.
   double timeout_s = 0;
   double ramp_s = 1;    ///< at least this long from nothing to the whole offset, and back
   double hold_s = 0.2;  ///< how long an offset is kept when its data are missing
-  int max_lost = 5;     ///< packets in a row; after more, nothing is answered until the stream ends
+  /// Packets in a row, by their numbers or by time; after more, nothing is answered until the
+  /// stream ends.
+  int max_lost = 5;
   bool holds_last = true;  ///< what the controller does without an answer; false: it takes 0
 
   bool operator==(const OffsetLimits&) const = default;
 };
 
-/// Why these limits cannot prevent a jump; nullptr if they can.
+enum class LimitsFault : std::uint8_t {
+  kNone,
+  kTimeoutTooShort,   ///< shorter than one cycle
+  kJumpsToZero,       ///< without an answer the whole offset is a jump
+  kJumpsAfterLosses,  ///< the steps in lost answers add up to a jump
+};
+/// Why these limits cannot prevent a jump.
 /// An answer may be lost, and the next one that arrives contains all steps since. If the controller
 /// keeps the last value, at most timeout / cycle steps are missed before it stops:
 ///   rate (timeout + cycle) <= max_jump
 /// If it takes 0 instead, the whole offset is a jump: max_translation <= max_jump.
-const char* Fault(const OffsetLimits& limits);
+LimitsFault FaultOf(const OffsetLimits& limits);
 
 /// State machine of one link. Time is an input. Does not allocate. Not thread-safe.
 ///

@@ -138,6 +138,14 @@ TEST_CASE("a stream interrupted for too long is not answered until it has ended"
   CHECK(stream.x() == 0);
 }
 
+TEST_CASE("a pause within the timeout is an interruption even if the numbers continue") {
+  Stream stream;
+  stream.Run(Wanted(0.001), 2);
+  stream.now_s += 8 * kCycle_s;
+  stream.Next(Wanted(0.001));
+  CHECK_FALSE(stream.accepted);
+}
+
 TEST_CASE("a controller that pauses its corrections and resumes them is not trusted to be at 0") {
   Stream stream;
   stream.Run(Wanted(0.001), 2);
@@ -150,16 +158,16 @@ TEST_CASE("a controller that pauses its corrections and resumes them is not trus
 
 TEST_CASE("limits that cannot prevent a jump have a fault") {
   OffsetLimits limits = Limits();
-  CHECK(Fault(limits) == nullptr);
+  CHECK(FaultOf(limits) == LimitsFault::kNone);
   limits.timeout_s = 0.4;
-  CHECK(Fault(limits) != nullptr);
+  CHECK(FaultOf(limits) == LimitsFault::kJumpsAfterLosses);
   limits = Limits();
   limits.holds_last = false;
-  CHECK(Fault(limits) != nullptr);
+  CHECK(FaultOf(limits) == LimitsFault::kJumpsToZero);
   limits.max_translation_m = limits.max_jump_m;
-  CHECK(Fault(limits) == nullptr);
+  CHECK(FaultOf(limits) == LimitsFault::kNone);
   limits.timeout_s = 0;
-  CHECK(Fault(limits) != nullptr);
+  CHECK(FaultOf(limits) == LimitsFault::kTimeoutTooShort);
 }
 
 namespace {
@@ -181,7 +189,7 @@ struct Controller {
       return;
     }
     if (!holds_last) applied = {};
-    if (++missing > tolerated) pause_s = 0.1;
+    if (++missing > tolerated) pause_s = 0.04;
   }
 };
 
