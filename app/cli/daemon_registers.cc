@@ -64,6 +64,7 @@ Result<DaemonRegisters> DaemonRegisters::Read(const std::string& host, int port)
     if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
   }
   ok = ok && read(plc::registers::kScene, plc::registers::kSceneSize);
+  ok = ok && read(plc::registers::kMotionLink, plc::registers::kMotionLinkSize);
   for (int k = 0; ok && k < static_cast<int>(status::kMaxGauges); ++k) {
     ok = read(plc::registers::kGauges + plc::registers::kGaugeSize * k, plc::registers::kGaugeSize);
     if (ok && daemon.Gauge("gauge_state", k) > 0) daemon.gauges_ = k + 1;

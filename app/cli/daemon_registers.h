@@ -40,6 +40,9 @@ class DaemonRegisters {
     return Find(plc::registers::CameraFields(), name, plc::registers::kCameraStride * camera);
   }
   double Scene(std::string_view name) const { return Find(plc::registers::SceneFields(), name, 0); }
+  double MotionLink(std::string_view name) const {
+    return Find(plc::registers::MotionLinkFields(), name, 0);
+  }
   int gauges() const { return gauges_; }
   double Gauge(std::string_view name, int gauge) const {
     return Find(plc::registers::GaugeFields(), name,

@@ -147,7 +147,8 @@ std::string HealthReasonTable() {
 
 std::string BitsAndCodes() {
   return "\n## Bits and codes\n\n"
-         "Coils: 1000 acknowledge the result (rising edge), 1001 manual operation.\n" +
+         "Coils: 1000 acknowledge the result (rising edge), 1001 manual operation, 1002 "
+         "corrections inside the motion are allowed (while it is 1 and register 1030 changes).\n" +
          BitTable("Status word (register 11; discrete inputs 0-15)", plc::registers::StatusBits()) +
          BitTable("Alarm word (register 12; discrete inputs 16-31)", plc::registers::AlarmBits()) +
          BitTable("Warning word (register 14; discrete inputs 32-47)",
@@ -196,6 +197,9 @@ std::string RegisterMapMarkdown() {
   page += "\n## Virtual objects (read only)\n\n";
   page += kHead;
   for (const plc::MapField& field : plc::registers::SceneFields()) page += Row(field, 0);
+  page += "\n## Corrections inside the motion (read only)\n\n";
+  page += kHead;
+  for (const plc::MapField& field : plc::registers::MotionLinkFields()) page += Row(field, 0);
   page += fmt::format(
       "\n## Block of the first dial gauge (read only)\n\nThe block of the k-th `[[gauge]]` (k from "
       "0 to {}) starts at {} + {} k.\n\n",
@@ -245,6 +249,7 @@ nlohmann::json AsJson() {
     }
   }
   for (const plc::MapField& field : plc::registers::SceneFields()) add(field, 0, "fixed");
+  for (const plc::MapField& field : plc::registers::MotionLinkFields()) add(field, 0, "fixed");
   for (const plc::MapField& field : plc::registers::GaugeFields())
     add(field, plc::registers::kGauges, "gauge");
   for (const plc::MapField& field : plc::registers::PointFields())

@@ -224,6 +224,7 @@ void PrintStatus(const DaemonRegisters& daemon, std::ostream& out) {
   PrintModel(daemon, out);
   for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k, out);
   PrintObjects(daemon, out);
+  PrintMotionLink(daemon, out);
   for (int k = 0; k < daemon.gauges(); ++k) PrintGauge(daemon, k, out);
   PrintStatusLine(out, "alarms", BitsText(daemon.Word("alarms"), plc::registers::AlarmBits()));
   PrintStatusLine(out, "warnings",
@@ -295,6 +296,9 @@ nlohmann::json StatusJson(const DaemonRegisters& daemon) {
   for (int k = 0; k < daemon.cameras(); ++k) json["cameras"].push_back(CameraJson(daemon, k));
   for (const plc::MapField& field : plc::registers::SceneFields()) {
     json[field.name] = JsonOf(field.type, daemon.Scene(field.name));
+  }
+  for (const plc::MapField& field : plc::registers::MotionLinkFields()) {
+    json[field.name] = JsonOf(field.type, daemon.MotionLink(field.name));
   }
   json["gauges"] = nlohmann::json::array();
   for (int k = 0; k < daemon.gauges(); ++k) json["gauges"].push_back(GaugeJson(daemon, k));

@@ -105,6 +105,28 @@ void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out) {
   }
 }
 
+void PrintMotionLink(const DaemonRegisters& daemon, std::ostream& out) {
+  const auto value = [&](const char* name) { return daemon.MotionLink(name); };
+  const auto state = static_cast<status::MotionLinkState>(value("motion_link_state"));
+  if (state == status::MotionLinkState::kOff) return;
+  const auto obstacle = static_cast<motion_offset::Obstacle>(value("motion_link_obstacle"));
+  std::string text = Describe(state);
+  if (state == status::MotionLinkState::kCorrecting) {
+    text += fmt::format(", {:.3f} mm of {:.3f} mm", value("motion_link_offset"),
+                        value("motion_link_wanted"));
+  } else {
+    const std::string_view remedy = RemedyOf(obstacle);
+    text += fmt::format(": {}{}{}", Describe(obstacle), remedy.empty() ? "" : "; ", remedy);
+  }
+  PrintStatusLine(out, "motion link", text);
+  PrintStatusLine(out, "",
+                  fmt::format("{:.0f} packets answered, {:.0f} lost, {:.0f} ignored; longest "
+                              "answer {:.2f} ms; late by the controller's count: {:.0f}",
+                              value("motion_link_answered"), value("motion_link_lost"),
+                              value("motion_link_ignored"), 1e-3 * value("motion_link_longest"),
+                              value("motion_link_late")));
+}
+
 std::string GaugeOutcomeText(const DaemonRegisters& daemon, int gauge) {
   using enum status::GaugeOutcome;
   const auto code = static_cast<unsigned>(daemon.Gauge("gauge_outcome", gauge));

@@ -27,6 +27,10 @@ std::string GaugeOutcomeText(const DaemonRegisters& daemon, int gauge);
 /// "gauge dial: connected, waiting for a press, for 5 min; 1.2345 mm, 12 s ago, recorded".
 void PrintGauge(const DaemonRegisters& daemon, int gauge, std::ostream& out);
 
+/// "motion link: correcting, 1.23 mm of 1.40 mm; 25000 answered, 0 lost"; prints nothing if it is
+/// off.
+void PrintMotionLink(const DaemonRegisters& daemon, std::ostream& out);
+
 /// The nearest pair of virtual objects; prints nothing if no scene was evaluated lately.
 void PrintObjects(const DaemonRegisters& daemon, std::ostream& out);
 

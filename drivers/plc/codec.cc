@@ -89,6 +89,7 @@ model::PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registe
   command.heartbeat = window.Word(CommandNamed("plc_heartbeat"));
   command.acknowledge = coils[0] != 0;
   command.manual = (window.Word(CommandNamed("plc_flags")) & 1) != 0 || coils[1] != 0;
+  command.motion_enabled = (window.Word(CommandNamed("plc_flags")) & 2) != 0 || coils[2] != 0;
   const double payload_kg = window.Value(CommandNamed("command_payload"));
   if (!(payload_kg <= 0))
     command.payload_kg = payload_kg;  // passes NaN on, which the machine refuses
@@ -171,6 +172,8 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   for (const MapField& field : fields_) Put(field.address, field.type, field.value(source));
   for (std::size_t k = 0; k < environment.cameras.size(); ++k) EncodeCamera(source, k);
   for (const MapField& field : registers::SceneFields())
+    Put(field.address, field.type, field.value(source));
+  for (const MapField& field : registers::MotionLinkFields())
     Put(field.address, field.type, field.value(source));
   EncodeGauges(source);
   registers_[registers::kResultCrc] =

@@ -57,7 +57,8 @@ inline constexpr std::array kCommandFields = {
     CommandField{1030, FieldType::kU16, "plc_heartbeat", "",
                  "write a different value at least every 2 s"},
     CommandField{1031, FieldType::kU16, "plc_flags", "bits",
-                 "bit 0: the cell is in manual operation"},
+                 "bit 0: the cell is in manual operation; bit 1: corrections inside the motion are "
+                 "allowed, while the bit is 1 and register 1030 changes"},
     CommandField{1032, FieldType::kI32, "probe_x_fine", "0.001 mm",
                  "measured tip for code 7, measurement frame"},
     CommandField{1034, FieldType::kI32, "probe_y_fine", "0.001 mm", ""},

@@ -11,6 +11,7 @@
 #include "firmware-like/status/camera_status.h"
 #include "firmware-like/status/gauge_status.h"
 #include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/motion_link_status.h"
 #include "firmware-like/status/scene_status.h"
 
 namespace plumbline::plc {
@@ -45,6 +46,7 @@ struct PlcEnvironment {
   std::array<status::CameraStatus, model::kMaxCameras> cameras;
   status::SceneStatus scene;
   status::GaugeStatuses gauges;
+  status::MotionLinkStatus motion_link;
 };
 
 /// Representation of orientations and 32-bit values in the map.
@@ -105,6 +107,7 @@ inline constexpr std::uint16_t kWholeImage = 65535;  ///< in register 527, the u
 inline constexpr std::uint16_t kCameraStride = 200;  ///< from one camera to the next
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMaxBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
+inline constexpr std::uint16_t kMotionLink = 660, kMotionLinkSize = 18;
 inline constexpr std::uint16_t kGauges = 1100, kGaugeSize = 20;  ///< status::kMaxGauges blocks
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
@@ -117,8 +120,8 @@ static_assert(kPostures + kPostureSize * kMaxPoints <= 65536);
 /// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
 inline constexpr std::uint16_t kBits = 48;
 /// Coils that clients write: 1000 acknowledge the result (on the rising edge), 1001 manual
-/// operation.
-inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 2;
+/// operation, 1002 corrections inside the motion are allowed.
+inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 3;
 
 /// Bits of a validity register.
 inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be used
@@ -159,6 +162,8 @@ std::span<const MapField> CameraFields();
 std::span<const MapField> BodyFields();
 /// Entries of the virtual objects, addresses in ascending order.
 std::span<const MapField> SceneFields();
+/// Entries of the motion link, addresses in ascending order.
+std::span<const MapField> MotionLinkFields();
 /// Entries of a gauge's block, offsets in ascending order.
 std::span<const MapField> GaugeFields();
 /// Bits of the camera word, register 502.

@@ -14,6 +14,7 @@
 #include "drivers/gauge/gauge.h"
 #include "drivers/modbus/rtu_slave.h"
 #include "drivers/modbus/tcp_server.h"
+#include "drivers/motion/motion_settings.h"
 #include "drivers/plc/register_map.h"
 #include "drivers/robot/registry.h"
 #include "firmware-like/image/image_size.h"
@@ -86,6 +87,7 @@ struct DaemonConfig {
   RobotLinkConfig robot;
   PlcConfig plc;
   std::vector<GaugeConfig> gauges;
+  motion_link::MotionSettings motion;
   MonitoringConfig monitoring;
   VisionConfig vision;             ///< a change takes effect at the next start
   OverlayConfig overlay;           ///< used by plumbline-view; the daemon uses the object table

@@ -36,6 +36,24 @@ struct GaugeKeys {
 /// @param cell  provides the artefacts; null if it could not be read, then they are not checked
 std::vector<GaugeConfig> GaugesFromToml(const TomlTable& root, const model::CellModel* cell);
 
+// Reader of [motion]: corrections inside the motion.
+
+/// Values of a [motion] table, before they are checked against each other.
+struct MotionKeys {
+  enum class Kind { kRsi, kEgm, kEgmGuidance };
+  motion_link::MotionSettings settings;
+  Kind kind = Kind::kRsi;
+  bool relative = false;
+  std::optional<int> port;
+  std::optional<double> timeout_s;
+  std::optional<motion_offset::OffsetFrame> frame;
+  Vec3 frame_rpy_rad = Vec3::Zero();
+};
+
+/// Faults: settings with which an offset could jump, and what an interface does not have.
+/// @param cell  null if it could not be read
+motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::CellModel* cell);
+
 /// Top-level keys, outside any table: cell and state directory.
 void ListKeys(Settings& keys, DaemonConfig& config);
 void ListKeys(Settings& keys, RobotLinkConfig& robot);
@@ -49,6 +67,7 @@ void ListKeys(Settings& keys, correction::CorrectionLimits& limits);
 void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, MonitoringConfig& monitoring);
 void ListKeys(Settings& keys, GaugeKeys& gauge);
+void ListKeys(Settings& keys, MotionKeys& motion);
 void ListKeys(Settings& keys, CameraConfig& camera);
 /// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");

@@ -66,6 +66,8 @@ constexpr SettingsTable kTables[] = {
      "writes corrected points into the controller's registers and withdraws them when the daemon "
      "stops",
      ListPushKeys},
+    {"[motion]", "corrects a running motion, packet by packet; motion.md",
+     ListDefaults<MotionKeys>},
     {"[monitoring]", "probes (measured points), drift detection, diagnosis, model updates",
      ListDefaults<MonitoringConfig>},
     {"[[gauge]]", "a dial gauge whose button makes a probe; measure.md, \"A gauge with a button\"",

@@ -15,6 +15,7 @@ namespace {
 std::string_view TitleOf(std::string_view component) {
   return component == "service"      ? "Start, stop and the machine"
          : component == "robot"      ? "Robot"
+         : component == "motion"     ? "Corrections inside the motion"
          : component == "points"     ? "Points"
          : component == "plc"        ? "PLC"
          : component == "monitoring" ? "Probes and models"

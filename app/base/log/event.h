@@ -53,6 +53,14 @@ enum class Event : std::uint8_t {
   kPushFailed,
   kPushWorks,
   kPushNotWithdrawn,
+  // motion
+  kMotionPortFailed,
+  kMotionAnswering,
+  kMotionEnded,
+  kMotionNotAnswered,
+  kMotionCorrecting,
+  kMotionNotCorrecting,
+  kMotionIgnored,
   // points
   kPointCorrected,
   kPointRefused,

@@ -79,6 +79,7 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
         plc::registers::kBodySize * status::CameraStatus::kMaxBodies);
   }
   add(plc::registers::kScene, plc::registers::kSceneSize);
+  add(plc::registers::kMotionLink, plc::registers::kMotionLinkSize);
   add(plc::registers::kGauges, plc::registers::kGaugeSize * status::kMaxGauges);
   if (points > 0) {
     add(plc::registers::kPoints, plc::registers::kPointSize * points);
@@ -225,6 +226,10 @@ ControlCycle::~ControlCycle() {
 void ControlCycle::Start() {
   start_s_ = MonotonicSeconds();
   parts_->link->Start();
+  if (parts_->motion) {
+    parts_->motion->UseModel(parts_->motion_model);
+    parts_->motion->Start();
+  }
   thread_ = std::thread([this] {
     SetRealTimePriority(kCyclePriority, "cycle");
     Run();
@@ -232,6 +237,7 @@ void ControlCycle::Start() {
 }
 
 void ControlCycle::Stop() {
+  if (parts_->motion) parts_->motion->Stop();
   stop_ = true;
   if (thread_.joinable()) thread_.join();
   parts_->link->Stop();
@@ -239,6 +245,8 @@ void ControlCycle::Stop() {
 
 void ControlCycle::Replace(std::unique_ptr<CycleParts> parts, const std::function<void()>& step) {
   const bool link_kept = parts->link == parts_->link;
+  const bool motion_kept = parts->motion == parts_->motion;
+  if (parts_->motion && !motion_kept) StopMotion(*parts_->motion, step);
   if (link_kept) {
     const Snapshot last = *ReadSnapshot();
     parts->machine.Prepare(parts_->machine.config(), last, clock_.UtcAt(MonotonicSeconds()));
@@ -250,6 +258,18 @@ void ControlCycle::Replace(std::unique_ptr<CycleParts> parts, const std::functio
   if (!link_kept) StopLink(*parts_->link, step);
   parts_ = std::move(parts);
   if (!link_kept) parts_->link->Start();
+  if (!parts_->motion) return;
+  parts_->motion->UseModel(parts_->motion_model);
+  parts_->motion->Start();
+}
+
+void ControlCycle::StopMotion(motion_link::MotionLink& motion, const std::function<void()>& step) {
+  motion.RequestStop();
+  while (!motion.ended()) {
+    step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  motion.Stop();
 }
 
 void ControlCycle::StopLink(robot::RobotLink& link, const std::function<void()>& step) {
@@ -324,6 +344,7 @@ void ControlCycle::Publish(CycleParts& parts, const MachineInput& input, const S
   snapshots_.Publish();
   alarms_.fetch_or(snapshot.alarms);
   PushPoints(parts, snapshot);
+  ReportToMotion(parts, input, snapshot);
 }
 
 void ControlCycle::GatherCommand(const CycleParts& parts, MachineInput& input) {
@@ -348,6 +369,7 @@ void ControlCycle::GatherBackground(const CycleParts& parts, MachineInput& input
   }
   environment_.scene = *mailboxes_.scene.Read();
   environment_.gauges = *mailboxes_.gauges.status.Read();
+  environment_.motion_link = parts.motion ? parts.motion->Status() : status::MotionLinkStatus();
   AddBackground(monitoring, environment_.cameras, environment_.scene, input);
   input.probes_recorded = monitoring.recording && mailboxes_.queue.HasRoom();
   input.probes_pending = parts.records_probes && !monitoring.settled;
@@ -400,6 +422,25 @@ void ControlCycle::PublishRegisters(CycleParts& parts, const Snapshot& snapshot)
   SetBits(snapshot.alarms, 16, image.bits);
   SetBits(snapshot.warnings, 32, image.bits);
   images_.Publish();
+}
+
+void ControlCycle::ReportToMotion(const CycleParts& parts, const MachineInput& input,
+                                  const Snapshot& snapshot) {
+  if (!parts.motion) return;
+  motion_offset::CycleReport report;
+  report.now_s = input.now_s;
+  report.generation = parts.motion_model->generation;
+  report.enabled = input.command.motion_enabled;
+  report.plc_alive = (snapshot.status & status::kPlcHeartbeatSeen) != 0;
+  report.robot_trusted =
+      snapshot.input_fault == InputFault::kOk && (snapshot.alarms & alarm::kEmergencyStop) == 0;
+  report.q = snapshot.robot.q;
+  if (snapshot.payload_valid) {
+    report.payload = snapshot.payload;
+    report.conditions = parts.machine.ConditionsOf(snapshot.payload);
+  }
+  report.radius = snapshot.present_radius;
+  parts.motion->Report(report);
 }
 
 void ControlCycle::PushPoints(const CycleParts& parts, const Snapshot& snapshot) {

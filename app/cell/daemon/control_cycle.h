@@ -15,6 +15,7 @@
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
 #include "drivers/modbus/register_image.h"
+#include "drivers/motion/motion_link.h"
 #include "drivers/plc/codec.h"
 #include "drivers/robot/robot_link.h"
 #include "drivers/thread_heartbeat.h"
@@ -97,6 +98,10 @@ struct CycleParts {
   RobotSetup robot;  ///< the setup that the link was created from
   std::shared_ptr<robot::RobotLink>
       link;  ///< shared only while one configuration replaces the other
+  /// Corrections inside the motion, and the model for them; null if they are not configured. The
+  /// link is shared only while one configuration replaces the other.
+  std::shared_ptr<motion_link::MotionLink> motion;
+  std::shared_ptr<const motion_offset::MotionModel> motion_model;
   double period_s;
   struct PushSlot {
     std::size_t point;  ///< index of the configured point
@@ -129,7 +134,8 @@ class ControlCycle {
   ControlCycle& operator=(const ControlCycle&) = delete;
 
   void Start();
-  /// Stops the cycle and the robot link, which withdraws the points it has pushed.
+  /// Lets the offset of a running motion return to 0, then stops the cycle and the robot link,
+  /// which withdraws the points it has pushed.
   void Stop();
 
   /// Switches to a new configuration, which continues from the values of the previous one, and
@@ -167,6 +173,8 @@ class ControlCycle {
                        const Snapshot& snapshot);
   void PublishRegisters(CycleParts& parts, const Snapshot& snapshot);
   void PushPoints(const CycleParts& parts, const Snapshot& snapshot);
+  void ReportToMotion(const CycleParts& parts, const MachineInput& input, const Snapshot& snapshot);
+  void StopMotion(motion_link::MotionLink& motion, const std::function<void()>& step);
   void StopLink(robot::RobotLink& link, const std::function<void()>& step);
 
   std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()

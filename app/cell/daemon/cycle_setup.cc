@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
+
 #include "app/base/log/log.h"
 #include "app/cell/model_store/usable_model.h"
 
@@ -10,6 +12,24 @@ namespace {
 
 /// Enough for the branches of an ordinary cell.
 constexpr double kBranchesTimeout_s = 0.3;
+
+/// Adds the motion link, if it is configured; the running one if its settings have not changed.
+/// @return  why it cannot be used
+Result<void> AddMotion(const config::DaemonConfig& config, const CycleParts* in_use,
+                       CycleParts& parts) {
+  static std::atomic<std::uint64_t> generations{0};
+  if (!config.motion.enabled) return {};
+  if (in_use != nullptr && in_use->motion && in_use->motion->settings() == config.motion) {
+    parts.motion = in_use->motion;
+  } else {
+    auto made = motion_link::MotionLink::Create(config.motion);
+    if (!made) return made.failure();
+    parts.motion = std::move(made).value();
+  }
+  parts.motion_model = std::make_shared<const motion_offset::MotionModel>(
+      motion_offset::MotionModel{++generations, {config.machine.cell, config.machine.limits}});
+  return {};
+}
 
 }  // namespace
 
@@ -37,6 +57,10 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const Cycle
   }
   auto parts = std::make_unique<CycleParts>(config, std::move(link), in_force.models.applied);
   parts->robot = std::move(robot).value();
+  if (const Result<void> added = AddMotion(config, in_use, *parts); !added) {
+    log::Log({log::Event::kRobotSetupFailed, fmt::format("motion: {}", added.error())});
+    return nullptr;
+  }
   parts->model_superseded = !in_force.set_aside.empty();
   return parts;
 }

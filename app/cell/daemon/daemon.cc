@@ -141,6 +141,9 @@ void Supervise(int signals, Running& running) {
     {
       const auto snapshot = running.cycle.ReadSnapshot();
       reporter.Observe(*snapshot, raised, running.cycle.parts().link->Status());
+      const auto& motion = running.cycle.parts().motion;
+      reporter.ObserveMotion(motion ? motion->Status() : status::MotionLinkStatus(),
+                             motion ? motion->problem() : "", now_s);
       feeder.Update(*snapshot, running.cycle.counters(), now_s);
       running.controller.Observe(*snapshot);
     }

@@ -1,8 +1,11 @@
 #include "app/cell/daemon/reporter.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "app/base/config/carried_numbers.h"
 #include "firmware-like/model/radius_coverage.h"
@@ -19,6 +22,7 @@ struct WarningText {
 };
 
 constexpr double kReasonPersists_s = 2;
+constexpr double kIgnoredPeriod_s = 10;
 constexpr std::size_t kMaxReasons = 8;  // logged in one outage
 
 constexpr WarningText kWarnings[] = {
@@ -269,6 +273,70 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
               {"CODE", fmt::format("{}", static_cast<int>(point.code))}}});
     }
   }
+}
+
+namespace {
+
+std::string AddressText(std::uint32_t ipv4) {
+  std::array<char, INET_ADDRSTRLEN> text{};
+  inet_ntop(AF_INET, &ipv4, text.data(), text.size());
+  return text.data();
+}
+
+}  // namespace
+
+void Reporter::ObserveMotion(const status::MotionLinkStatus& motion, const std::string& problem,
+                             double now_s) {
+  using State = status::MotionLinkState;
+  const auto logged = std::exchange(motion_, motion);
+  const auto streams = [](State state) {
+    return state == State::kAnswering || state == State::kCorrecting;
+  };
+  const bool other_stream = streams(motion.state) && motion.streams != logged.streams;
+  if (other_stream || (streams(motion.state) && !streams(logged.state))) {
+    sink_({log::Event::kMotionAnswering, streams(logged.state)
+                                             ? "motion link: the controller is answered again, "
+                                               "after a stop shorter than 0.1 s"
+                                             : "motion link: the controller is answered"});
+  }
+  if (motion.state != logged.state) {
+    if (motion.state == State::kNoSocket)
+      sink_({log::Event::kMotionPortFailed, fmt::format("motion link: {}", problem)});
+    if (motion.state == State::kNotAnswering) {
+      sink_({log::Event::kMotionNotAnswered,
+             fmt::format("motion link: {}; {}", Describe(motion.obstacle),
+                         RemedyOf(motion.obstacle))});
+    }
+    if (motion.state == State::kWaiting && logged.state != State::kOff &&
+        logged.state != State::kNoSocket) {
+      sink_({log::Event::kMotionEnded, "motion link: the controller sends nothing any more"});
+    }
+    if (motion.state == State::kCorrecting) {
+      sink_({log::Event::kMotionCorrecting,
+             fmt::format("motion corrected: {:.2f} mm wanted", 1e3 * motion.wanted_m)});
+    }
+  }
+  if (motion.state == State::kAnswering &&
+      (motion.obstacle != logged.obstacle || logged.state != motion.state)) {
+    const std::string_view remedy = RemedyOf(motion.obstacle);
+    sink_({log::Event::kMotionNotCorrecting,
+           fmt::format("motion not corrected: {}{}{}", Describe(motion.obstacle),
+                       remedy.empty() ? "" : "; ", remedy)});
+  }
+  const std::uint64_t foreign = motion.foreign - std::min(logged.foreign, motion.foreign);
+  const std::uint64_t malformed = motion.malformed - std::min(logged.malformed, motion.malformed);
+  if (foreign + malformed == 0) return;
+  if (now_s - motion_ignored_s_ < kIgnoredPeriod_s) {  // counted with the next report
+    motion_.foreign = logged.foreign;
+    motion_.malformed = logged.malformed;
+    return;
+  }
+  motion_ignored_s_ = now_s;
+  sink_({log::Event::kMotionIgnored,
+         fmt::format("motion link: {} packets ignored: {}", foreign + malformed,
+                     foreign > 0 ? "from " + AddressText(motion.foreign_address) +
+                                       ", which is not the controller"
+                                 : "not of the form that the configured interface sends")});
 }
 
 void Reporter::ObserveProbes(const ProbeIntake& probes) {

@@ -9,6 +9,7 @@
 #include "app/base/log/log_entry.h"
 #include "drivers/robot/robot_link.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/status/motion_link_status.h"
 
 namespace plumbline::cell {
 
@@ -31,6 +32,10 @@ class Reporter {
 
   /// @param raised  alarm bits of all cycles since the last call, so that short alarms are reported
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const robot::RobotLinkStatus& link);
+
+  /// @param problem  why its port cannot be opened; empty if it is open
+  void ObserveMotion(const status::MotionLinkStatus& motion, const std::string& problem,
+                     double now_s);
 
  private:
   void ObserveLink(const robot::RobotLinkStatus& link, double now_s);
@@ -65,6 +70,8 @@ class Reporter {
   std::vector<std::optional<correction::CorrectionCode>> codes_;
   std::uint64_t push_changes_ = 0;
   std::uint64_t notices_ = 0;
+  status::MotionLinkStatus motion_;  ///< as last logged
+  double motion_ignored_s_ = -1e300;
 };
 
 }  // namespace plumbline::cell

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/cell/daemon/device_wait.h"
+#include "drivers/clock.h"
 #include "drivers/robot/host_name.h"
 
 namespace plumbline::cell {
@@ -44,6 +45,12 @@ void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
       kRobotLink, RobotTimeout_s(config),
       [&cycle] { return cycle.parts().link->heartbeat().beats(); },
       [&cycle] { return IsWaitingForDevice(cycle.parts().link->heartbeat().thread()); });
+  watchdog.Add("motion link", kThreadTimeout_s, [&cycle] {
+    const auto& motion = cycle.parts().motion;
+    // Without the thread, the clock stands in for its heartbeat.
+    return motion && !motion->ended() ? motion->heartbeat().beats()
+                                      : static_cast<std::uint64_t>(1e3 * MonotonicSeconds());
+  });
   watchdog.Add(
       "monitoring worker", kMonitoringTimeout_s, [&worker] { return worker.heartbeat().beats(); },
       [&worker] { return IsWaitingForDevice(worker.heartbeat().thread()); });

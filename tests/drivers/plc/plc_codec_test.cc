@@ -15,7 +15,7 @@ using namespace plumbline::plc;
 
 namespace {
 
-constexpr std::array<std::uint8_t, 2> kNoCoils = {0, 0};
+constexpr std::array<std::uint8_t, registers::kCoilsSize> kNoCoils{};
 
 Snapshot SomeSnapshot() {
   Snapshot snapshot;
@@ -90,7 +90,11 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   CHECK(registers::kBodies + bodies + registers::kCameraStride * (model::kMaxCameras - 1) <=
         registers::kCommands);
   check(registers::SceneFields(), registers::kScene, registers::kScene + registers::kSceneSize - 1);
-  CHECK(registers::kScene + registers::kSceneSize <= registers::kCommands);
+  CHECK(registers::kScene + registers::kSceneSize <= registers::kMotionLink);
+  check(registers::MotionLinkFields(), registers::kMotionLink,
+        registers::kMotionLink + registers::kMotionLinkSize - 1);
+  CHECK(registers::kMotionLink + registers::kMotionLinkSize <=
+        registers::kCamera + registers::kCameraStride);
   CHECK(registers::kCommands + registers::kCommandsSize <= registers::kGauges);
   CHECK(registers::kGauges + registers::kGaugeSize * status::kMaxGauges <= registers::kPoints);
   check(registers::GaugeFields(), 0, registers::kGaugeSize - 1);
@@ -347,6 +351,9 @@ TEST_CASE("the command window is decoded") {
     CHECK(command.sequence == 99);
     CHECK(command.heartbeat == 5);
     CHECK(command.manual);
+    CHECK_FALSE(command.motion_enabled);
+    window[31] = 2;
+    CHECK(PlcCommandFromRegisters(window, kNoCoils, convention).motion_enabled);
     REQUIRE(command.pose_valid);
     CHECK((command.X_BP.p - Vec3(1, -0.5, 0.25)).norm() < 1e-9);
     CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-6);
@@ -596,6 +603,39 @@ TEST_CASE("gauges: state, latest reading with its age, and name") {
   CHECK(read("gauge_age", 1) == 1250);
   gauge.outcome = status::GaugeOutcome::kRecorded;
   CHECK(read("gauge_outcome", 1) == 1);
+}
+
+TEST_CASE("the motion link: state, sizes in mm and counters") {
+  PlcEncoder encoder({false, OrientationConvention::kRollPitchYaw}, {});
+  PlcEnvironment environment;
+  const auto read = [&](const char* name) {
+    const auto& image = encoder.Encode(SomeSnapshot(), environment);
+    for (const MapField& field : registers::MotionLinkFields()) {
+      if (std::string_view(field.name) == name) {
+        return ValueOfField(field.type, image, field.address, false);
+      }
+    }
+    FAIL("no field " << name);
+    return 0.0;
+  };
+  CHECK(read("motion_link_state") == 0);
+  CHECK(read("motion_link_obstacle") == 1);
+  environment.motion_link.state = status::MotionLinkState::kCorrecting;
+  environment.motion_link.obstacle = motion_offset::Obstacle::kNone;
+  environment.motion_link.offset_m = 0.00125;
+  environment.motion_link.wanted_m = 0.0025;
+  environment.motion_link.answered = 100000;
+  environment.motion_link.foreign = 1;
+  environment.motion_link.malformed = 2;
+  environment.motion_link.out_of_order = 4;
+  environment.motion_link.longest_answer_s = 0.00025;
+  CHECK(read("motion_link_state") == 3);
+  CHECK(read("motion_link_obstacle") == 0);
+  CHECK(read("motion_link_offset") == Approx(1.25));
+  CHECK(read("motion_link_wanted") == Approx(2.5));
+  CHECK(read("motion_link_answered") == 100000);
+  CHECK(read("motion_link_ignored") == 7);
+  CHECK(read("motion_link_longest") == 250);
 }
 
 TEST_CASE("virtual objects: interference, smallest distance and stale status") {

@@ -72,6 +72,50 @@ TEST_CASE("an undeclared tool or item is named where a point has no correction")
              Catch::Contains("the controller reports no payload item number"));
 }
 
+TEST_CASE("each transition of the motion link is one line, with the reason and the remedy") {
+  using status::MotionLinkState;
+  Desk desk;
+  status::MotionLinkStatus motion;
+  double now_s = 0;
+  const auto observe = [&](MotionLinkState state, motion_offset::Obstacle obstacle) {
+    desk.lines.clear();
+    motion.state = state;
+    motion.obstacle = obstacle;
+    now_s += 0.1;
+    desk.reporter.ObserveMotion(motion, "127.0.0.1:59152: in use", now_s);
+    return desk.lines;
+  };
+  using motion_offset::Obstacle;
+  using Lines = std::vector<std::string>;
+  CHECK(observe(MotionLinkState::kOff, Obstacle::kOff).empty());
+  CHECK(observe(MotionLinkState::kNoSocket, Obstacle::kNoPackets) ==
+        Lines{"motion link: 127.0.0.1:59152: in use"});
+  CHECK(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets).empty());
+  CHECK(observe(MotionLinkState::kAnswering, Obstacle::kNotEnabled) ==
+        Lines{"motion link: the controller is answered",
+              "motion not corrected: not enabled by the PLC; set coil 1002 while motions may be "
+              "corrected"});
+  CHECK(observe(MotionLinkState::kAnswering, Obstacle::kNotEnabled).empty());
+  motion.wanted_m = 0.00125;
+  CHECK(observe(MotionLinkState::kCorrecting, Obstacle::kNone) ==
+        Lines{"motion corrected: 1.25 mm wanted"});
+  CHECK_THAT(observe(MotionLinkState::kAnswering, Obstacle::kRadiusTooWide).back(),
+             Catch::StartsWith("motion not corrected: the stated radius is wider than allowed; "));
+  CHECK_THAT(observe(MotionLinkState::kNotAnswering, Obstacle::kNotAnswered).back(),
+             Catch::StartsWith("motion link: not answered: "));
+  CHECK(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets) ==
+        Lines{"motion link: the controller sends nothing any more"});
+  motion.foreign = 3;
+  motion.foreign_address = 0x0100007F;
+  CHECK(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets) ==
+        Lines{"motion link: 3 packets ignored: from 127.0.0.1, which is not the controller"});
+  motion.foreign = 9;  // within seconds: counted, and logged later
+  CHECK(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets).empty());
+  now_s += 11;
+  CHECK_THAT(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets).back(),
+             Catch::StartsWith("motion link: 6 packets ignored"));
+}
+
 TEST_CASE("the tip of another tool than the reported one is named with both numbers") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kTcpMismatch;
