@@ -143,10 +143,10 @@ void RobotLink::NoteReading(LinkResult result, const model::RobotState& state,
 }
 
 void RobotLink::NoteNotice() {
-  const std::string_view notice = device_->TakeNotice();
-  if (notice.empty()) return;
-  status_.notices[status_.notice_count % RobotLinkStatus::kKeptNotices].Assign(notice);
-  ++status_.notice_count;
+  for (auto notice = device_->TakeNotice(); !notice.empty(); notice = device_->TakeNotice()) {
+    status_.notices[status_.notice_count % RobotLinkStatus::kKeptNotices].Assign(notice);
+    ++status_.notice_count;
+  }
 }
 
 void RobotLink::NotePush(LinkResult result) {

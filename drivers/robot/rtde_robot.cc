@@ -24,7 +24,8 @@ using rtde::Bytes;
 using rtde::Message;
 using rtde::Output;
 
-constexpr std::size_t kMaxNotice = 400;
+constexpr std::size_t kMaxNotices_bytes = 800;  // that wait to be taken; a line each
+constexpr double kLeastReply_s = 0.5;    // a setup takes the controller longer than a package
 constexpr double kRateInterval_s = 60;   // over which packages are counted
 constexpr double kLeastRateShare = 0.9;  // of the packages; fewer are reported
 constexpr double kSilentPeriods = 5;     // without a package, until the link counts as lost
@@ -145,10 +146,7 @@ RtdeRobot::RtdeRobot(const TcpAddress& address, const RtdeSettings& settings, do
       limits_(limits),
       gate_(slots, limits, PushGate::Writes::kEveryRequest),
       slots_(static_cast<std::size_t>(slots)),
-      input_frame_(rtde::InputFrameBytes(static_cast<std::size_t>(slots))) {
-  notice_.reserve(kMaxNotice);
-  taken_notice_.reserve(kMaxNotice);
-}
+      input_frame_(rtde::InputFrameBytes(static_cast<std::size_t>(slots))) {}
 
 // Connection.
 
@@ -349,7 +347,7 @@ LinkResult RtdeRobot::RetryInputs() {
 
 LinkResult RtdeRobot::Exchange(Bytes request, Message type, Bytes& payload) {
   LinkResult result = Send(request);
-  const double until_s = MonotonicSeconds() + timeout_s_;
+  const double until_s = MonotonicSeconds() + std::max(timeout_s_, kLeastReply_s);
   while (result == LinkResult::kOk) {
     rtde::Frame frame;
     result = Next(frame);
@@ -462,7 +460,8 @@ void RtdeRobot::NotePackage(Bytes payload) {
   }
   last_timestamp_s_ = timestamp_s;
   layout_.RobotStateFromPackage(payload, state_);
-  state_.timestamp_s = sample_time_.Note(timestamp_s, now_s);
+  // A faster package corrects the estimate, but time does not go back.
+  state_.timestamp_s = std::max(state_.timestamp_s, sample_time_.Note(timestamp_s, now_s));
   state_.sequence = ++sequence_;
   last_package_s_ = now_s;
   ++packages_;
@@ -490,15 +489,17 @@ void RtdeRobot::NoteText(Bytes payload) {
 }
 
 void RtdeRobot::AddNotice(std::string_view text) {
-  if (notice_.size() + text.size() + 2 > kMaxNotice) return;
-  if (!notice_.empty()) notice_ += "; ";
+  if (notice_.size() + text.size() + 1 > kMaxNotices_bytes) return;
+  if (notice_.find(text) != std::string::npos) return;
   notice_ += text;
+  notice_ += '\n';
 }
 
 std::string_view RtdeRobot::TakeNotice() {
-  if (notice_.empty()) return {};
-  std::swap(notice_, taken_notice_);
-  notice_.clear();
+  const std::size_t end = notice_.find('\n');
+  if (end == std::string::npos) return {};
+  taken_notice_.assign(notice_, 0, end);
+  notice_.erase(0, end + 1);
   return taken_notice_;
 }
 
@@ -562,14 +563,31 @@ LinkResult RtdeRobot::SendInputs() {
   return Send(input_frame_);
 }
 
-LinkResult RtdeRobot::WithdrawAll(double /*within_s*/) {
+LinkResult RtdeRobot::WithdrawAll(double within_s) {
   if (!can_push_ || heartbeat_ == 0) return LinkResult::kOk;
   if (!socket_ || inputs_id_ == 0) return LinkResult::kWaiting;
   for (std::size_t k = 0; k < slots_.size(); ++k) {
     slots_[k].sequence = 0;
     gate_.Withdrawn(static_cast<int>(k), clock_());
   }
-  return SendInputs();
+  LinkResult result = SendInputs();
+  // The reply to a pause proves that the package before it was taken; a connection that is closed
+  // while packages are still on their way is reset, and may lose it.
+  if (result == LinkResult::kOk) result = Send(rtde::MessageOf(Message::kPause));
+  const double until_s = MonotonicSeconds() + within_s;
+  for (bool paused = false; result == LinkResult::kOk && !paused;) {
+    rtde::Frame frame;
+    result = Next(frame);
+    paused = frame.state == rtde::Frame::State::kComplete && frame.type == Message::kPause;
+    if (result != LinkResult::kOk || frame.state == rtde::Frame::State::kComplete) continue;
+    std::size_t count = 0;
+    result = MonotonicSeconds() < until_s && os::Await(socket_.get(), POLLIN, until_s)
+                 ? Receive(count)
+                 : Fail(LinkResult::kTimeout, "the controller does not confirm the withdrawal");
+  }
+  socket_.Reset();
+  inputs_id_ = 0;
+  return result;
 }
 
 // Failures.

@@ -143,6 +143,7 @@ sequence_place = 13
 type = "float32"
 position_step_mm = 1.0
 angle_step_mrad = 1.0
+convention = "rotation_vector"
 )";
 
 std::vector<double> ModbusLatencies(const char* program, const char* cell, int changes) {

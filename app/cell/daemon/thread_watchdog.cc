@@ -23,9 +23,12 @@ double RobotTimeout_s(const config::DaemonConfig& config) {
   if ((rtde || config.robot.transport == "tcp") && !robot::IsAddress(link.tcp.host)) {
     return kNameLookupTimeout_s;
   }
-  // Connection, two versions, controller, outputs twice, inputs, start, first package.
+  // Connection, two versions, controller, outputs twice, inputs, start, first package; each reply
+  // is awaited for at least half a second.
   constexpr int kExchangesPerRtdeConnection = 9;
-  if (rtde) return kThreadTimeout_s + kExchangesPerRtdeConnection * link.timeout_s;
+  constexpr double kLeastReply_s = 0.5;
+  if (rtde)
+    return kThreadTimeout_s + kExchangesPerRtdeConnection * std::max(link.timeout_s, kLeastReply_s);
   const int per_pass = static_cast<int>(link.profile.blocks.size()) + 1;  // and a marker
   const double requests = std::max(kRequestsPerPush, kPassesPerReading * per_pass);
   if (config.robot.transport != "rtu") return kThreadTimeout_s + requests * link.timeout_s;

@@ -199,8 +199,9 @@ CheckResult CheckRobot(const config::DaemonConfig& config) {
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   const deflection::LoadedArm arm(config.machine.cell);
   const Reading reading = ReadUntilTrusted(*robot.value(), config, arm);
-  std::string notice(robot.value()->TakeNotice());
-  if (!notice.empty()) notice = ". " + notice;
+  std::string notice;
+  for (auto one = robot.value()->TakeNotice(); !one.empty(); one = robot.value()->TakeNotice())
+    notice += fmt::format(". {}", one);
   robot.value().reset();  // a controller may accept one connection only
   const std::string place = PlaceOf(link);
   if (reading.state.sequence == 0 || !reading.problem.empty()) {

@@ -1,5 +1,7 @@
 #include "drivers/robot/rtde_robot.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -82,7 +84,10 @@ PushPoint PointAt(int slot, double x, bool valid = true) {
 }
 
 std::string AllNotices(RobotDevice& robot) {
-  return std::string(robot.TakeNotice());
+  std::string all;
+  for (auto one = robot.TakeNotice(); !one.empty(); one = robot.TakeNotice())
+    all += fmt::format("{}{}", all.empty() ? "" : "; ", one);
+  return all;
 }
 
 }  // namespace
@@ -162,7 +167,8 @@ TEST_CASE("messages of the controller are passed on") {
   const auto robot = Robot(ur);
   model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
-  CHECK(AllNotices(*robot).find("message of the controller: Controller: SafetySetup") == 0);
+  CHECK(AllNotices(*robot) ==
+        "message of the controller: Controller: SafetySetup has not been confirmed yet");
   CHECK(AllNotices(*robot).empty());
 }
 
@@ -327,7 +333,10 @@ TEST_CASE("points are written with sequence, id, radius and pose, and the heartb
   REQUIRE(ReadUntil(*robot, state, [&] { return ur.State().input_int[25] == 0; }));
   CHECK(ur.State().input_int[28] != 0);
   CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
-  CHECK(ReadUntil(*robot, state, [&] { return ur.State().input_int[28] == 0; }));
+  CHECK(ur.State().input_int[28] == 0);  // taken before WithdrawAll() returns
+  CHECK(robot->WithdrawAll(1) == LinkResult::kWaiting);
+  const std::uint64_t sequence = state.sequence;
+  CHECK(ReadUntil(*robot, state, [&] { return state.sequence > sequence; }));
 }
 
 TEST_CASE("a point that jumps is withdrawn, and written again once it is steady") {
