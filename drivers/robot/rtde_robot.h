@@ -62,9 +62,10 @@ class SampleTime {
 /// their values when this program ends, so a robot program must stop using them once the heartbeat
 /// stops (docs/rtde.md).
 ///
-/// Bounded in time: every reply is awaited for the timeout at most, and a reading takes at most
-/// kMaxBytesPerRead. Fields that the controller lacks are left out, if they are optional. Registers
-/// that another client owns disable the push only; they are requested again every kInputsRetry_s.
+/// Bounded in time: a reply is awaited for the timeout or half a second, the longer of both, and a
+/// reading takes at most kMaxBytesPerRead. Fields that the controller lacks are left out, if they
+/// are optional. Registers that another client owns disable the push only; they are requested again
+/// every kInputsRetry_s.
 class RtdeRobot : public RobotDevice {
  public:
   static constexpr double kInputsRetry_s = 5;
