@@ -179,7 +179,7 @@ TEST_CASE("whatever a client does, no step of a target is larger than the limits
   std::uniform_real_distribution<double> any(0, 1);
   Station station;
   double next_s = 0;
-  station.Run(30, [&](double time_s) {
+  station.Run(12, [&](double time_s) {
     if (time_s < next_s) return;
     next_s = time_s + 0.8 * any(random);
     station.alive = any(random) < 0.7;
