@@ -35,9 +35,23 @@ PathCorrector::PathCorrector(const model::CellModel& cell,
 
 /// The joints to which a parabola through those of the last rows leads.
 model::JointVector PathCorrector::Extrapolated() const {
-  if (!earlier_) return *last_;
-  if (!earliest_) return 2 * *last_ - *earlier_;
-  return 3 * (*last_ - *earlier_) + *earliest_;
+  if (!actual_[0]) return *last_;
+  if (!actual_[1]) return *actual_[0];
+  if (!actual_[2]) return 2 * *actual_[0] - *actual_[1];
+  return 3 * (*actual_[0] - *actual_[1]) + *actual_[2];
+}
+
+/// Keeps the actual joints of a corrected row: its sag changes so little from row to row that one
+/// evaluation near them is enough.
+void PathCorrector::Remember(const PathRow& row, const effects::Conditions& conditions,
+                             const model::JointVector& q) {
+  if (sag_.size() == 0) sag_ = model::JointVector::Zero(q.size());
+  deflection::LoadedState state;
+  arm().AtActual(q + sag_, row.payload, conditions, state);
+  sag_ = state.sag;
+  actual_[2] = actual_[1];
+  actual_[1] = actual_[0];
+  actual_[0] = q + sag_;
 }
 
 bool PathCorrector::FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
@@ -142,16 +156,14 @@ void PathCorrector::Correct(const PathRow& row, CorrectedRow& corrected) {
     const std::string remedy = correction::RemedyOf(correction.code);
     corrected.problem =
         std::string(correction::Describe(correction.code)) + (remedy.empty() ? "" : "; " + remedy);
-    earlier_.reset();
-    earliest_.reset();
+    actual_ = {};
     if (have) last_ = q;
     return;
   }
   corrected.X_BT_command = {RotationFromVector(correction.rotation_B) * X_BT.R,
                             X_BT.p + correction.translation_B};
-  earliest_ = earlier_;
-  earlier_ = last_;
   last_ = reads_approach_ || exact ? q : correction.q;
+  if (!reads_approach_ && !exact) Remember(row, conditions, correction.q);
 }
 
 }  // namespace plumbline::programs

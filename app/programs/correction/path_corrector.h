@@ -1,6 +1,7 @@
 // Corrector of a dense sequence of poses, each solved from the one before.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -49,6 +50,8 @@ class PathCorrector {
 
  private:
   model::JointVector Extrapolated() const;
+  void Remember(const PathRow& row, const effects::Conditions& conditions,
+                const model::JointVector& q);
   bool FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
                    model::JointVector& q) const;
   void SetApproach(const model::JointVector& q, effects::Conditions& conditions);
@@ -59,7 +62,9 @@ class PathCorrector {
   Options options_;
   bool reads_approach_;
   std::optional<model::JointVector> last_;  ///< nominal or, without approach, commanded joints
-  std::optional<model::JointVector> earlier_, earliest_;  ///< of the rows before
+  /// Actual joints of the last three rows, latest first: those that the solver iterates on.
+  std::array<std::optional<model::JointVector>, 3> actual_;
+  model::JointVector sag_;  ///< actual minus commanded, of the last row
   model::JointVector approach_;
   struct Stated {
     model::JointVector q;
