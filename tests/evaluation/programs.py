@@ -20,6 +20,7 @@ import importlib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -239,12 +240,16 @@ def evaluate(product, brand, name, files, folder):
         written = apart(commanded.landed[k], motion.target)
         written_m = max(written_m, written[0])
         if written[0] > WRITTEN_M:
-            faults.append(f"{motion.file}:{motion.line}: lands {written[0] * 1e3:.4f} mm away")
+            faults.append(f"{motion.file}:{motion.line}: lands {written[0] * 1e3:.4f} mm away"
+                          + "".join(f"; {p['name']} of line {p['line']} is left: {p['reason']}"
+                                    for p in report["left"][:3]))
         lands = [apart(robot.landed(q, motion.tool, *load_of(motion)), motion.target)
                  for q in posed if np.abs(q - commanded.q[k]).max() < 2e-3]
         near = min(lands, default=(np.inf, np.inf), key=lambda d: d[0] + d[1])
-        if motion.shared:
-            near = (0.0, 0.0) if written[0] < OFFSET_M else near
+        # A point that is used with several offsets has the exact correction of one of them.
+        if (motion.shared or not lands and any(m.shared for m in original.motions)) \
+                and written[0] < OFFSET_M:
+            near = (0.0, 0.0)
         exact_m, exact_rad = max(exact_m, near[0]), max(exact_rad, near[1])
         if near[0] > EXACT_M or near[1] > EXACT_RAD:
             faults.append(f"{motion.file}:{motion.line}: before rounding {near[0] * 1e6:.2f} um, "
@@ -399,7 +404,9 @@ def main():
         results = {}
         for name in names[:2] if options.quick else names:
             with tempfile.TemporaryDirectory() as folder:
-                folder = os.path.join(options.keep, brand_name, name) if options.keep else folder
+                if options.keep:
+                    folder = os.path.join(options.keep, brand_name, name)
+                    shutil.rmtree(folder, ignore_errors=True)
                 os.makedirs(folder, exist_ok=True)
                 results[name] = evaluate(options.product, brand, name, programs[name], folder)
             for fault in results[name].faults:

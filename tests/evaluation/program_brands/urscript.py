@@ -30,10 +30,13 @@ def programs():
     at = [robot.flange(q) @ tool for q in SEEDS]
     bent_at = [robot.flange(q) @ bent for q in SEEDS]
     joints = ["[" + ", ".join(repr(float(x)) for x in q) + "]" for q in SEEDS]
+    middle = "[" + ", ".join(repr(float(x)) for x in SEEDS.mean(axis=0)) + "]"
     tcp = "  set_tcp(p[0.0,0.0,0.2,0.0,0.0,0.0])\n"
     payload = "  set_target_payload(6.500000, [0.010000, -0.020000, 0.120000], [0.01, 0, 0, 0, 0, 0])\n"
     head = "def {}():\n" + tcp + payload
     v = "a=1.2, v=0.25"
+    # Where a program is started the posture is not known: its first motion states the joints.
+    start = lambda text, i=0: f"movej(get_inverse_kin({text}, qnear={joints[i]}), {v})"
     near = lambda X, distance: X @ shift(0, 0, -distance)
     plane = pose(about(2, 0.7) @ about(0, 0.1), (0.3, -0.2, 0.1))
     in_plane = [np.linalg.inv(plane) @ X for X in at]
@@ -50,21 +53,21 @@ def programs():
 end
 '''
     made["circle"] = head.format("circle") + f'''
-  movej({literal(at[0])}, {v})
+  {start(literal(at[0]))}
   movec(pose_via={literal(at[0] @ shift(0.05, 0.05, 0))}, pose_to={literal(at[0] @ shift(0.1, 0, 0))}, {v})
   movep({literal(at[1])}, a=1, v=0.1, r=0.02)
   movep({literal(at[2])}, a=1, v=0.1)
 end
 '''
     made["features"] = head.format("features") + f'''  global Plane_1={literal(plane)}
-  movej(pose_trans(Plane_1, {literal(in_plane[0])}), qnear={joints[0]}, {v})
+  movej(get_inverse_kin(pose_trans(Plane_1, {literal(in_plane[0])}), {joints[0]}), {v})
   movel(pose_trans(Plane_1, {literal(in_plane[1])}), {v})
   global W_p={literal(in_plane[2])}
   movel(pose_trans(Plane_1, W_p), {v})
 end
-'''.replace(f"qnear={joints[0]}, ", "")
+'''
     made["offsets"] = head.format("offsets") + f'''  pick={literal(at[0])}
-  movej(get_inverse_kin(pick), {v})
+  {start('pick')}
   movel(pose_trans(pick, p[0, 0, -0.003, 0, 0, 0]), {v})
   movel(pose_add(pick, p[0,0,0.004,0,0,0]), {v})
   place={literal(at[1])}
@@ -73,9 +76,10 @@ end
 end
 '''
     made["tables"] = head.format("tables") + f'''  global tab=[{", ".join(literal(X) for X in at[:4])}]
+  movej(get_inverse_kin(tab[3], qnear={middle}), {v})
   i = 0
   while i < length(tab):
-    movel(tab[i], {v})
+    movej(get_inverse_kin(tab[i], qnear={middle}), {v})
     i = i + 1
   end
   movej(tab[1], a=1, v=1)
@@ -85,7 +89,7 @@ end
 '''
     made["functions"] = f'''# pick and place
 def visit(to, above=0.003, speed=0.2):
-movel(pose_trans(to, p[0,0,-0.003,0,0,0]), a=1, v=speed)
+movej(get_inverse_kin(pose_trans(to, p[0,0,-0.003,0,0,0]), {middle}), a=1, v=speed)
 movel(to, a=1, v=speed / 2)
 if above > 1:
 halt
@@ -105,7 +109,7 @@ end
 def main():
 {tcp}{payload}
   run blink()
-  movej({literal(at[0])}, a=1, v=1)
+  {start(literal(at[0]))}
   if visit({literal(at[1])}):
     visit(speed=0.1, to={literal(at[2])})
   end
@@ -140,19 +144,19 @@ end
   movej(q, {v})
 end
 '''
-    made["rotation"] = head.format("rotation") + f'''  movej({literal(at[0], turns=-1)}, {v})
+    made["rotation"] = head.format("rotation") + f'''  {start(literal(at[0], turns=-1))}
   movel({literal(at[1], turns=1)}, {v})
   movel({literal(pose(about(0, np.pi - 1e-4), at[1][:3, 3]))}, {v})
 end
 '''
     made["written"] = head.format("written").replace("\n", "\r\n") + f'''\r
   textmsg("movel(p[1,2,3,4,5,6]) # no comment")\r
-  movej({literal(at[0], "{:.6f}")}, {v}) # movel(p[1,2,3,4,5,6])
+  {start(literal(at[0], "{:.6f}"))} # movel(p[1,2,3,4,5,6])
   movel({literal(at[1], "{:.8e}")}, {v}); movel({literal(at[2], "{:+.9f}")},
     {v})
 end'''
     made["loops"] = head.format("loops") + f'''  t={literal(at[0])}
-  movej(t, {v})
+  {start('t')}
   n=0
   while (True):
     n=n+1
@@ -161,7 +165,7 @@ end'''
     end
     if n > 3: break end
     t={literal(at[1])}
-    movel(t, {v})
+    movej(get_inverse_kin(t, qnear={joints[1]}), {v})
     t={literal(at[2])}
     movel(t, {v})
   end
@@ -265,16 +269,17 @@ def python_of(text):
     def put(line):
         lines.append("  " * indent + line)
 
-    statement, depth = "", 0
+    statement, depth, begun = "", 0, 1
     pieces = []
     for number, line in enumerate(text.split("\n"), 1):
         for char in line + "\n":
+            begun = begun if statement.strip() else number
             depth += (char in "([") - (char in ")]")
             if depth == 0 and char in ";\n":
-                pieces.append((number, statement.strip()))
+                pieces.append((begun, statement.strip()))
                 statement = ""
             elif depth == 0 and char == ":":
-                pieces.append((number, statement.strip() + ":"))
+                pieces.append((begun, statement.strip() + ":"))
                 statement = ""
             else:
                 statement += " " if char == "\n" else char
@@ -298,8 +303,6 @@ def python_of(text):
             indent += 1
             put("pass")
         elif piece.endswith(":"):
-            if piece.startswith("while True") or piece.startswith("while (True"):
-                pass
             put(piece)
             indent += 1
             put("pass")
