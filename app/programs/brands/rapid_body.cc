@@ -86,13 +86,12 @@ std::vector<Step> Body::Run() {
 }
 
 void Body::CloseLabels() {
-  std::set<std::string> labels, wanted;
+  std::set<std::string> wanted;
   for (const Step& step : steps_) {
-    if (step.kind == StepKind::kLabel) labels.insert(step.label);
     if (step.kind == StepKind::kJump || step.kind == StepKind::kBranch) wanted.insert(step.label);
   }
   for (const std::string& label : wanted) {
-    if (labels.count(label) > 0) continue;
+    if (labels_.count(label) > 0) continue;
     Label(label);
     Add(StepKind::kReturn, place_);
   }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,7 +62,10 @@ class Body {
   bool StopsAt(Range zone) const;
 
   Step& Add(StepKind kind, const Place& place, const std::string& label = "");
-  void Label(const std::string& label) { Add(StepKind::kLabel, place_, label); }
+  /// A name that the routine gives twice, which RAPID does not allow, means its first place.
+  void Label(const std::string& label) {
+    if (labels_.insert(label).second) Add(StepKind::kLabel, place_, label);
+  }
   void Jump(const std::string& label) { Add(StepKind::kJump, place_, label); }
   void Branch(const std::string& label) { Add(StepKind::kBranch, place_, label); }
   /// From here, execution does not go on.
@@ -86,6 +90,7 @@ class Body {
   Context context_;
   std::vector<Step> steps_;
   std::vector<Block> blocks_;
+  std::set<std::string> labels_;
   Place place_;
   int label_count_ = 0;
   int depth_ = 0;

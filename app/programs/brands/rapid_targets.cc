@@ -27,6 +27,15 @@ void Unsettle(Target& target, const std::string& why) {
 }  // namespace
 
 std::vector<Target> Values::TargetsOf(Range range, const Context& context) {
+  std::vector<Target> targets = Follow(range, context);
+  // Within a cycle of assignments, nothing is a value: what closes the cycle adds none.
+  if (targets.empty() && visited_.empty()) {
+    targets.push_back(Computed(range.empty() ? "" : range.file->Text(range.begin, range.end)));
+  }
+  return targets;
+}
+
+std::vector<Target> Values::Follow(Range range, const Context& context) {
   if (depth_ == 0) work_ = 20000;
   const NestingLevel level(depth_);
   const std::string_view text = range.empty() ? "" : range.file->Text(range.begin, range.end);
@@ -183,7 +192,7 @@ std::vector<Target> Values::TargetsOfPart(const Part& part, const Context& conte
     }
   }
   visited_.erase(part.data);
-  if (targets.empty() && depth_ <= 1) add({Computed(data.name + ", which has no value")});
+  if (targets.empty() && visited_.empty()) add({Computed(data.name + ", which has no value")});
   if (targets.size() > kMostValues) return {Computed(data.name + ", which has too many values")};
   if (!unsettled.empty()) {
     for (Target& target : targets) Unsettle(target, unsettled);

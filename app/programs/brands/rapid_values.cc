@@ -194,12 +194,12 @@ std::pair<std::string, int> Values::TypeOf(const Part& part) const {
   std::string type = data.type;
   int dimensions = data.dimensions;
   for (const Part::Step& step : part.steps) {
+    if (dimensions == 0 && IsPointType(type)) break;
     if (step.field.empty()) {
       --dimensions;
     } else if (!FieldOf(declarations_, type, step.field)) {
       return {"", 0};
     }
-    if (dimensions == 0 && IsPointType(type)) break;
   }
   return {type, std::max(dimensions, 0)};
 }

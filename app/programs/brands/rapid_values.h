@@ -101,6 +101,8 @@ class Values {
   const Declarations& declarations() const { return declarations_; }
 
  private:
+  /// TargetsOf(); empty for a variable that is being followed already.
+  std::vector<Target> Follow(Range range, const Context& context);
   std::vector<Target> TargetsOfCall(Range range, const Context& context);
   std::vector<Target> TargetsOfPart(const Part& part, const Context& context);
   std::vector<Target> Displaced(Range arguments, bool in_tool, const Context& context);

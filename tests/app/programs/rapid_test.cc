@@ -240,6 +240,21 @@ TEST_CASE("a variable stands for what is assigned to it, a function for what it 
   CHECK(StepsOf(program, StepKind::kUse).empty());
 }
 
+TEST_CASE("a variable that is only moved by itself has no value") {
+  const Program program =
+      Read(Module(Main("goal:=Offs(goal,1,0,0);\nMoveL Offs(goal,0,0,1),v1,fine,tGrip;\n"),
+                  "VAR robtarget goal;\n"));
+  const auto motions = MotionsOf(program);
+  REQUIRE(motions.size() == 1);
+  CHECK_FALSE(motions[0].end.computed.empty());
+}
+
+TEST_CASE("what is read of a variable is read of the points that are assigned to it") {
+  const Program program = Read(Module(
+      Main("goal:=p10;\nx:=goal.trans.x;\nMoveL goal,v1,fine,tGrip;\n"), "VAR robtarget goal;\n"));
+  CHECK_THAT(ReasonFor(program, "p10"), Contains("calculation"));
+}
+
 TEST_CASE("points that are read or handed to unknown routines are used otherwise") {
   const Program program = Read(Module(
       Main("x:=p10.trans.x;\nGlue p20,v100,tGrip;\nIF Distance(p30.trans,q)>5 THEN\nENDIF\n")));
@@ -295,7 +310,7 @@ TEST_CASE("blocks become branches, and every label exists") {
       "ELSE\nGOTO again;\nENDIF\nIF di1=1 MoveL p20,v1,fine,tGrip;\nIF x GOTO nowhere;\nWHILE n<5 "
       "DO\n"
       "TEST n\nCASE 1,2:\nMoveL p30,v1,fine,tGrip;\nCASE 3:\nRETURN;\nDEFAULT:\nEXIT;\nENDTEST\n"
-      "ENDWHILE\nERROR\nIF ERRNO=1 RETRY;\nRAISE;\n")));
+      "ENDWHILE\nagain:\nERROR\nIF ERRNO=1 RETRY;\nRAISE;\n")));
   CHECK(EndsOf(program) == "p10 p20 p30 ");
   CHECK(StepsOf(program, StepKind::kUse).empty());
   for (const Routine& routine : program.routines) {
