@@ -304,7 +304,9 @@ bool Lowering::Sets(const Expr& call) {
   } else if (!mass || (cog_at != kNone && (!cog || cog->size() != 3))) {
     setting.unknown = fmt::format("{}() has computed arguments", call.name);
   } else if (!cog && *mass != 0) {
-    setting.unknown = fmt::format("{}({}) states no centre of gravity", call.name, *mass);
+    // Where the centre of gravity then is depends on the controller: as if not entered.
+    setting.key = fmt::format("{}({})", call.name, *mass);
+    program_.loads.try_emplace(setting.key, LoadValue{});
   } else {
     LoadValue load;
     load.mass_kg = *mass;

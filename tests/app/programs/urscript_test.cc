@@ -273,8 +273,13 @@ TEST_CASE("settings that depend on the run are unknown, with the reason") {
   std::string reasons;
   for (const Step& step : program.routines[1].steps) reasons += step.setting.unknown + "; ";
   CHECK(reasons ==
-        "set_tcp(get_tcp_offset()) is computed; set_payload(0.1) states no centre of gravity; "
-        "set_payload() has computed arguments; ");
+        "set_tcp(get_tcp_offset()) is computed; ; set_payload() has computed arguments; ");
+}
+
+TEST_CASE("a load without a centre of gravity is one that was not entered") {
+  const Program program = Read("def a():\n set_payload(0.1)\nend\n");
+  CHECK(StepsOf(program, "a") == "load=set_payload(0.1)");
+  CHECK_FALSE(program.loads.at("set_payload(0.1)").mass_kg);
 }
 
 TEST_CASE("a line that is not understood keeps its poses as they are, and only its own") {
