@@ -8,6 +8,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "app/base/text/json_text.h"
 #include "app/base/text/sha256.h"
 #include "app/base/text/text.h"
 #include "app/programs/correction/point_text.h"
@@ -119,7 +120,7 @@ FileState StateOf(const Program& program, std::size_t file, std::string_view rec
       return mark->numbers == numbers ? FileState::kCorrected : FileState::kEdited;
     }
   }
-  const nlohmann::json json = nlohmann::json::parse(record, nullptr, false);
+  const nlohmann::json json = text::JsonOrNull(record);
   if (!json.is_object() || !json.contains("numbers") || !json["numbers"].is_string()) {
     return FileState::kOriginal;
   }
@@ -169,7 +170,7 @@ nlohmann::json RecordOf(const Program& program, std::size_t file,
 }
 
 std::optional<RecordedOriginal> OriginalFrom(std::string_view record) {
-  const nlohmann::json json = nlohmann::json::parse(record, nullptr, false);
+  const nlohmann::json json = text::JsonOrNull(record);
   const auto text = [&](const char* key) -> std::string {
     return json.is_object() && json.contains(key) && json[key].is_string()
                ? json[key].get<std::string>()
