@@ -41,17 +41,24 @@ model::JointVector PathCorrector::Extrapolated() const {
   return 3 * (*actual_[0] - *actual_[1]) + *actual_[2];
 }
 
-/// Keeps the actual joints of a corrected row: its sag changes so little from row to row that one
-/// evaluation near them is enough.
-void PathCorrector::Remember(const PathRow& row, const effects::Conditions& conditions,
-                             const model::JointVector& q) {
+/// Actual minus commanded joints. They change so little from row to row that one evaluation near
+/// them is enough.
+const model::JointVector& PathCorrector::SagNear(const PathRow& row,
+                                                 const effects::Conditions& conditions,
+                                                 const model::JointVector& q) {
   if (sag_.size() == 0) sag_ = model::JointVector::Zero(q.size());
   deflection::LoadedState state;
   arm().AtActual(q + sag_, row.payload, conditions, state);
   sag_ = state.sag;
+  return sag_;
+}
+
+/// Keeps the actual joints of a corrected row, from which the next row's are extrapolated.
+void PathCorrector::Remember(const model::JointVector& actual, const model::JointVector& sag) {
+  sag_ = sag;
   actual_[2] = actual_[1];
   actual_[1] = actual_[0];
-  actual_[0] = q + sag_;
+  actual_[0] = actual;
 }
 
 bool PathCorrector::FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
@@ -163,7 +170,12 @@ void PathCorrector::Correct(const PathRow& row, CorrectedRow& corrected) {
   corrected.X_BT_command = {RotationFromVector(correction.rotation_B) * X_BT.R,
                             X_BT.p + correction.translation_B};
   last_ = reads_approach_ || exact ? q : correction.q;
-  if (!reads_approach_ && !exact) Remember(row, conditions, correction.q);
+  if (reads_approach_ || exact) return;
+  if (correction.iterations == 0) {
+    Remember(q, q - correction.q);
+  } else {
+    Remember(correction.q + SagNear(row, conditions, correction.q), sag_);
+  }
 }
 
 }  // namespace plumbline::programs

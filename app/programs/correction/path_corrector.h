@@ -50,8 +50,9 @@ class PathCorrector {
 
  private:
   model::JointVector Extrapolated() const;
-  void Remember(const PathRow& row, const effects::Conditions& conditions,
-                const model::JointVector& q);
+  const model::JointVector& SagNear(const PathRow& row, const effects::Conditions& conditions,
+                                    const model::JointVector& q);
+  void Remember(const model::JointVector& actual, const model::JointVector& sag);
   bool FindPosture(const PathRow& row, const Pose& X_BT, CorrectedRow& corrected,
                    model::JointVector& q) const;
   void SetApproach(const model::JointVector& q, effects::Conditions& conditions);
