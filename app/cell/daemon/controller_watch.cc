@@ -20,7 +20,7 @@ using Verdict = measure::Identification::Verdict;
 
 constexpr std::size_t kEnough = 10, kEnoughNew = 3;
 constexpr double kPause_s = 60;  // between two identifications
-constexpr int kWatchNiceness = 19;
+constexpr int kIdentifyingNice = 19;
 
 bool SameArm(const model::CellModel& a, const model::CellModel& b) {
   return a.robot.joints.size() == b.robot.joints.size() && a.robot.name == b.robot.name;
@@ -109,7 +109,7 @@ void ControllerWatch::StartIfDue(double now_s) {
   sample.postures = collector_.postures();
   running_ = RunOnThread<Found>([cell = *cell_, sample = std::move(sample),
                                  stop = stop_.get_token()] {
-    setpriority(PRIO_PROCESS, 0, kWatchNiceness);  // of this thread
+    setpriority(PRIO_PROCESS, 0, kIdentifyingNice);  // of this thread
     const measure::RelationContext context(cell);
     Found found;
     found.identification = measure::Identify(

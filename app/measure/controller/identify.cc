@@ -19,7 +19,7 @@ using Kind = RelationKind;
 using Verdict = Identification::Verdict;
 
 const double kDecisive = std::log(1000.0);  // of two probabilities
-const double kNominalPrior = std::log(100.0);
+const double kNominalPrior = std::log(1e4);
 const double kPairPrior = -std::log(100.0);
 constexpr double kMoved = 5 * kRadPerDeg;   // [rad], and metres times 1
 constexpr double kScreeningTail = 1e-8;     // probability at which screening rejects

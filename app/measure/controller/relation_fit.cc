@@ -458,6 +458,11 @@ HypothesisFit RelationFitter::Fit(const Hypothesis& hypothesis, bool screening) 
   prepared.whiten = WhiteningOf(
       context_, sample_, ModelWith(hypothesis, prepared.parameters, zero, context_, sample_));
   const Eigen::VectorXd start = StartOf(prepared, rows);
+  // How a step of a joint moves the tool depends on what the relation makes of its reading.
+  if (start.size() > 0) {
+    prepared.whiten = WhiteningOf(
+        context_, sample_, ModelWith(hypothesis, prepared.parameters, start, context_, sample_));
+  }
   FitRows(prepared, rows, start, fit, screening);
   fit.degrees = static_cast<double>(std::ssize(rows) * (sample_.with_orientation ? 6 : 3));
   return fit;
