@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kHelpColumns = 80;
 constexpr std::size_t kOptionColumn = 30;
-constexpr std::size_t kCommandColumn = 22;
+constexpr std::size_t kCommandColumn = 23;
 
 /// "TEXT" and "one of a, b" of "TEXT:{a,b}"; the values are empty if the type lists none.
 struct TypeText {
