@@ -450,7 +450,7 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
       "done, so that a second run changes nothing. See docs/robot-programs.md.\n\n"
       "Examples:\n"
       "  plumbline program cell.toml weld.src weld.dat --report weld.html\n"
-      "  plumbline program cell.toml HANDLING.LS --tool 'UTOOL 1=1' --frames frames.toml\n"
+      "  plumbline program cell.toml PICK.LS --tool 'UTOOL 1=1' --frames frames.toml\n"
       "  plumbline program cell.toml pick.script --load 4.5,0,0,120 --insert 0.1\n"
       "  plumbline program --check weld.src corrected/weld.src\n\n"
       "Exit codes: 0 every motion's point is corrected, or there is nothing to correct; 1 some "

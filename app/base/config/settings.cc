@@ -104,7 +104,9 @@ void Settings::Add(std::string_view key, std::string& value, const SettingDoc& d
 }
 
 void Settings::Add(std::string_view key, std::vector<std::string>& value, const SettingDoc& doc) {
-  if (AddRow(key, "texts", "", "", doc)) return;
+  const std::string shown =
+      value.empty() ? "" : fmt::format("[\"{}\"]", fmt::join(value, "\", \""));
+  if (AddRow(key, "texts", "", shown, doc)) return;
   Store(key, table_->Strings(key), value);
 }
 

