@@ -47,6 +47,7 @@ struct ProgramOptions {
   std::span<const programs::Brand* const> brands;  ///< that are read
   bool loads_without_tool = false, joints = false, external_axes_still = false, again = false,
        json = false, all = false, dry_run = false;
+  bool complete = false;
 };
 
 /// A file of the program, and where it comes from.
@@ -265,6 +266,7 @@ std::optional<programs::CorrectionSettings> SettingsOf(const ProgramOptions& opt
   settings.limits = cell.limits;
   if (options.deflection_sd) settings.limits.deviation = {*options.deflection_sd, true};
   settings.stated.loads_without_tool = options.loads_without_tool;
+  settings.entry.complete = options.complete;
   settings.joints = options.joints;
   settings.external_axes_still = options.external_axes_still;
   settings.offset_bound_m = kMetrePerMm * options.offset_bound_mm;
@@ -411,6 +413,14 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
                    "load, extra or shift, KEY may be none")
       ->expected(1)
       ->take_all();
+  command
+      ->add_option("--routine", options->stated.routines,
+                   "NAME=harmless: the routine NAME, which is in none of the files, moves nothing "
+                   "and sets no tool, base or load")
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--complete", options->complete,
+                    "No other file of the controller uses a point of these files");
   command->add_flag("--joints", options->joints, "Correct joint targets, too");
   command->add_flag("--external-axes-still", options->external_axes_still,
                     "External axes do not move the robot's base");

@@ -211,6 +211,16 @@ Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
       settings.stated.payloads[key] = *payload;
     }
   }
+  for (const std::string& text : texts.routines) {
+    const auto [key, value] = SplitAtLastEqualSign(text);
+    if (key.empty() || value != "harmless") {
+      return Error{fmt::format(
+          "--routine {}: give NAME=harmless for a routine that is in none of the files and moves "
+          "nothing and sets no tool, base or load",
+          text)};
+    }
+    settings.entry.harmless.push_back(key);
+  }
   for (const std::string& text : texts.starts) {
     if (const Result<void> applied = ApplyStart(text, settings.entry); !applied) return applied;
   }

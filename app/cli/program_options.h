@@ -12,7 +12,7 @@ namespace plumbline::cli {
 
 /// The texts of the options, as given.
 struct StatedTexts {
-  std::vector<std::string> tools, bases, loads, starts;
+  std::vector<std::string> tools, bases, loads, starts, routines;
   std::string frames;  ///< path of a file; empty: none
 };
 

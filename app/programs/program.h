@@ -55,6 +55,13 @@ enum class PointKind {
   kJoints,  ///< one value for each joint
 };
 
+/// Which programs can name a point, besides its own file.
+enum class Visibility {
+  kFiles,       ///< none that was not given
+  kTask,        ///< what runs from Program::has_main: all that is given, if no routine is missing
+  kController,  ///< any program of the controller
+};
+
 /// A point that is written out in a file: six or seven numbers that a motion can go to.
 struct Point {
   std::string name;  ///< "XP1", "P[3]", "p20{2}", "tab[3,1]"; "" for a literal inside a motion
@@ -71,8 +78,9 @@ struct Point {
   /// Key of the tool, base and load that the point itself states (UF and UT of FANUC); empty: none.
   std::string stated_tool, stated_base;
   /// Why it must stay as it is whatever its uses are: untaught, in a structure that the grammar
-  /// does not follow, public to modules that were not given; empty: it may be corrected.
+  /// does not follow; empty: it may be corrected.
   std::string untouchable;
+  Visibility visible_to = Visibility::kFiles;
   /// Taught while the controller compensated its own model (status bit 4 of KUKA).
   bool absolutely_accurate = false;
 };
@@ -126,7 +134,8 @@ struct Motion {
   std::optional<Setting> tool, base, load;
   bool passes_by = false;  ///< approximated: the point itself is not reached
   /// Why the motion does not end at its target, or the target is no place to correct: search,
-  /// stationary tool, relative motion, weaving, interpolation in joints; empty: an ordinary motion.
+  /// stationary tool, relative motion, interpolation in joints; empty: an ordinary motion. Weaving
+  /// and arc welding ride on the taught path, and are ordinary.
   std::string special;
   /// The controller does not obey the posture that the point states, and takes the nearest one to
   /// where it comes from (ConfJ\Off and ConfL\Off of ABB).
@@ -140,25 +149,26 @@ enum class StepKind {
   kSetBase,
   kSetLoad,   ///< the load at the flange in addition to the tool
   kSetExtra,  ///< a load in addition to the tool's own: GripLoad
-  kShift,     ///< from here on a displacement moves all targets: `setting.unknown` says which;
-              ///< empty: it has ended
+  kShift,     ///< from here on a displacement moves all targets, or a soft servo yields:
+              ///< `setting.unknown` says which; empty: it has ended
   kUse,       ///< a point is used other than as the target of a motion: `reason`
   kLabel,
   kJump,    ///< to `label`, always
   kBranch,  ///< to `label` or to the next step
-  kCall,    ///< to the routine `label`, and back
+  kCall,    ///< to the routine `label`, and back; it may be in none of the files
   kReturn,
-  kPostureLost,  ///< where the robot is after this step is not known: a wait for a person, a call
-                 ///< to a routine that was not given
+  kPostureLost,      ///< where the robot is after this step is not known: a wait for a person
+  kEnableInterrupt,  ///< the routine `label` may run between any two motions, which wait for it
+  kStartThread,      ///< the routine `label` runs beside the following steps
 };
 
 /// One step of a routine, in the order in which it is executed.
 struct Step {
   StepKind kind = StepKind::kMotion;
   Place place;
-  Motion motion{};                     ///< kMotion
-  Setting setting{};                   ///< kSetTool, kSetBase, kSetLoad, kSetExtra, kShift
-  std::string label{};                 ///< kLabel, kJump, kBranch, kCall
+  Motion motion{};      ///< kMotion
+  Setting setting{};    ///< kSetTool, kSetBase, kSetLoad, kSetExtra, kShift
+  std::string label{};  ///< kLabel, kJump, kBranch, kCall, kEnableInterrupt, kStartThread
   std::optional<std::size_t> point{};  ///< kUse
   std::string reason{};  ///< kUse: why this use forbids a correction; "" if it does not matter
 };
@@ -184,6 +194,11 @@ struct Program {
   std::map<std::string, FrameValue> tools, bases;
   std::map<std::string, LoadValue> loads;
   std::vector<Remark> remarks;
+  /// The files contain the one routine from which the controller starts all of them.
+  bool has_main = false;
+  /// Each point states its tool and base, and the controller refuses to go there in others: a
+  /// routine that was not given changes them only to those.
+  bool points_state_frames = false;
   /// Mark that an earlier correction left in a file, by index of the file; empty: none.
   std::vector<std::string> marks;
 };

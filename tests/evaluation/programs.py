@@ -325,6 +325,7 @@ def public(product, folder):
 
 
 # The remedies that a message names, with values that the harness chooses.
+STATED = re.compile(r"(--routine) '([^']*=harmless)'|(--complete)")
 REMEDY = re.compile(r"give (?:--start \S+ or )?(--tool|--base|--load|--joints|--external-axes-still)(?: '([^']*)=)?")
 
 
@@ -349,6 +350,10 @@ def public_program(product, brand, paths, reasons, counts):
                         if option == "--base" and not key:
                             continue
                         given = [option] + ([f"{key}={value}" if key else value] if value else [])
+                        if given[-1] not in options and given[-1] not in more and len(more) < 400:
+                            more += given
+                    for routine, harmless, complete in STATED.findall(point["reason"]):
+                        given = [routine, harmless] if routine else [complete]
                         if given[-1] not in options and given[-1] not in more and len(more) < 400:
                             more += given
                 if not more:

@@ -84,6 +84,7 @@ class Fanuc final : public Brand {
     Program& program = reading.program;
     program.files = std::move(files);
     program.marks.resize(program.files.size());
+    program.points_state_frames = true;
     program.bases[BaseKey(0)] = {};
     program.tools[ToolKey(0)] = {};
 
@@ -93,7 +94,7 @@ class Fanuc final : public Brand {
       Routine routine;
     };
     std::vector<Source> sources;
-    std::set<std::string> names;
+    std::set<std::string> shifts;
     Assigned assigned;
     for (std::size_t file = 0; file < program.files.size(); ++file) {
       const SourceFile& source = program.files[file];
@@ -114,11 +115,11 @@ class Fanuc final : public Brand {
       read.routine.name = sections.name.empty() ? fmt::format("program {}", file) : sections.name;
       read.routine.place = {file, sections.name_line};
       FindAssigned(read.statements, source.name, assigned);
-      names.insert(read.routine.name);
+      FindShifts(read.statements, shifts);
     }
     std::set<std::string> called;
     for (Source& source : sources) {
-      ReadRoutine(source.statements, {&source.points, &names, &assigned}, program, source.routine);
+      ReadRoutine(source.statements, {&source.points, &shifts, &assigned}, program, source.routine);
       called.merge(CalledBy(source.routine));
     }
     for (Source& source : sources) {

@@ -35,6 +35,16 @@ std::size_t FindOutside(std::string_view text, char sought, std::size_t from = 0
   return std::string_view::npos;
 }
 
+/// What displaces all targets from an instruction on, in capitals; "" if the instruction does not.
+/// With SOFTFLOAT the joints yield more than the stiffness of the arm says.
+std::string ShiftIn(std::string_view text) {
+  SourceCursor at(TrimBlanks(text), 0);
+  const std::string_view word = EnglishWord(at.TakeWord());
+  const bool shifts = SameWord(word, "TRACK") || SameWord(word, "SOFTFLOAT") ||
+                      (SameWord(word, "Touch") && StartsWithWord(TrimBlanks(at.Rest()), "Offset"));
+  return shifts ? Capitals(word) : std::string();
+}
+
 class Lowering {
  public:
   Lowering(const Surroundings& around, Program& program, Routine& routine)
@@ -106,7 +116,7 @@ class Lowering {
     if (const auto letter = MotionLetter(text)) return Motions(*letter, text);
     if (depth > kMaxNesting) {
       program_.remarks.push_back({statement_->place, "nested too deeply"});
-      return Unknown("an instruction that is nested too deeply");
+      return Call(text.substr(0, 40));
     }
     SourceCursor at(text, 0);
     const std::string_view word = EnglishWord(at.TakeWord());
@@ -132,12 +142,16 @@ class Lowering {
       if (const auto label = LabelIn(rest)) Jump(StepKind::kBranch, *label);
       return;
     }
-    if (is("TRACK") || (is("Touch") && StartsWithWord(rest, "Offset"))) {
-      const bool ends = Lowered(rest).ends_with("end");
-      Add(StepKind::kShift).setting.unknown = ends ? "" : std::string(text);
-      return;
-    }
+    if (!ShiftIn(text).empty()) return Shift(text, Lowered(rest).ends_with("end"));
     Other(text, word);
+  }
+
+  /// One state holds seam tracking, touch offsets and the soft servo: the end of one is taken for
+  /// the end of all only if the program uses no other.
+  void Shift(std::string_view text, bool ends) {
+    if (ends && around_.shifts->size() > 1) return;
+    Step& step = Add(StepKind::kShift);
+    if (!ends) step.setting.unknown = std::string(text);
   }
 
   /// `UTOOL_NUM=2`, `UTOOL_NUM[GP1]=R[5]`.
@@ -191,21 +205,9 @@ class Lowering {
     Add(StepKind::kLabel).label = std::move(label);
   }
 
-  void Call(std::string_view name) {
-    const std::string capitals = Capitals(name);
-    if (around_.programs->contains(capitals)) {
-      Add(StepKind::kCall).label = capitals;
-    } else {
-      Unknown(fmt::format("{}, which is in none of the files", name));
-    }
-  }
+  void Call(std::string_view name) { Add(StepKind::kCall).label = Capitals(name); }
 
   void LosePosture(std::string why) { Add(StepKind::kPostureLost).reason = std::move(why); }
-
-  void Unknown(const std::string& by) {
-    Add(StepKind::kSetLoad).setting.unknown = "may be changed by " + by;
-    LosePosture("the robot may be moved by " + by);
-  }
 
   /// The rest of an IF: `condition,action`, `condition,action,ELSE,action`, `(condition) THEN`.
   void If(std::string_view rest, int depth) {
@@ -385,6 +387,13 @@ void FindAssigned(const std::vector<Statement>& statements, const std::string& f
           fmt::format("{} {}", written.key, number ? std::to_string(*number) : std::string("*")),
           fmt::format("{}:{}", file, statement.place.line));
     }
+  }
+}
+
+void FindShifts(const std::vector<Statement>& statements, std::set<std::string>& shifts) {
+  for (const Statement& statement : statements) {
+    std::string shift = ShiftIn(statement.text);
+    if (!shift.empty()) shifts.insert(std::move(shift));
   }
 }
 

@@ -18,26 +18,29 @@ using Assigned = std::map<std::string, std::string>;
 void FindAssigned(const std::vector<Statement>& statements, const std::string& file,
                   Assigned& assigned);
 
+/// Displacements of all targets that the programs use: "TRACK", "SOFTFLOAT".
+void FindShifts(const std::vector<Statement>& statements, std::set<std::string>& shifts);
+
 /// What the statements of one program refer to.
 struct Surroundings {
   const PointNumbers* points = nullptr;
-  const std::set<std::string>* programs = nullptr;  ///< names of all programs, in capitals
+  const std::set<std::string>* shifts = nullptr;  ///< see FindShifts()
   const Assigned* assigned = nullptr;
 };
 
 /// Appends the steps to `routine`. Marks in `program` the points that a computed index may mean,
 /// and adds remarks about motions that are disabled.
 ///
-/// A program or macro that was not given may select another payload and move the robot: both are
-/// unknown after it. It may select another tool and frame, too, but each point states those that it
-/// was taught in, and the controller refuses to execute it in others (alarms INTP-250 and INTP-252,
-/// unless $MCR.$UFRCHK switches the check off [industrialmonitordirect.com]). So a selection that
-/// is still right needs no more, and one that is not is seen as a difference from the point.
+/// A program or macro that was not given is a call to what is in none of the files. It may select
+/// another tool and frame, too, but each point states those that it was taught in, and the
+/// controller refuses to execute it in others (alarms INTP-250 and INTP-252, unless $MCR.$UFRCHK
+/// switches the check off [industrialmonitordirect.com]). So a selection that is still right needs
+/// no more, and one that is not is seen as a difference from the point.
 ///
 /// Special motions, whose end is not the taught place: search
 /// (Skip, SkipJump, Search), INC, COORD (a place on a positioner), RTCP (a tool that stands in the
 /// cell). Weaving and arc welding ride on the taught path and change no target; seam tracking
-/// (TRACK) and Touch Offset displace all targets until they end.
+/// (TRACK), Touch Offset and SOFTFLOAT move the robot off all targets until they end.
 void ReadRoutine(const std::vector<Statement>& statements, const Surroundings& around,
                  Program& program, Routine& routine);
 

@@ -65,9 +65,6 @@ void Names::ReadAssignment(const Statement& statement, std::size_t module,
         statement.HasWord(0, "EXT") || statement.HasWord(0, "EXTFCT")) {
       continue;
     }
-    if (!FindRoutine(module, name) && missing_routine_.empty() && !Find(name, module, routine)) {
-      missing_routine_ = name;
-    }
     const std::size_t end = statement.Behind(i + 1, statement.size());
     for (std::size_t begin = i + 2; begin < end;) {
       const std::size_t next = statement.Find(',', begin, end);
@@ -102,45 +99,27 @@ void Names::ReadAssignments(const std::vector<LineIndex>& lines) {
 
 void Names::MarkUntouchable() {
   Program& program = reading_.program;
-  // Whoever gives both folders of an archive, and everything that is called from there, has given
-  // all modules that can name a public point.
-  bool system = false, programs = false;
-  for (const SourceFile& file : program.files) {
-    std::string name = Lowered(file.name);
-    std::ranges::replace(name, '\\', '/');
-    system = system || name.find("r1/system/") != std::string::npos;
-    programs = programs || name.find("r1/program/") != std::string::npos;
-  }
-  const bool complete = system && programs && missing_routine_.empty();
   for (std::size_t v = 0; v < variables_.size(); ++v) {
     const Variable& variable = variables_[v];
     const Module& module = modules_[variable.module];
     for (const auto& entry : variable.values) {
       const std::string& path = entry.first;
       const Value& value = entry.second;
-      if (!value.point || !program.points[*value.point].untouchable.empty()) continue;
+      if (!value.point) continue;
+      if (variable.shared) program.points[*value.point].visible_to = Visibility::kController;
+      if (!program.points[*value.point].untouchable.empty()) continue;
       std::string& reason = program.points[*value.point].untouchable;
       const bool in_data = module.dat && value.place.file == *module.dat;
       const auto other = std::ranges::find_if(variable.writes, [&](const Write& write) {
         if (matches_left_ == 0) return true;
         --matches_left_;
-        return Overlap(write.path, path) &&
-               !(write.literal && write.path == path && write.place.line == value.place.line &&
-                 write.place.file == value.place.file);
+        return Overlap(write.path, path) && !write.Makes(path, value);
       });
       if (variable.parameter) {
         reason = "it is assigned to a parameter of the routine";
       } else if (other != variable.writes.end()) {
         reason = fmt::format("{} is assigned while the program runs, at {}", variable.name + path,
                              Shown(other->place));
-      } else if (variable.shared && !complete) {
-        reason = fmt::format(
-            "module {} is public, and other programs of the controller may use this point: give "
-            "the folders KRC/R1/Program and KRC/R1/System of its archive{}",
-            module.name,
-            missing_routine_.empty() || !(system && programs)
-                ? ""
-                : fmt::format(", also with the routine {}", missing_routine_));
       } else if (in_data && !variable.shared && !module.src) {
         reason = fmt::format("{} was not given, which holds the motions to this point: give {}.src",
                              module.name + ".src", module.name);

@@ -151,17 +151,31 @@ const Write* Names::WriteTo(std::size_t variable, const std::string& path) const
   return nullptr;
 }
 
+const Value* Names::ConstantValueOf(const Reference& reference, const Write*& write) const {
+  write = nullptr;
+  if (!reference.variable || !reference.component.empty()) return nullptr;
+  const Variable& variable = variables_[*reference.variable];
+  const Value* const value = ValueAt(*reference.variable, reference.path);
+  if (value == nullptr || variable.parameter) return nullptr;
+  for (const Write& one : variable.writes) {
+    if (matches_left_ == 0) return nullptr;
+    --matches_left_;
+    if (!Overlap(one.path, reference.path) || one.Makes(reference.path, *value)) continue;
+    write = &one;
+    return nullptr;
+  }
+  return value;
+}
+
 std::optional<std::int64_t> Names::WholeNumber(const Statement& statement, std::size_t module,
                                                std::optional<std::size_t> routine,
                                                std::size_t begin, std::size_t end) const {
   if (end != begin + 1) return std::nullopt;
   const Token& token = statement.tokens[begin];
   if (token.kind != Token::Kind::kWord) return WholeNumberIn(token.text);
-  const auto variable = Find(token.text, module, routine);
-  if (!variable || variables_[*variable].parameter || WriteTo(*variable, "") != nullptr) {
-    return std::nullopt;
-  }
-  const Value* const value = ValueAt(*variable, "");
+  const Reference variable{Find(token.text, module, routine), std::string(token.text), "", ""};
+  const Write* write = nullptr;
+  const Value* const value = ConstantValueOf(variable, write);
   return value == nullptr ? std::nullopt : WholeNumberIn(value->text);
 }
 

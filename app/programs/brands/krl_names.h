@@ -36,6 +36,12 @@ struct Write {
   std::string path;
   Place place;
   bool literal = false;  ///< of an aggregate that became a Value
+
+  /// True if this assignment is where the value of the part is written.
+  bool Makes(const std::string& part, const Value& value) const {
+    return literal && path == part && place.line == value.place.line &&
+           place.file == value.place.file;
+  }
 };
 
 /// A variable; its parts are named by paths.
@@ -81,10 +87,6 @@ class Names {
   std::optional<std::size_t> ModuleOf(std::size_t file) const { return module_of_file_[file]; }
   /// The routine with this name as seen from a module; nullopt if it was not given.
   std::optional<std::size_t> FindRoutine(std::size_t module, std::string_view name) const;
-  /// A routine that the given programs call and that is neither given nor part of the system;
-  /// empty if there is none.
-  const std::string& missing_routine() const { return missing_routine_; }
-
   /// The variable and part that the tokens from `at` name; `at` is moved behind them.
   Reference TakeReference(const Statement& statement, std::size_t module,
                           std::optional<std::size_t> routine, std::size_t& at) const;
@@ -94,6 +96,9 @@ class Names {
   const Value* GlobalValue(std::string_view name, const std::string& path) const;
   /// The first assignment of the running program to this part, to one around it or in it.
   const Write* WriteTo(std::size_t variable, const std::string& path) const;
+  /// The value that a reference has all the time: a single one is written, and no other assigned.
+  /// Null if there is none; `write` is then the assignment that changes it, if that is the reason.
+  const Value* ConstantValueOf(const Reference& reference, const Write*& write) const;
   std::optional<std::size_t> Global(std::string_view name) const;
   /// A whole number that is written out, or a variable that has this value all the time.
   std::optional<std::int64_t> WholeNumber(const Statement& statement, std::size_t module,
@@ -136,7 +141,6 @@ class Names {
   std::unordered_map<std::string, std::size_t> globals_, global_routines_;
   std::vector<std::pair<std::string, Statement>> imports_;
   std::unordered_map<std::string, std::map<std::string, std::string>> structures_;
-  std::string missing_routine_;
   mutable std::size_t matches_left_ = 4000000;  ///< bound of the time for elements that vary
 };
 

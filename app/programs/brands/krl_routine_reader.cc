@@ -4,6 +4,33 @@
 
 namespace plumbline::programs::krl {
 
+namespace {
+
+/// Functions of the KR C4 that limit the torques of the drives, so that the axes yield
+/// [industrialmonitordirect.com, KUKA joint torque control]; the KR C2 has $TORQUE_AXIS for that.
+constexpr std::string_view kSoftens = "SET_TORQUE_LIMITS", kStiffens = "RESET_TORQUE_LIMITS";
+
+}  // namespace
+
+void RoutineReader::FindShifts() {
+  for (const Variable& variable : names_.variables()) {
+    uses_soft_servo_ |= SameWord(variable.name, "$TORQUE_AXIS") && !variable.writes.empty();
+    uses_stationary_ |= SameWord(variable.name, "$IPO_MODE") && !variable.writes.empty();
+    for (const auto& [path, value] : variable.values) {
+      uses_stationary_ |= path.ends_with(".ipo_frame") && SameWord(value.text, "#TCP");
+    }
+  }
+  for (const Module& module : names_.modules()) {
+    if (!module.src) continue;
+    ForStatements(program_.files[*module.src], *module.src, lines_[*module.src],
+                  [&](const Statement& statement) {
+                    for (std::size_t at = 0; at < statement.size(); ++at) {
+                      uses_soft_servo_ |= statement.HasWord(at, kSoftens);
+                    }
+                  });
+  }
+}
+
 void RoutineReader::OpenRoutine(std::size_t routine) {
   routine_ = routine;
   blocks_.clear();
@@ -181,15 +208,9 @@ void RoutineReader::ReadInterrupt(const Statement& statement) {
   if (!statement.HasAnyWord(action) || !statement.Has(action + 1, '(')) return;
   const std::string_view name = statement.tokens[action].text;
   if (IsSystemRoutine(name)) return;
-  if (const auto routine = names_.FindRoutine(module_, name)) {
-    asynchronous_.insert(*routine);
-  } else {
-    program_.remarks.push_back(
-        {statement.place(),
-         fmt::format("the routine {} was not given and is assumed to leave tool, base and load as "
-                     "they are: give its module",
-                     name)});
-  }
+  const auto routine = names_.FindRoutine(module_, name);
+  Emit(StepKind::kEnableInterrupt, statement.place()).label =
+      routine ? program_.routines[*routine].name : std::string(name);
 }
 
 void RoutineReader::Call(const Statement& statement, std::string_view name) {
@@ -199,13 +220,14 @@ void RoutineReader::Call(const Statement& statement, std::string_view name) {
     fdat_.reset();
     return;
   }
-  if (IsSystemRoutine(name)) return;
-  const std::string why =
-      fmt::format("the routine {} was not given and may change it: give its module", name);
-  for (const StepKind kind : {StepKind::kSetTool, StepKind::kSetBase, StepKind::kSetLoad}) {
-    Set(kind, statement.place(), {"", why});
+  if (SameWord(name, kSoftens) || SameWord(name, kStiffens)) {
+    Shift(statement.place(),
+          SameWord(name, kSoftens) ? fmt::format("soft servo ({}())", kSoftens) : "",
+          uses_stationary_);
+    return;
   }
-  Emit(StepKind::kPostureLost, statement.place());
+  if (IsSystemRoutine(name)) return;
+  Jump(StepKind::kCall, std::string(name), statement.place());
   fdat_.reset();
 }
 
@@ -263,7 +285,14 @@ void RoutineReader::Apply(const Statement& statement, const Frames& frames) {
   if (frames.tool) Set(StepKind::kSetTool, place, *frames.tool);
   if (frames.base) Set(StepKind::kSetBase, place, *frames.base);
   if (frames.load) Set(StepKind::kSetLoad, place, *frames.load);
-  if (frames.stationary) Set(StepKind::kShift, place, {"", *frames.stationary});
+  if (frames.stationary) Shift(place, *frames.stationary, uses_soft_servo_);
+}
+
+/// One state holds the stationary tool and the soft servo: the end of one is taken for the end of
+/// both only if the program does not use the other.
+void RoutineReader::Shift(Place place, std::string why, bool uses_other) {
+  if (why.empty() && uses_other) return;
+  Set(StepKind::kShift, place, {"", std::move(why)});
 }
 
 void RoutineReader::ReadBas(const Statement& statement) {
@@ -315,8 +344,12 @@ void RoutineReader::ReadAssignment(const Statement& statement, std::size_t equal
         whole ? settings_.LoadIn(statement, module_, routine_, begin, end) : part_assigned());
   } else if (SameWord(left.name, "$IPO_MODE")) {
     const bool ordinary = SameWord(text, "#BASE");
-    Set(StepKind::kShift, place,
-        {"", ordinary ? "" : "external TCP: the tool may be stationary ($IPO_MODE=" + text + ")"});
+    Shift(place,
+          ordinary ? "" : "external TCP: the tool may be stationary ($IPO_MODE=" + text + ")",
+          uses_soft_servo_);
+  } else if (SameWord(left.name, "$TORQUE_AXIS")) {
+    Shift(place, WholeNumberIn(text) == 0 ? "" : "soft servo ($TORQUE_AXIS=" + text + ")",
+          uses_stationary_);
   } else if (SameWord(left.name, "FDAT_ACT")) {
     std::size_t behind = begin;
     if (whole && statement.HasAnyWord(begin)) {

@@ -49,8 +49,9 @@ class RoutineReader {
            bool calls = true);
   void Call(const Statement& statement, std::string_view name);
   void Apply(const Statement& statement, const Frames& frames);
-  void Insert(std::size_t routine, const std::vector<std::size_t>& handlers);
   void FinishInterrupts();
+  void FindShifts();
+  void Shift(Place place, std::string why, bool uses_other);
   void FindStarts();
 
   Step& Emit(StepKind kind, Place place) {
@@ -82,11 +83,11 @@ class RoutineReader {
   std::optional<Frames> fdat_;    ///< what FDAT_ACT holds, if this is known here
   std::optional<Motion> spline_;  ///< settings of the spline block
   bool in_spline_ = false;
+  bool uses_stationary_ = false, uses_soft_servo_ = false;  ///< any of the files
   std::set<std::int64_t> active_;  ///< interrupts that are on and may end a motion early
   std::unordered_map<std::int64_t, std::size_t> handlers_;
   std::unordered_set<std::size_t> abandoning_;  ///< routines with RESUME, which abandons the motion
   std::unordered_set<std::size_t> interrupted_;  ///< routines called while such an interrupt is on
-  std::set<std::size_t> asynchronous_;           ///< routines of interrupts and triggers
   std::unordered_set<std::size_t> used_;         ///< points other than as targets
   static constexpr std::size_t kMostAlternatives = 200000;
   std::size_t alternatives_left_ = kMostAlternatives;

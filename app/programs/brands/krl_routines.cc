@@ -9,6 +9,7 @@ namespace plumbline::programs::krl {
 
 void RoutineReader::Read() {
   FindInterrupts();
+  FindShifts();
   for (module_ = 0; module_ < names_.modules().size(); ++module_) {
     const Module& module = names_.modules()[module_];
     // What BAS() does is known (Settings).
@@ -64,7 +65,6 @@ void RoutineReader::FindInterrupts() {
 }
 
 void RoutineReader::FinishInterrupts() {
-  // Which routines change what a motion depends on, themselves or through those they call.
   std::unordered_map<std::string, std::size_t> by_name;
   for (std::size_t r = 0; r < program_.routines.size(); ++r) {
     by_name.try_emplace(program_.routines[r].name, r);
@@ -91,49 +91,6 @@ void RoutineReader::FinishInterrupts() {
       }
     }
   }
-  std::vector<std::size_t> disturbing;
-  for (const std::size_t handler : asynchronous_) {
-    const auto reached = reached_from({handler});
-    const bool disturbs = std::ranges::any_of(reached, [&](std::size_t r) {
-      return std::ranges::any_of(program_.routines[r].steps, [](const Step& step) {
-        return step.kind == StepKind::kMotion || step.kind == StepKind::kSetTool ||
-               step.kind == StepKind::kSetBase || step.kind == StepKind::kSetLoad ||
-               step.kind == StepKind::kShift;
-      });
-    });
-    if (disturbs) disturbing.push_back(handler);
-  }
-  if (disturbing.empty()) return;
-  const auto all_reached = reached_from(asynchronous_);
-  for (std::size_t r = 0; r < program_.routines.size(); ++r) {
-    if (!all_reached.contains(r)) Insert(r, disturbing);
-  }
-}
-
-/// Any of the handlers may run in front of each motion.
-void RoutineReader::Insert(std::size_t routine, const std::vector<std::size_t>& handlers) {
-  std::vector<Step> steps;
-  for (Step& step : program_.routines[routine].steps) {
-    for (const std::size_t handler : handlers) {
-      if (step.kind != StepKind::kMotion) break;
-      if (alternatives_left_ == 0) return;
-      --alternatives_left_;
-      const std::string label = NewLabel();
-      Step part;
-      part.place = step.place;
-      part.kind = StepKind::kBranch;
-      part.label = label;
-      steps.push_back(part);
-      part.kind = StepKind::kCall;
-      part.label = program_.routines[handler].name;
-      steps.push_back(part);
-      part.kind = StepKind::kLabel;
-      part.label = label;
-      steps.push_back(part);
-    }
-    steps.push_back(std::move(step));
-  }
-  program_.routines[routine].steps = std::move(steps);
 }
 
 void RoutineReader::FindStarts() {
@@ -146,7 +103,7 @@ void RoutineReader::FindStarts() {
   std::vector<bool> called(program_.routines.size()), reached(program_.routines.size());
   const auto callees = [&](std::size_t r, const auto& visit) {
     for (const Step& step : program_.routines[r].steps) {
-      if (step.kind != StepKind::kCall) continue;
+      if (step.kind != StepKind::kCall && step.kind != StepKind::kEnableInterrupt) continue;
       if (const auto found = by_name.find(step.label); found != by_name.end()) visit(found->second);
     }
   };

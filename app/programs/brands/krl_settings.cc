@@ -184,12 +184,9 @@ Setting Settings::Load(std::optional<std::int64_t> number) const {
 
 std::optional<std::int64_t> Settings::WholeNumberAt(const Reference& record,
                                                     std::string_view member) const {
-  const std::string path = record.path + std::string(member);
-  if (!record.variable || names_.variable(*record.variable).parameter ||
-      names_.WriteTo(*record.variable, path) != nullptr) {
-    return std::nullopt;
-  }
-  const Value* const value = names_.ValueAt(*record.variable, path);
+  const Reference part{record.variable, record.name, record.path + std::string(member), ""};
+  const Write* write = nullptr;
+  const Value* const value = names_.ConstantValueOf(part, write);
   return value == nullptr ? std::nullopt : WholeNumberIn(value->text);
 }
 
@@ -246,20 +243,15 @@ std::optional<Pose> Settings::Constant(const Statement& statement, std::size_t m
   if (begin < end && statement.HasAnyWord(begin)) {
     if (statement.HasWord(begin, "$NULLFRAME") && end == begin + 1) return Pose{};
     const Reference reference = names_.TakeReference(statement, module, routine, at);
-    if (at == end && reference.variable && reference.component.empty()) {
-      if (const Write* const write = names_.WriteTo(*reference.variable, reference.path);
-          write != nullptr && !write->literal) {
-        why = fmt::format("{} is assigned while the program runs, at {}", text,
-                          names_.Shown(write->place));
-        return std::nullopt;
-      }
-      const Value* const value = names_.ValueAt(*reference.variable, reference.path);
-      const auto X = value == nullptr ? std::nullopt : PoseOfNumbers(value->pose);
-      const bool moved = value != nullptr && value->point &&
-                         reading_.program.points[*value->point].untouchable.find(" is assigned ") !=
-                             std::string::npos;
-      if (X && !moved) return X;
+    const Write* write = nullptr;
+    const Value* const value = at == end ? names_.ConstantValueOf(reference, write) : nullptr;
+    if (write != nullptr) {
+      why = fmt::format("{} is assigned while the program runs, at {}", text,
+                        names_.Shown(write->place));
+      return std::nullopt;
     }
+    const auto X = value == nullptr ? std::nullopt : PoseOfNumbers(value->pose);
+    if (X) return X;
   }
   why = text + " is not constant";
   return std::nullopt;

@@ -49,9 +49,9 @@ std::vector<Step> Body::Run() {
   const bool main = SameWord(text_.name, "main");
   if (main) {
     // What a start from main resets; where nothing sets it, nothing needs to be said.
-    if (lowering_.Uses("gripload")) Add(StepKind::kSetExtra, place_).setting.key = "load0";
-    if (lowering_.Uses("pdispon") || lowering_.Uses("pdispset") || lowering_.Uses("eoffson") ||
-        lowering_.Uses("eoffsset")) {
+    if (lowering_.Uses("gripload")) Add(StepKind::kSetExtra, place_);
+    if (std::ranges::any_of(kShifts,
+                            [&](const Shift& one) { return lowering_.Uses(one.begins); })) {
       Add(StepKind::kShift, place_);
     }
     Label("cycle");
@@ -134,7 +134,8 @@ std::size_t Body::Section(std::size_t at) {
     if (!file_.IsWord(i)) continue;
     const std::string word = Lowered(file_.Text(i));
     handler_acts_ |= FindMotion(word) != nullptr || word == "gripload" ||
-                     StartsWithWord(word, "pdisp") || StartsWithWord(word, "eoffs") ||
+                     FindShift(word, &Shift::begins) != nullptr ||
+                     FindShift(word, &Shift::ends) != nullptr ||
                      lowering_.declarations_.FindRoutine(word, text_.scope).has_value();
   }
   return file_.IsSign(at + 1, '(') ? file_.AfterBracket(at + 1) : at + 1;
@@ -240,6 +241,23 @@ std::size_t Body::If(std::size_t at) {
   return file_.IsSign(end, ';') ? end + 1 : end;
 }
 
+/// CONNECT interrupt WITH trap
+void Body::Connect(Range statement) {
+  std::size_t at = statement.begin;
+  while (at < statement.end && !file_.IsWord(at, "WITH")) ++at;
+  if (at + 1 >= statement.end) return;
+  const std::string name(file_.Text(at + 1));
+  const auto trap = lowering_.declarations_.FindRoutine(Lowered(name), context_.scope);
+  if (!trap) {
+    Add(StepKind::kEnableInterrupt, place_, name);
+    return;
+  }
+  Instance instance;
+  instance.routine = *trap;
+  const std::string label = lowering_.Request(std::move(instance));
+  if (!label.empty()) Add(StepKind::kEnableInterrupt, place_, label);
+}
+
 void Body::Simple(Range statement) {
   const std::size_t at = statement.begin;
   if (statement.empty()) return;
@@ -270,7 +288,7 @@ void Body::Simple(Range statement) {
       Halt();
     }
   } else if (file_.IsWord(at, "CONNECT")) {
-    return;
+    Connect(statement);
   } else if (file_.IsSign(at, '%')) {
     CallLate(statement);
   } else if (file_.IsWord(at)) {

@@ -41,6 +41,7 @@ class Body {
   std::size_t Section(std::size_t at);
   std::size_t If(std::size_t at);
   void Simple(Range statement);
+  void Connect(Range statement);
   void Instruction(Range statement);
   void Move(const MotionInstruction& instruction, Range statement,
             const std::vector<Argument>& arguments);
@@ -48,6 +49,8 @@ class Body {
                   const std::vector<Range>& required, std::size_t after_targets);
   void SetState(const std::string& name, Range statement, const std::vector<Argument>& arguments);
   void CallLate(Range statement);
+  void CallMissing(std::string name);
+  void CallNamed(Range name);
   void Call(std::size_t routine, const std::vector<Argument>& arguments, const Place& place);
   Binding BindingOf(const Parameter& parameter, const RoutineText& routine, Range value);
   /// All points in an expression are used for `reason`; functions in it are called.

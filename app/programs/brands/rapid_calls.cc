@@ -33,7 +33,7 @@ void Body::CallLate(Range statement) {
   for (const Argument& argument : arguments) {
     UseAll(argument.value, "passed to a routine whose name is known only at run time");
   }
-  Add(StepKind::kPostureLost, place_);
+  CallMissing(std::string(file_.Text(statement.begin, std::min(close + 1, statement.end))));
   MayFail();
 }
 
@@ -109,7 +109,7 @@ void Body::Call(std::size_t index, const std::vector<Argument>& arguments, const
         lowering_.Use(point, place, fmt::format("passed to {}", routine.name), steps_);
       }
     }
-    Add(StepKind::kPostureLost, place);
+    Add(StepKind::kCall, place, routine.name);
   }
   MayFail();
 }

@@ -147,6 +147,16 @@ Designator DesignatorAt(const TokenFile& file, std::size_t at, std::size_t end) 
   return result;
 }
 
+namespace {
+
+/// Marks the points in a value that other modules can name.
+void Show(const Value& value, Visibility to, Program& program) {
+  if (value.point) program.points[*value.point].visible_to = to;
+  for (const Value& part : value.parts) Show(part, to, program);
+}
+
+}  // namespace
+
 Declarations::Declarations(const std::deque<TokenFile>& files, Program& program) {
   records_ = {
       {"robtarget",
@@ -170,6 +180,9 @@ Declarations::Declarations(const std::deque<TokenFile>& files, Program& program)
     if (!one.value) continue;
     AttachPoints(*one.value);
     NamePoints(*one.value, one.type, one.dimensions, one.name, program);
+    if (one.scope.routine != kNowhere || one.scope.local) continue;
+    Show(*one.value,
+         one.persistent && !one.scope.task ? Visibility::kController : Visibility::kTask, program);
   }
 }
 
@@ -205,6 +218,7 @@ void Declarations::ReadFile(const TokenFile& file) {
       ++i;
     } else if (IsWordOf(file, i, {"LOCAL", "TASK", "GLOBAL"})) {
       scope.local = file.IsWord(i, "LOCAL");
+      scope.task = file.IsWord(i, "TASK");
       ++i;
       continue;
     } else if (IsWordOf(file, i, {"CONST", "PERS", "VAR"})) {
@@ -216,7 +230,7 @@ void Declarations::ReadFile(const TokenFile& file) {
     } else {
       ++i;
     }
-    scope.local = false;
+    scope.local = scope.task = false;
   }
 }
 
@@ -236,6 +250,7 @@ std::size_t Declarations::ReadRecord(const TokenFile& file, std::size_t at) {
 std::size_t Declarations::ReadData(const TokenFile& file, std::size_t at, Scope scope) {
   Data one;
   one.constant = file.IsWord(at, "CONST");
+  one.persistent = file.IsWord(at, "PERS");
   one.type = Lowered(file.Text(at + 1));
   one.name = std::string(file.Text(at + 2));
   one.place = file.PlaceOf(at + 2);

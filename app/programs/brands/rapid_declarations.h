@@ -59,12 +59,13 @@ struct Scope {
   std::size_t module = kNowhere;
   std::size_t routine = kNowhere;  ///< kNowhere: declared in the module
   bool local = false;
+  bool task = false;  ///< TASK PERS: not shared with other tasks
 };
 
 struct Data {
   std::string name;
   std::string type;  ///< lower case
-  bool constant = false;
+  bool constant = false, persistent = false;
   int dimensions = 0;
   Scope scope;
   Place place;
@@ -108,6 +109,7 @@ class Declarations {
   /// declare it and none of them is this one.
   std::optional<std::size_t> FindData(const std::string& name, const Scope& from) const;
   std::optional<std::size_t> FindRoutine(const std::string& name, const Scope& from) const;
+  bool DeclaresRoutine(const std::string& name) const { return routines_by_name_.contains(name); }
 
   /// The robtarget or jointtarget that is written at a `[`.
   std::optional<std::size_t> PointAt(const TokenFile& file, std::size_t token) const;

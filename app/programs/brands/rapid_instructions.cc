@@ -24,15 +24,15 @@ constexpr MotionInstruction kMotions[] = {
     {"movejao", kJ},
     {"movejdo", kJ},
     {"movejgo", kJ},
-    {"movejsync", kJ},
+    {"movejsync", kJ, 0, 3, "", true},
     {"movelao", kL},
     {"moveldo", kL},
     {"movelgo", kL},
-    {"movelsync", kL},
+    {"movelsync", kL, 0, 3, "", true},
     {"movecao", kC, 0, 4},
     {"movecdo", kC, 0, 4},
     {"movecgo", kC, 0, 4},
-    {"movecsync", kC, 0, 4},
+    {"movecsync", kC, 0, 4, "", true},
     {"triggj", kJ, 0, 4},
     {"triggabsj", kJ, 0, 4},
     {"triggjios", kJ},
@@ -127,6 +127,11 @@ const MotionInstruction* FindMotion(std::string_view name) {
   const auto found = std::find_if(std::begin(kMotions), std::end(kMotions),
                                   [&](const MotionInstruction& one) { return one.name == name; });
   return found == std::end(kMotions) ? nullptr : found;
+}
+
+const Shift* FindShift(std::string_view name, std::string_view Shift::*side) {
+  const auto found = std::ranges::find(kShifts, name, side);
+  return found == kShifts.end() ? nullptr : &*found;
 }
 
 bool StaysInPlace(std::string_view name) {

@@ -48,8 +48,14 @@ void Body::Instruction(Range statement) {
     UseAll(argument.value,
            fmt::format("passed to {}, which is not in these files", file_.Text(statement.begin)));
   }
-  Add(StepKind::kPostureLost, place_);
+  CallMissing(std::string(file_.Text(statement.begin)));
   MayFail();
+}
+
+/// A name that several modules declare means no routine of these files either.
+void Body::CallMissing(std::string name) {
+  if (lowering_.declarations_.DeclaresRoutine(Lowered(name))) name += " (declared several times)";
+  Add(StepKind::kCall, place_, name);
 }
 
 bool Body::Given(const Argument& argument) const {
@@ -110,8 +116,6 @@ Motion Body::MotionOf(const MotionInstruction& instruction, const std::vector<Ar
     motion.special = "the robot moves the work object along a stationary tool";
   } else if (Optional(arguments, "corr") != nullptr || Optional(arguments, "track") != nullptr) {
     motion.special = "a sensor guides the motion";
-  } else if (Optional(arguments, "weave") != nullptr) {
-    motion.special = "weaving";
   }
   return motion;
 }
@@ -166,14 +170,30 @@ void Body::Move(const MotionInstruction& instruction, Range statement,
     if (!next.empty()) Label(next);
   }
   if (count > 1) Label(end);
+  if (instruction.calls_procedure) CallNamed(required.back());
   MayFail();
+}
+
+/// The procedure that MoveLSync and its like execute at the end of the motion.
+void Body::CallNamed(Range name) {
+  std::string_view text = file_.Text(name.begin);
+  const bool literal = name.end == name.begin + 1 && file_[name.begin].kind == TokenKind::kText;
+  if (!literal || text.size() < 2) {
+    CallMissing(std::string(file_.Text(name.begin, name.end)));
+    return;
+  }
+  text = text.substr(1, text.size() - 2);
+  text.remove_prefix(text.find(':') + 1);  // "MODULE:PROCEDURE"
+  const auto routine = lowering_.declarations_.FindRoutine(Lowered(text), context_.scope);
+  if (routine) {
+    Call(*routine, {}, place_);
+  } else {
+    CallMissing(std::string(text));
+  }
 }
 
 void Body::SetState(const std::string& name, Range statement,
                     const std::vector<Argument>& arguments) {
-  const auto uses_any = [&](std::string_view a, std::string_view b) {
-    return lowering_.Uses(a) || lowering_.Uses(b);
-  };
   const bool on = Optional(arguments, "off") == nullptr;
   if (name == "confj") free_j_ = lowering_.free_posture_j_ || !on;
   if (name == "confl") free_l_ = lowering_.free_posture_l_ || !on;
@@ -183,20 +203,20 @@ void Body::SetState(const std::string& name, Range statement,
     MayFail();
     return;
   }
-  // One state holds both displacements: the end of one is the end of both only if the program
-  // does not use the other.
-  if (name == "pdispoff" || name == "eoffsoff") {
-    const bool other =
-        name == "pdispoff" ? uses_any("eoffson", "eoffsset") : uses_any("pdispon", "pdispset");
+  if (const Shift* const ends = FindShift(name, &Shift::ends)) {
+    // One state holds all of them: the end of one is the end of all only if the program uses no
+    // other.
+    const bool other = std::ranges::any_of(kShifts, [&](const Shift& one) {
+      return one.ends != ends->ends && lowering_.Uses(one.begins);
+    });
     if (!other) Add(StepKind::kShift, place_);
     return;
   }
-  if (name == "pdispon" || name == "pdispset" || name == "eoffson" || name == "eoffsset") {
-    Add(StepKind::kShift, place_).setting.unknown =
-        fmt::format("{} displaces all targets", file_.Text(statement.begin));
+  if (const Shift* const begins = FindShift(name, &Shift::begins)) {
+    const std::string_view text = file_.Text(statement.begin);
+    Add(StepKind::kShift, place_).setting.unknown = fmt::format("{} {}", text, begins->what);
     for (const Argument& argument : arguments) {
-      UseAll(argument.value,
-             fmt::format("{} measures a displacement from it", file_.Text(statement.begin)));
+      UseAll(argument.value, fmt::format("{} measures a displacement from it", text));
     }
     MayFail();
     return;

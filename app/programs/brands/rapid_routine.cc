@@ -124,7 +124,9 @@ void Lowering::LowerAll() {
   const auto& routines = declarations_.routines;
   // main, then what interrupts start, then what nobody calls, then what only calls itself.
   for (std::size_t i = 0; i < routines.size(); ++i) {
-    if (SameWord(routines[i].name, "main")) start(i);
+    if (!SameWord(routines[i].name, "main")) continue;
+    program_.has_main = true;
+    start(i);
   }
   for (std::size_t i = 0; i < routines.size(); ++i) {
     if (routines[i].trap) start(i);

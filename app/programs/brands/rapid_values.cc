@@ -57,7 +57,6 @@ Values::Values(const Declarations& declarations, Program& program)
   program_.tools["tool0"] = {};
   program_.bases["wobj0"] = {};
   program_.tools["tool0"].load = LoadValue{0.001, Vec3(0, 0, 1e-6)};
-  program_.loads["load0"] = LoadValue{0.001, Vec3(0, 0, 1e-6), true};
 }
 
 std::string Values::At(const Place& place) const {
@@ -322,8 +321,8 @@ Setting Values::SettingOf(Range range, const std::string& type, const Context& c
     if (ParameterOf(designator.name, context) != nullptr) {
       return {"", fmt::format("{} is a parameter whose argument is not known", text)};
     }
-    const bool built_in =
-        designator.name == "tool0" || designator.name == "wobj0" || designator.name == "load0";
+    const bool built_in = designator.name == "tool0" || designator.name == "wobj0";
+    if (designator.name == "load0") return {};
     return {built_in ? designator.name : text, ""};
   }
   const Data& data = declarations_.data[part->data];

@@ -13,7 +13,8 @@ enum class FunctionKind {
   kSetting,   ///< of the tool or the load
   kShift,     ///< begins or ends a displacement of all targets
   kHarmless,  ///< moves nothing
-  kOther,     ///< moves the robot to where the file does not say, or is none of the language
+  kMoves,     ///< moves the robot to where the file does not say
+  kOther,     ///< none of the language: a routine that was not given
 };
 
 FunctionKind KindOf(std::string_view function);

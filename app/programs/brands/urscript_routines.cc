@@ -16,6 +16,7 @@ namespace {
 
 /// Steps for alternatives, in a file; beyond, a motion is reported as computed.
 constexpr std::size_t kMostAlternativeSteps = 100'000;
+constexpr int kMostParts = 50;  ///< of a name: tables[1][2].pick
 
 class Lowering {
  public:
@@ -41,8 +42,8 @@ class Lowering {
   };
 
   void NameLiterals();
-  void NameLiterals(std::size_t expr, const std::string& name);
-  void FindEffects();
+  void NameLiterals(std::size_t expr, const std::string& name, int depth);
+  void FindCalled();
   void Read(const Statement& statement);
   void Close();
   void Visit(std::size_t expr);
@@ -79,8 +80,8 @@ class Lowering {
   Program& program_;
   std::vector<Routine> routines_;
   std::vector<Block> blocks_;
-  std::vector<std::string> names_;  ///< of the literals
-  std::vector<bool> acts_, called_;
+  std::vector<std::string> names_;             ///< of the literals
+  std::vector<bool> called_;                   ///< by another routine
   std::map<std::size_t, std::size_t> points_;  ///< of the literals
   std::vector<Note> late_notes_;
   std::size_t now_ = 0;
@@ -118,15 +119,20 @@ std::string Lowering::LabelOf(std::size_t routine) const {
                      values_.RoutineNamed(name) == routine ? "" : fmt::format(" ({})", routine));
 }
 
-void Lowering::NameLiterals(std::size_t expr, const std::string& name) {
+/// Names the poses and lists in an expression by the variable or call that they are a part of.
+void Lowering::NameLiterals(std::size_t expr, const std::string& name, int depth) {
   const Expr& of = syntax_.exprs[expr];
-  if (of.kind == ExprKind::kPose || of.kind == ExprKind::kList) names_[expr] = name;
-  if (of.kind != ExprKind::kList) return;
+  const bool call = of.kind == ExprKind::kCall, list = of.kind == ExprKind::kList;
+  if (of.kind == ExprKind::kPose || list) names_[expr] = name;
+  if (depth > kMostParts || of.kind == ExprKind::kPose) return;
   for (std::size_t i = 0; i < of.parts.size(); ++i) {
-    const ExprKind kind = syntax_.exprs[of.parts[i]].kind;
-    if (kind == ExprKind::kPose || kind == ExprKind::kList) {
-      NameLiterals(of.parts[i], fmt::format("{}[{}]", name, i));
-    }
+    if (syntax_.exprs[of.parts[i]].kind == ExprKind::kNumber) continue;
+    const bool named = call && i < of.part_names.size() && !of.part_names[i].empty();
+    NameLiterals(of.parts[i],
+                 list    ? fmt::format("{}[{}]", name, i)
+                 : named ? fmt::format("{}.{}", name, of.part_names[i])
+                         : name,
+                 depth + 1);
   }
 }
 
@@ -134,36 +140,17 @@ void Lowering::NameLiterals() {
   names_.resize(syntax_.exprs.size());
   for (const Statement& statement : syntax_.statements) {
     if (statement.kind == StatementKind::kAssign && statement.expr != kNone) {
-      NameLiterals(statement.expr, std::string(statement.name));
+      NameLiterals(statement.expr, std::string(statement.name), 0);
     }
   }
 }
 
-/// Routines that move the robot or change its settings, themselves or by calls.
-void Lowering::FindEffects() {
-  acts_.assign(syntax_.routines.size(), false);
+void Lowering::FindCalled() {
   called_.assign(syntax_.routines.size(), false);
-  std::vector<std::vector<std::size_t>> callers(syntax_.routines.size());
-  std::vector<std::size_t> open;
-  const auto mark = [&](std::size_t routine) {
-    if (acts_[routine]) return;
-    acts_[routine] = true;
-    open.push_back(routine);
-  };
   for (const Expr& expr : syntax_.exprs) {
     if (expr.kind != ExprKind::kCall) continue;
     const std::size_t callee = values_.RoutineNamed(expr.name);
-    if (callee != kNone) {
-      callers[callee].push_back(expr.routine);
-      if (callee != expr.routine) called_[callee] = true;
-    } else if (KindOf(expr.name) != FunctionKind::kHarmless) {
-      mark(expr.routine);
-    }
-  }
-  while (!open.empty()) {
-    const std::size_t routine = open.back();
-    open.pop_back();
-    for (const std::size_t caller : callers[routine]) mark(caller);
+    if (callee != kNone && callee != expr.routine) called_[callee] = true;
   }
 }
 
@@ -343,9 +330,11 @@ void Lowering::Call(std::size_t index) {
       step.setting.unknown = fmt::format("{} ({}, line {})", shift->what, call.name, call.line);
     }
   }
-  // What force control, a conveyor or an unknown function has moved is not where it was.
-  if (kind == FunctionKind::kOther || kind == FunctionKind::kShift) {
+  // What force control or a conveyor has moved is not where it was.
+  if (kind == FunctionKind::kMoves || kind == FunctionKind::kShift) {
     Add(StepKind::kPostureLost, call.line);
+  } else if (kind == FunctionKind::kOther) {
+    Add(StepKind::kCall, call.line).label = std::string(call.name);
   }
 }
 
@@ -390,18 +379,12 @@ void Lowering::Read(const Statement& statement) {
       if (!statement.name.empty()) values_.Remember(statement);
       return;
     case StatementKind::kRun: {
-      // The thread runs beside the lines that follow.
       if (statement.expr == kNone) return;
       const Expr& call = syntax_.exprs[statement.expr];
       for (const std::size_t part : call.parts) Visit(part);
       const std::size_t thread = values_.RoutineNamed(call.name);
-      if (thread == kNone || acts_[thread]) {
-        const std::string why = fmt::format("thread {} runs beside (line {})", call.name, line);
-        Add(StepKind::kPostureLost, line);
-        for (const StepKind kind : {StepKind::kSetTool, StepKind::kSetLoad}) {
-          Add(kind, line).setting.unknown = why;
-        }
-      }
+      Add(StepKind::kStartThread, line).label =
+          thread == kNone ? std::string(call.name) : LabelOf(thread);
       return;
     }
     case StatementKind::kIf: {
@@ -473,7 +456,7 @@ void Lowering::Read(const Statement& statement) {
 
 void Lowering::Run() {
   NameLiterals();
-  FindEffects();
+  FindCalled();
   for (std::size_t i = 0; i < syntax_.routines.size(); ++i) {
     const RoutineHead& head = syntax_.routines[i];
     Routine routine;
@@ -481,9 +464,8 @@ void Lowering::Run() {
     routine.place = {file_, head.line};
     // The operator starts the file; a file that only defines routines is started by those at the
     // outermost level that nothing calls.
-    routine.starts = i == 0 || head.thread ||
-                     (head.outer == 0 && !called_[i] && head.parameters.empty() &&
-                      !called_elsewhere_.contains(head.name));
+    routine.starts = i == 0 || (head.outer == 0 && !called_[i] && head.parameters.empty() &&
+                                !called_elsewhere_.contains(head.name));
     routines_.push_back(std::move(routine));
   }
   for (const Statement& statement : syntax_.statements) Read(statement);

@@ -177,9 +177,12 @@ ValuePtr Values::OfVariable(Variable& variable) {
   }
   variable.value = counts ? Unknown() : OneOf(values);
   variable.in_progress = false;
-  if (!variable.overwritten.empty() && !variable.sources.empty() &&
-      variable.sources.front() != kNone) {
-    NoteValue(variable.value, syntax_.exprs[variable.sources.front()], variable.overwritten);
+  // Once an element is assigned, the variable is none of the values that are written.
+  if (!variable.overwritten.empty()) {
+    if (!variable.sources.empty() && variable.sources.front() != kNone) {
+      NoteValue(variable.value, syntax_.exprs[variable.sources.front()], variable.overwritten);
+    }
+    variable.value = Unknown();
   }
   return variable.value;
 }
@@ -189,7 +192,8 @@ void Values::Remember(const Statement& assignment) {
   if (variable == nullptr) return;
   if (assignment.kind != StatementKind::kAssign) {
     recent_.erase(variable);
-  } else if (variable->sources.size() > 1 && assignment.expr != kNone) {
+  } else if (variable->sources.size() > 1 && assignment.expr != kNone &&
+             variable->overwritten.empty()) {
     recent_[variable] = Of(assignment.expr);
   }
 }
@@ -363,7 +367,7 @@ ValuePtr Values::OfCall(const Expr& call) {
                                    ? "counts only by its difference from another pose (pose_sub)"
                                    : fmt::format("goes into {}()", name);
     // A pose that is written into a function of the language is no place to go to.
-    if (kind == FunctionKind::kOther) {
+    if (kind == FunctionKind::kOther || kind == FunctionKind::kMoves) {
       NoteValue(value, call, reason);
     } else {
       NoteConstant(part, reason);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <deque>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace plumbline::programs {
 
@@ -25,6 +27,11 @@ constexpr const char* kSlotNames[kFacts] = {"tool",       "base",         "load"
 
 /// As the user states them at the entry of the program.
 constexpr const char* kEntryNames[kSlots] = {"tool", "base", "load", "extra", "shift"};
+
+std::string Lowered(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
 
 std::string StartedName(const Routine& routine) {
   return routine.name.empty() ? "the program" : routine.name;
@@ -104,8 +111,11 @@ class Analysis {
   }
 
   Flow Run() {
+    for (const std::string& name : entry_.harmless) harmless_.insert(Lowered(name));
     NumberNodes();
+    FindWhatMissingRoutinesSet();
     FindWhatRoutinesSet();
+    FindAsynchronous();
     Start();
     while (!queue_.empty()) {
       const std::size_t node = queue_.front();
@@ -176,6 +186,28 @@ class Analysis {
     return at == by_name_.end() ? nullptr : &at->second;
   }
 
+  static bool StartsRoutine(const Step& step) {
+    return step.kind == StepKind::kCall || step.kind == StepKind::kStartThread ||
+           step.kind == StepKind::kEnableInterrupt;
+  }
+
+  /// A call to a routine that is in none of the files, and that the user does not know to be
+  /// harmless.
+  bool CallsMissing(const Step& step) const {
+    return RoutineCalled(step) == nullptr && !harmless_.contains(Lowered(step.label));
+  }
+
+  /// The slots that a routine which is in none of the files may change.
+  void FindWhatMissingRoutinesSet() {
+    for (const Routine& routine : program_.routines) {
+      for (const Step& step : routine.steps) {
+        if (const auto slot = SlotOf(step.kind)) ever_set_ |= 1U << *slot;
+      }
+    }
+    missing_sets_ = ever_set_ | 1U << kPrevious;
+    if (program_.points_state_frames) missing_sets_ &= ~(1U << 0 | 1U << 1);
+  }
+
   /// The slots that each routine, or one that it calls, may change.
   void FindWhatRoutinesSet() {
     const std::size_t count = program_.routines.size();
@@ -184,16 +216,13 @@ class Analysis {
     std::deque<std::size_t> changed;
     for (std::size_t r = 0; r < count; ++r) {
       for (const Step& step : program_.routines[r].steps) {
-        if (const auto slot = SlotOf(step.kind)) {
-          sets_[r] |= 1U << *slot;
-          ever_set_ |= 1U << *slot;
-        }
+        if (const auto slot = SlotOf(step.kind)) sets_[r] |= 1U << *slot;
         if (step.kind != StepKind::kCall) continue;
         const std::size_t* const called = RoutineCalled(step);
-        if (called == nullptr) {
-          sets_[r] |= (1U << kFacts) - 1;
-        } else {
+        if (called != nullptr) {
           callers[*called].push_back(r);
+        } else if (CallsMissing(step)) {
+          sets_[r] |= missing_sets_;
         }
       }
       changed.push_back(r);
@@ -219,6 +248,92 @@ class Analysis {
     }
   }
 
+  /// Interrupts and threads, and the routines that run as a part of them.
+  void FindAsynchronous() {
+    const std::size_t count = program_.routines.size();
+    in_handler_.assign(count, false);
+    in_thread_.assign(count, false);
+    State none;
+    none.fill(kUnreached);
+    handlers_left_ = handlers_enter_ = made_in_threads_ = made_outside_ = none;
+    for (const Routine& routine : program_.routines) {
+      for (const Step& step : routine.steps) {
+        const bool thread = step.kind == StepKind::kStartThread;
+        if (!thread && step.kind != StepKind::kEnableInterrupt) continue;
+        if (const std::size_t* const started = RoutineCalled(step)) {
+          called_[*started] = true;
+          std::vector<std::size_t>& roots = thread ? threads_ : handlers_;
+          if (std::ranges::find(roots, *started) == roots.end()) roots.push_back(*started);
+        } else if (CallsMissing(step)) {
+          // Such a routine sets what is unknown then, like any missing routine: but at any time.
+          for (std::size_t slot = 0; slot < kFacts; ++slot) {
+            if ((missing_sets_ & (1U << slot)) == 0) continue;
+            const int unknown = MissingChanges(slot, step);
+            handlers_left_[slot] = Join(slot, handlers_left_[slot], unknown);
+          }
+        }
+      }
+    }
+    for (const auto& [roots, inside] :
+         {std::pair(&handlers_, &in_handler_), std::pair(&threads_, &in_thread_)}) {
+      std::vector<std::size_t> open = *roots;
+      while (!open.empty()) {
+        const std::size_t r = open.back();
+        open.pop_back();
+        if ((*inside)[r]) continue;
+        (*inside)[r] = true;
+        for (const Step& step : program_.routines[r].steps) {
+          if (step.kind != StepKind::kCall) continue;
+          if (const std::size_t* const called = RoutineCalled(step)) open.push_back(*called);
+        }
+      }
+    }
+  }
+
+  /// What interrupts and threads may have changed before a motion: an interrupt runs between two
+  /// motions and is over then; a thread may have done any part of its work.
+  int JoinBeside(std::size_t slot, std::size_t routine, int fact) {
+    if (!in_handler_[routine]) fact = Join(slot, fact, handlers_left_[slot]);
+    if (!in_thread_[routine] || threads_.size() > 1) {
+      fact = Join(slot, fact, made_in_threads_[slot]);
+    }
+    if (in_thread_[routine]) fact = Join(slot, fact, made_outside_[slot]);
+    return fact;
+  }
+
+  /// Adds facts to what motions beside see, and visits these again if that is new.
+  void Offer(State& pool, const State& facts, unsigned slots) {
+    bool changed = false;
+    for (std::size_t slot = 0; slot < kFacts; ++slot) {
+      if ((slots & (1U << slot)) == 0) continue;
+      const int joined = Join(slot, pool[slot], facts[slot]);
+      changed = changed || joined != pool[slot];
+      pool[slot] = joined;
+    }
+    if (!changed) return;
+    for (const std::size_t node : motions_) {
+      if (reached_[node]) Reach(node, states_[node]);
+    }
+  }
+
+  void OfferToThreads(std::size_t routine, const State& facts, unsigned slots) {
+    if (threads_.empty()) return;
+    Offer(in_thread_[routine] ? made_in_threads_ : made_outside_, facts, slots);
+  }
+
+  /// An interrupt may come before this motion.
+  void EnterHandlers(std::size_t node) {
+    if (handlers_.empty() || in_handler_[routine_of_[node]]) return;
+    bool changed = false;
+    for (std::size_t slot = 0; slot < kFacts; ++slot) {
+      const int joined = Join(slot, handlers_enter_[slot], states_[node][slot]);
+      changed = changed || joined != handlers_enter_[slot];
+      handlers_enter_[slot] = joined;
+    }
+    if (!changed) return;
+    for (const std::size_t handler : handlers_) Reach(first_[handler], handlers_enter_);
+  }
+
   int Add(Fact fact) {
     facts_.push_back(std::move(fact));
     return static_cast<int>(facts_.size()) - 1;
@@ -228,6 +343,14 @@ class Analysis {
   }
   int Unknown(std::string reason, const Place& place) {
     return Add({0, false, std::move(reason), place});
+  }
+  /// What a routine that is in none of the files does to a slot.
+  int MissingChanges(std::size_t slot, const Step& step) {
+    return Unknown(
+        fmt::format("{}: may be changed by {}, which {} starts and which is in none of "
+                    "the files; --routine '{}=harmless' states that it changes nothing",
+                    kSlotNames[slot], step.label, PlaceText(program_, step.place), step.label),
+        step.place);
   }
   int FromSetting(std::size_t slot, const Setting& setting, const Place& place) {
     if (setting.unknown.empty()) return Known(slot, setting.key, place);
@@ -266,7 +389,7 @@ class Analysis {
     for (std::size_t r = 0; r < program_.routines.size(); ++r) {
       if (!reached_[first_[r]]) continue;
       for (const Step& step : program_.routines[r].steps) {
-        if (step.kind != StepKind::kCall) continue;
+        if (!StartsRoutine(step)) continue;
         if (const std::size_t* const called = RoutineCalled(step)) {
           called_from_reached_[*called] = true;
         }
@@ -325,8 +448,10 @@ class Analysis {
     State& state = states_[node];
     bool changed = !reached_[node];
     reached_[node] = true;
+    const bool beside = motion_of_.contains(node);
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
-      const int joined = Join(slot, state[slot], incoming[slot]);
+      int joined = Join(slot, state[slot], incoming[slot]);
+      if (beside) joined = JoinBeside(slot, routine_of_[node], joined);
       changed = changed || joined != state[slot];
       state[slot] = joined;
     }
@@ -359,12 +484,17 @@ class Analysis {
     const Step* const step = StepOf(node);
     if (step == nullptr) {
       for (const std::size_t call : callers_[routine]) ReachAfterCall(call, routine);
+      if (std::ranges::find(handlers_, routine) != handlers_.end()) {
+        Offer(handlers_left_, states_[node], sets_[routine]);
+      }
       return;
     }
     State after = states_[node];
     switch (step->kind) {
       case StepKind::kMotion:
+        EnterHandlers(node);
         after[kPrevious] = Made(node, kPrevious, [&] { return PreviousAfter(node, *step); });
+        OfferToThreads(routine, after, 1U << kPrevious);
         break;
       case StepKind::kPostureLost:
         after[kPrevious] = Made(node, kPrevious, [&] {
@@ -374,6 +504,12 @@ class Analysis {
                           PlaceText(program_, step->place)),
               step->place);
         });
+        OfferToThreads(routine, after, 1U << kPrevious);
+        break;
+      case StepKind::kStartThread:
+        if (const std::size_t* const started = RoutineCalled(*step)) {
+          Reach(first_[*started], after);
+        }
         break;
       case StepKind::kReturn:
         Reach(ExitOf(routine), after);
@@ -396,21 +532,18 @@ class Analysis {
           ReachAfterCall(node, *called);
           return;
         }
+        if (!CallsMissing(*step)) break;
         for (std::size_t slot = 0; slot < kFacts; ++slot) {
-          if (slot != kPrevious && (ever_set_ & (1U << slot)) == 0) continue;
-          after[slot] = Made(node, slot, [&] {
-            return Unknown(
-                fmt::format("{}: may be changed by {}, which {} calls and which is in "
-                            "none of the files",
-                            kSlotNames[slot], step->label, PlaceText(program_, step->place)),
-                step->place);
-          });
+          if ((missing_sets_ & (1U << slot)) == 0) continue;
+          after[slot] = Made(node, slot, [&] { return MissingChanges(slot, *step); });
         }
+        OfferToThreads(routine, after, missing_sets_);
         break;
       default:
         if (const auto slot = SlotOf(step->kind)) {
           after[*slot] =
               Made(node, *slot, [&] { return FromSetting(*slot, step->setting, step->place); });
+          OfferToThreads(routine, after, 1U << *slot);
         }
         break;
     }
@@ -467,6 +600,7 @@ class Analysis {
       use(step.motion.end, PointUse::Role::kEnd);
       if (step.motion.via) use(*step.motion.via, PointUse::Role::kVia);
     }
+    AddUsesOutside(flow);
     for (const Routine& routine : program_.routines) {
       for (const Step& step : routine.steps) {
         if (step.kind != StepKind::kUse || !step.point || *step.point >= flow.uses.size()) continue;
@@ -474,6 +608,31 @@ class Analysis {
       }
     }
     return flow;
+  }
+
+  /// Uses that files which were not given may make of a point.
+  void AddUsesOutside(Flow& flow) const {
+    if (entry_.complete) return;
+    std::string missing = program_.has_main ? "" : "main";
+    for (const Routine& routine : program_.routines) {
+      for (const Step& step : routine.steps) {
+        if (missing.empty() && StartsRoutine(step) && CallsMissing(step)) missing = step.label;
+      }
+    }
+    for (std::size_t k = 0; k < program_.points.size(); ++k) {
+      const Point& point = program_.points[k];
+      std::string reason;
+      if (point.visible_to == Visibility::kController) {
+        reason = "other programs of the controller may use it; --complete states that none does";
+      } else if (point.visible_to == Visibility::kTask && !missing.empty()) {
+        reason = fmt::format(
+            "other modules may use it, because {} is in none of the files; give it, or --complete "
+            "if no other module uses a point of these files",
+            missing);
+      }
+      if (reason.empty()) continue;
+      flow.uses[k].push_back({PointUse::Role::kOther, 0, point.place, std::move(reason)});
+    }
   }
 
   const Program& program_;
@@ -485,7 +644,12 @@ class Analysis {
   std::unordered_map<std::size_t, std::size_t> motion_of_;
   std::vector<std::size_t> motions_;  ///< nodes
   std::vector<unsigned> sets_;        ///< by routine
-  unsigned ever_set_ = 0;
+  unsigned ever_set_ = 0, missing_sets_ = 0;
+  std::set<std::string> harmless_;
+  std::vector<std::size_t> handlers_, threads_;  ///< routines of interrupts, of threads
+  std::vector<bool> in_handler_, in_thread_;     ///< by routine: runs as a part of one
+  State handlers_enter_{}, handlers_left_{};     ///< before and after any interrupt
+  State made_in_threads_{}, made_outside_{};     ///< all facts that are made there
   std::vector<bool> called_, called_from_reached_;
   std::size_t next_unstarted_ = 0;
   std::vector<std::vector<std::size_t>> callers_;  ///< nodes of reached calls, by routine

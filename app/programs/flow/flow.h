@@ -50,9 +50,13 @@ struct Flow {
   std::vector<std::vector<PointUse>> uses;  ///< of each point
 };
 
-/// What holds where a program is started, as the user states it.
+/// What the user states about what the files do not contain.
 struct EntryState {
-  std::array<std::optional<std::string>, kSlots> keys;  ///< "" is: nothing set
+  /// What holds where a program is started; "" is: nothing set.
+  std::array<std::optional<std::string>, kSlots> keys;
+  /// Routines that are in none of the files, move nothing and set nothing; in any case of letters.
+  std::vector<std::string> harmless;
+  bool complete = false;  ///< no other file uses a point of these files
 };
 
 /// Finds what holds at every motion, for all paths through the program.
@@ -62,8 +66,13 @@ struct EntryState {
 /// A routine is analysed once, for all its callers together; after a call, what the routine cannot
 /// change keeps its value from before the call. A routine that may be started, or that nobody
 /// calls, starts with nothing known, except settings that no line of the program ever makes (their
-/// key is then empty) and those of `entry`. A routine that is in none of the files may change
-/// whatever some line of the files sets. Time is proportional to the number of steps.
+/// key is then empty) and those of `entry`.
+///
+/// A routine that is in none of the files and is not stated to be harmless may move the robot, and
+/// change whatever some line of the files sets (but see Program::points_state_frames). An interrupt
+/// may come before each motion outside of interrupts; a thread may have done any part of its work.
+/// A point that files outside can name has a use there, unless they cannot run (Visibility) or the
+/// user states that there are none. Time is proportional to the number of steps.
 Flow FlowOf(const Program& program, const EntryState& entry = {});
 
 /// "weld.src:41".

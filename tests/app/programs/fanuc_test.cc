@@ -153,7 +153,7 @@ TEST_CASE("FANUC settings: constants are keys, computed and assigned ones are un
   CHECK(loads[2].setting.key == "PAYLOAD 5");
 }
 
-TEST_CASE("a called FANUC program is followed if given, otherwise everything is unknown after it") {
+TEST_CASE("FANUC programs and macros are called by name, also those that are not given") {
   const Reading reading =
       Read({{"main.ls", Listing("   1:  CALL SUB(1,2)    ;\n   2:  CALL OTHER    ;\n"
                                 "   3:  OPEN HAND 1 ;\n   4:  UNLOCK PREG ;\n",
@@ -164,13 +164,10 @@ TEST_CASE("a called FANUC program is followed if given, otherwise everything is 
   CHECK(program.routines[0].starts);
   CHECK_FALSE(program.routines[1].starts);
   const auto calls = Steps(program, StepKind::kCall);
-  REQUIRE(calls.size() == 1);
+  REQUIRE(calls.size() == 3);
   CHECK(calls[0].label == "SUB");
-  CHECK(Steps(program, StepKind::kPostureLost).size() == 2);
-  const auto loads = Steps(program, StepKind::kSetLoad);
-  REQUIRE(loads.size() == 2);
-  CHECK(loads[0].setting.unknown.find("OTHER") != std::string::npos);
-  CHECK(loads[1].setting.unknown.find("OPEN HAND 1") != std::string::npos);
+  CHECK(calls[1].label == "OTHER");
+  CHECK(calls[2].label == "OPEN HAND 1");
 }
 
 TEST_CASE("FANUC points that are copied, written or chosen at run time must stay") {

@@ -216,20 +216,13 @@ TEST_CASE("points in declared structures are points, those in others are left al
   CHECK_THAT(unknown.program.points.at(0).untouchable, Catch::Contains("jobtype"));
 }
 
-TEST_CASE("a public point needs all programs of the controller") {
+TEST_CASE("points of public data are visible to the other programs of the controller") {
   const std::string src = "DEF WELD( )\nLIN XP1\nEND\n";
-  const std::string dat = "DEFDAT WELD PUBLIC\nDECL GLOBAL " + kP1.substr(5) + "ENDDAT\n";
-  const Reading some = ReadWith(src, dat);
-  CHECK_THAT(some.program.points[0].untouchable, Catch::Contains("KRC/R1/Program"));
-  const Reading all = KrlBrand().Read({{"KRC/R1/Program/weld.src", src},
-                                       {"KRC/R1/Program/weld.dat", dat},
-                                       {"KRC/R1/System/$config.dat", kConfig}});
-  CHECK(all.program.points[0].untouchable.empty());
-  const Reading called =
-      KrlBrand().Read({{"KRC/R1/Program/weld.src", "DEF WELD( )\nGRIP( )\nLIN XP1\nEND\n"},
-                       {"KRC/R1/Program/weld.dat", dat},
-                       {"KRC/R1/System/$config.dat", kConfig}});
-  CHECK_THAT(called.program.points[0].untouchable, Catch::Contains("routine GRIP"));
+  const Reading open =
+      ReadWith(src, "DEFDAT WELD PUBLIC\nDECL GLOBAL " + kP1.substr(5) + "ENDDAT\n");
+  CHECK(open.program.points[0].visible_to == Visibility::kController);
+  const Reading own = ReadWith(src, "DEFDAT WELD\n" + kP1 + "ENDDAT\n");
+  CHECK(own.program.points[0].visible_to == Visibility::kFiles);
 }
 
 TEST_CASE("points whose .src is missing are left alone") {
@@ -301,23 +294,24 @@ TEST_CASE("blocks that do not match make the points of the routine unusable, not
   CHECK_THAT(ReasonOf(reading), Catch::Contains("not understood"));
 }
 
-TEST_CASE("routines are called by name, and those that are not given may change everything") {
+TEST_CASE("routines are called by name, also those that are not given") {
   const Reading reading = ReadWith("DEF WELD( )\nSUB( )\nOTHER( )\nEND\nDEF SUB( )\nEND\n");
   const auto calls = Steps(reading, StepKind::kCall);
-  REQUIRE(calls.size() == 1);
+  REQUIRE(calls.size() == 2);
   CHECK(calls[0].label == reading.program.routines[1].name);
+  CHECK(calls[1].label == "OTHER");
   CHECK(reading.program.routines[0].starts);
   CHECK_FALSE(reading.program.routines[1].starts);
-  CHECK_THAT(Steps(reading, StepKind::kSetTool).at(0).setting.unknown,
-             Catch::Contains("OTHER was not given"));
 }
 
-TEST_CASE("an interrupt that moves the robot may run in front of every motion") {
+TEST_CASE("an interrupt may run, and one with RESUME may end a motion") {
   const Reading reading = ReadWith(
       "DEF WELD( )\nINTERRUPT DECL 5 WHEN $IN[1] DO AWAY( )\nINTERRUPT ON 5\nLIN XP1\nEND\n"
       "DEF AWAY( )\n$TOOL=TOOL_DATA[2]\nEND\n",
       "DEFDAT WELD\n" + kP1 + "ENDDAT\n");
-  CHECK(Steps(reading, StepKind::kCall).size() == 1);
+  CHECK(Steps(reading, StepKind::kEnableInterrupt).at(0).label ==
+        reading.program.routines[1].name);
+  CHECK_FALSE(reading.program.routines[1].starts);
 
   const Reading search = ReadWith(
       "DEF WELD( )\nINTERRUPT DECL 5 WHEN $IN[1] DO FOUND( )\nINTERRUPT ON 5\nLIN XP1\n"

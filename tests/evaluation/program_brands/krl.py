@@ -8,6 +8,7 @@ from .common import Motion, Robot, Tool, about, from_zyx, pose, shift, to_zyx
 
 NAME = "KUKA KRL"
 ARM = "kuka"
+OPTIONS = {"public_points": ["--complete"]}
 TOOLS = [Tool(1, shift(0, 0, 0.25)), Tool(2, pose(about(2, 0.5) @ about(1, 0.7), (0.12, -0.03, 0.3)))]
 DEG = 180 / np.pi
 
@@ -195,10 +196,9 @@ def programs():
     tree = files("LIB", "DEF LIB( )\nEND\n", "".join(
         "DECL GLOBAL" + point(f"GP{i + 1}", i)[4:] for i in range(3)), public=" PUBLIC")
     made["public_points"] = {
-        "KRC/R1/Program/main.src": ("DEF MAIN( )\n" + expert + "PTP GP1\nLIN GP2\nGP3USE( )\nEND\n").encode(),
-        "KRC/R1/Program/gp3use.src": "DEF GP3USE( )\r\nLIN GP3\r\nEND\r\n".encode(),
-        "KRC/R1/Program/lib.src": tree["lib.src"], "KRC/R1/Program/lib.dat": tree["lib.dat"],
-        "KRC/R1/System/$config.dat": tree["$config.dat"]}
+        "main.src": ("DEF MAIN( )\n" + expert + "PTP GP1\nLIN GP2\nGP3USE( )\nEND\n").encode(),
+        "gp3use.src": "DEF GP3USE( )\r\nLIN GP3\r\nEND\r\n".encode(),
+        "lib.src": tree["lib.src"], "lib.dat": tree["lib.dat"], "$config.dat": tree["$config.dat"]}
 
     root = pose(about(2, 0.3), (0.1, 0.2, 0.6))
     made["robot_in_the_world"] = files(
