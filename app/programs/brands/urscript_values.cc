@@ -366,8 +366,9 @@ ValuePtr Values::OfCall(const Expr& call) {
     const std::string reason = name == "pose_sub"
                                    ? "counts only by its difference from another pose (pose_sub)"
                                    : fmt::format("goes into {}()", name);
-    // A pose that is written into a function of the language is no place to go to.
-    if (kind == FunctionKind::kOther || kind == FunctionKind::kMoves) {
+    // A pose that is written into a function of the language is no place to go to; a structure
+    // keeps it for later.
+    if (kind == FunctionKind::kOther || kind == FunctionKind::kMoves || name == "struct") {
       NoteValue(value, call, reason);
     } else {
       NoteConstant(part, reason);

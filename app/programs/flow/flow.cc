@@ -600,13 +600,13 @@ class Analysis {
       use(step.motion.end, PointUse::Role::kEnd);
       if (step.motion.via) use(*step.motion.via, PointUse::Role::kVia);
     }
-    AddUsesOutside(flow);
     for (const Routine& routine : program_.routines) {
       for (const Step& step : routine.steps) {
         if (step.kind != StepKind::kUse || !step.point || *step.point >= flow.uses.size()) continue;
         flow.uses[*step.point].push_back({PointUse::Role::kOther, 0, step.place, step.reason});
       }
     }
+    AddUsesOutside(flow);
     return flow;
   }
 
@@ -620,6 +620,7 @@ class Analysis {
       }
     }
     for (std::size_t k = 0; k < program_.points.size(); ++k) {
+      if (flow.uses[k].empty()) continue;
       const Point& point = program_.points[k];
       std::string reason;
       if (point.visible_to == Visibility::kController) {

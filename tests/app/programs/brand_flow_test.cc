@@ -183,7 +183,7 @@ TEST_CASE("RAPID: the procedure of MoveLSync is executed at the end of its motio
 TEST_CASE("RAPID: a soft servo lasts until it is switched off") {
   const Analysed a =
       Abb("PROC main()\nMoveL own,v100,fine,tool0;\nSoftAct 3,20;\nMoveL own,v100,fine,tool0;\n"
-          "SoftDeact;\nMoveL own,v100,fine,tool0;\nIF on GOTO x;\nx:\nENDPROC\n");
+          "SoftDeact;\nMoveL own,v100,fine,tool0;\nENDPROC\n");
   CHECK(a.motion(0)[Slot::kShift].known());
   CHECK_THAT(a.At(1, Slot::kShift), Contains("soft servo"));
   CHECK(a.motion(2)[Slot::kShift].known());

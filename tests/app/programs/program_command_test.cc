@@ -123,6 +123,17 @@ TEST_CASE("a load that nobody states is asked for") {
   CHECK_THAT(answer.out, Contains("give --load KG"));
 }
 
+TEST_CASE("--routine states that a routine which is in none of the files changes nothing") {
+  const Program program("call grip\nL p\n");
+  const Answer unknown = program.Run();
+  CHECK(unknown.exit_code == 1);
+  CHECK_THAT(unknown.out, Contains("--routine 'grip=harmless'"));
+  CHECK(program.Run("--load 5 --routine grip=harmless").exit_code == 0);
+  const Answer wrong = program.Run("--load 5 --routine grip=slow");
+  CHECK(wrong.exit_code == 2);
+  CHECK_THAT(wrong.err, Contains("--routine grip=slow: give NAME=harmless"));
+}
+
 TEST_CASE("the report as JSON has every point") {
   const Program program;
   const nlohmann::json report = nlohmann::json::parse(program.Run("--load 5 --json").out);
