@@ -9,6 +9,7 @@ from .common import Motion, Robot, Tool, from_quaternion, pose, shift, about, to
 
 NAME = "ABB RAPID"
 ARM = "abb"
+OPTIONS = {"records": ["--complete"]}  # they are persistent: other tasks can use them
 UNUSED = "[9E9,9E+09,9E9,9E9,9E9,9E+9]"
 
 
@@ -134,7 +135,7 @@ def programs():
     add("processes", module(
         const(r) + "  PROC main()\n    MoveJDO p10,v500,z10,tTorch\\WObj:=wTable,doGas,1;\n"
         "    ArcLStart p20,v100,seam1,weld1,fine,tTorch\\WObj:=wTable\\SeamName:=\"a;b\";\n"
-        "    ArcL p30,v100,seam1,weld1\\Weave:=weave1,z1,tTorch\\WObj:=wTable; ! left: weaving\n"
+        "    ArcL p30,v100,seam1,weld1\\Weave:=weave1,z1,tTorch\\WObj:=wTable;\n"
         "    ArcCEnd p40,p50,v100,seam1,weld1,fine,tTorch\\WObj:=wTable;\n"
         "    TriggL p60,v200,trigg1,z10,tTorch\\WObj:=wTable;\n  ENDPROC\n"), crlf=True)
     r = w.row(3)
