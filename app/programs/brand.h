@@ -37,6 +37,8 @@ struct Conventions {
   double rad_per_unit = kRadPerDeg;
   int orientation_numbers = 3;  ///< 3 angles or rotation vector, 4 for a quaternion
   NumberStyle length, angle;
+  /// Whole turn by which an angle of the orientation may differ and be the same; 0: none.
+  double turn = 0;
   /// Rotation of the numbers of an orientation; error text if they are no rotation (a quaternion of
   /// length 0).
   Result<Mat3> (*rotation)(std::span<const double> numbers) = nullptr;

@@ -5,7 +5,7 @@
 #include "app/programs/brands/fanuc_backup.h"
 #include "app/programs/brands/fanuc_posture.h"
 #include "app/programs/brands/fanuc_routine.h"
-#include "app/programs/brands/rpy_degrees.h"
+#include "app/programs/brands/orientation_branches.h"
 
 namespace plumbline::programs {
 namespace fanuc {
@@ -68,6 +68,7 @@ class Fanuc final : public Brand {
       Conventions conventions;
       conventions.length = {.least_decimals = 3, .fixed = true, .exponent = false};
       conventions.angle = conventions.length;
+      conventions.turn = 360;
       conventions.rotation = RotationFromRpyDegrees;
       conventions.numbers = RpyDegreesNear;
       return conventions;

@@ -4,7 +4,7 @@
 
 #include "app/programs/brands/fanuc_positions.h"
 #include "app/programs/brands/fanuc_statements.h"
-#include "app/programs/brands/rpy_degrees.h"
+#include "app/programs/brands/orientation_branches.h"
 #include "app/programs/brands/source_cursor.h"
 #include "firmware-like/geometry/units.h"
 

@@ -10,7 +10,7 @@
 
 #include "app/programs/brands/arm_sides.h"
 #include "app/programs/brands/jbi_routine.h"
-#include "app/programs/brands/rpy_degrees.h"
+#include "app/programs/brands/orientation_branches.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::programs {
@@ -273,6 +273,7 @@ class Yaskawa final : public Brand {
       Conventions conventions;
       conventions.length = {.least_decimals = 3, .exponent = false};
       conventions.angle = {.least_decimals = 4, .exponent = false};
+      conventions.turn = 360;
       conventions.rotation = RotationFromRpyDegrees;
       conventions.numbers = RpyDegreesNear;
       return conventions;

@@ -9,21 +9,12 @@
 #include "app/programs/brands/krl_posture.h"
 #include "app/programs/brands/krl_routines.h"
 #include "app/programs/brands/krl_text.h"
+#include "app/programs/brands/orientation_branches.h"
 
 namespace plumbline::programs {
 namespace {
 
 constexpr std::string_view kMarkStart = "; Plumbline: ";
-
-Result<Mat3> KrlRotation(std::span<const double> numbers) {
-  if (numbers.size() != 3) return Error{"an orientation of KRL has three angles: A, B, C"};
-  krl::PoseNumbers angles;
-  for (std::size_t i = 0; i < 3; ++i) {
-    angles[i] = Number{{}, 0};
-    angles[i + 3] = Number{{}, numbers[i]};
-  }
-  return krl::PoseOfNumbers(angles)->R;
-}
 
 /// The line with DEF or DEFDAT; 0 if there is none.
 int HeadLine(const SourceFile& file, const LineIndex& lines) {
@@ -66,8 +57,9 @@ class Krl final : public Brand {
       conventions.length.least_decimals = 4;
       conventions.angle.least_significant = 7;
       conventions.angle.least_decimals = 5;
-      conventions.rotation = KrlRotation;
-      conventions.numbers = krl::AnglesNear;
+      conventions.turn = 360;
+      conventions.rotation = RotationFromAbcDegrees;
+      conventions.numbers = AbcDegreesNear;
       return conventions;
     }();
     return kConventions;

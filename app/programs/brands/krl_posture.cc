@@ -1,54 +1,9 @@
 #include "app/programs/brands/krl_posture.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 
 namespace plumbline::programs::krl {
-namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
-
-/// The angle that differs from `angle` by whole turns and is nearest to `old` [deg].
-double NearestTurn(double angle, double old) {
-  return old + std::remainder(angle - old, 360.0);
-}
-
-}  // namespace
-
-std::vector<double> AnglesNear(const Mat3& R, std::span<const double> old) {
-  std::array<double, 3> reference = {0, 0, 0};
-  std::copy_n(old.begin(), std::min<std::size_t>(old.size(), 3), reference.begin());
-  const double cosine = std::hypot(R(0, 0), R(1, 0));
-  const double b = std::atan2(-R(2, 0), cosine) * kDegPerRad;
-  // Below this, A and C follow from rounding errors alone: the sum or difference keeps the pose.
-  constexpr double kSingularCosine = 1e-9;
-  if (cosine < kSingularCosine) {
-    // Rz(A) Ry(+-90) Rx(C): R(0,1) = -sin(A -+ C), R(1,1) = cos(A -+ C).
-    const double sign = b > 0 ? 1 : -1;
-    const double fixed = std::atan2(-R(0, 1), R(1, 1)) * kDegPerRad;
-    const double change = std::remainder(fixed - (reference[0] - sign * reference[2]), 360.0) / 2;
-    return {reference[0] + change, NearestTurn(b, reference[1]), reference[2] - sign * change};
-  }
-  const double a = std::atan2(R(1, 0), R(0, 0)) * kDegPerRad;
-  const double c = std::atan2(R(2, 1), R(2, 2)) * kDegPerRad;
-  std::vector<double> best;
-  double best_change = 0;
-  for (const std::array<double, 3>& solution : {std::array{a, b, c}, {a + 180, 180 - b, c + 180}}) {
-    std::vector<double> angles(3);
-    double change = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      angles[i] = NearestTurn(solution[i], reference[i]);
-      change = std::max(change, std::abs(angles[i] - reference[i]));
-    }
-    if (best.empty() || change < best_change) {
-      best = angles;
-      best_change = change;
-    }
-  }
-  return best;
-}
 
 std::optional<Posture> PostureOf(const kinematics::Chain& chain, const model::JointVector& q) {
   constexpr int kAxes = 6;

@@ -1,21 +1,12 @@
-// Orientations and postures of KRL: angles A, B, C, status S and turn T.
+// Postures of KRL: status S and turn T.
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline::programs::krl {
-
-/// A, B, C [deg] of R = Rz(A) Ry(B) Rx(C), nearest to the old numbers: of the two solutions
-///   (A, B, C) and (A + 180, 180 - B, C + 180)
-/// and their whole turns, the one with the smallest largest change. At B = 90 + k 180, where only
-/// A - C or A + C is determined, A and C change by the same amount.
-/// @param old  A, B, C [deg]; missing ones count as 0
-std::vector<double> AnglesNear(const Mat3& R, std::span<const double> old);
 
 /// Status and turn of a six-axis arm whose joints are counted as the controller does, with B =
 /// $ROBROOT [KUKA's definition as in Beckhoff TF5200 "Status & Turn", the same text as ISG's; for

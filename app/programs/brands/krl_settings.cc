@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
+#include <array>
 
 #include "app/programs/brands/krl_routines.h"
+#include "app/programs/brands/orientation_branches.h"
 
 namespace plumbline::programs::krl {
 namespace {
@@ -31,14 +32,10 @@ std::optional<Pose> PoseOfNumbers(const PoseNumbers& numbers) {
   for (const auto& number : numbers) {
     if (!number) return std::nullopt;
   }
-  const auto radians = [&](std::size_t i) { return numbers[i]->value * std::numbers::pi / 180; };
-  Pose X;
-  X.p = kMPerMm * Vec3(numbers[0]->value, numbers[1]->value, numbers[2]->value);
-  X.R =
-      (Eigen::AngleAxisd(radians(3), Vec3::UnitZ()) * Eigen::AngleAxisd(radians(4), Vec3::UnitY()) *
-       Eigen::AngleAxisd(radians(5), Vec3::UnitX()))
-          .toRotationMatrix();
-  return X;
+  const auto value = [&](std::size_t i) { return numbers[i]->value; };
+  const auto R = RotationFromAbcDegrees(std::array{value(3), value(4), value(5)});
+  if (!R) return std::nullopt;
+  return Pose{*R, kMPerMm * Vec3(value(0), value(1), value(2))};
 }
 
 Settings::Settings(Reading& reading, Names& names) : reading_(reading), names_(names) {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/programs/brands/orientation_branches.h"
 #include "app/programs/brands/pose_table_layout.h"
-#include "app/programs/brands/rpy_degrees.h"
 #include "app/programs/brands/source_cursor.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
@@ -29,28 +29,6 @@ std::vector<double> RpyRadiansNear(const Mat3& R, std::span<const double> old) {
   return Scaled(RpyDegreesNear(R, Scaled(old, kDegPerRad)), kRadPerDeg);
 }
 
-Result<Mat3> FromVector(std::span<const double> numbers) {
-  if (numbers.size() != 3) return Error{"a rotation vector has three numbers"};
-  const Vec3 v(numbers[0], numbers[1], numbers[2]);
-  if (!v.allFinite()) return Error{"a rotation vector of finite numbers is needed"};
-  return RotationFromVector(v);
-}
-/// Of the vectors of R, which differ by whole turns about its axis, the nearest to the old one.
-std::vector<double> VectorNear(const Mat3& R, std::span<const double> old) {
-  Vec3 v = VectorFromRotation(R);
-  const Vec3 before(old[0], old[1], old[2]);
-  const double angle = v.norm();
-  if (angle < 1e-12) {
-    const double turns = std::round(before.norm() / (2 * std::numbers::pi));
-    if (turns > 0) v = before.normalized() * (2 * std::numbers::pi * turns);
-  } else {
-    const Vec3 axis = v / angle;
-    v += axis *
-         (2 * std::numbers::pi * std::round((before.dot(axis) - angle) / (2 * std::numbers::pi)));
-  }
-  return {v.x(), v.y(), v.z()};
-}
-
 Result<Mat3> FromQuaternion(std::span<const double> numbers) {
   if (numbers.size() != 4) return Error{"a quaternion has four numbers"};
   const Eigen::Quaterniond q(numbers[0], numbers[1], numbers[2], numbers[3]);
@@ -59,14 +37,6 @@ Result<Mat3> FromQuaternion(std::span<const double> numbers) {
     return Error{"a quaternion of length 1 is needed"};
   return Mat3(q.normalized().toRotationMatrix());
 }
-/// The quaternion of R with the sign that is nearer to the old one.
-std::vector<double> QuaternionNear(const Mat3& R, std::span<const double> old) {
-  const Eigen::Quaterniond q(R);
-  const double along = q.w() * old[0] + q.x() * old[1] + q.y() * old[2] + q.z() * old[3];
-  const double sign = along < 0 ? -1 : 1;
-  return {sign * q.w(), sign * q.x(), sign * q.y(), sign * q.z()};
-}
-
 struct Form {
   Orientation orientation;
   double m_per_unit;
@@ -90,18 +60,20 @@ Conventions ConventionsOf(const Form& form) {
   switch (form.orientation) {
     case Orientation::kRpyDegrees:
       conventions.angle.least_decimals = 4;
+      conventions.turn = 360;
       conventions.rotation = RotationFromRpyDegrees;
       conventions.numbers = RpyDegreesNear;
       break;
     case Orientation::kRpyRadians:
       conventions.rad_per_unit = 1;
       conventions.angle.least_decimals = 6;
+      conventions.turn = 2 * std::numbers::pi;
       conventions.rotation = FromRpyRadians;
       conventions.numbers = RpyRadiansNear;
       break;
     case Orientation::kVectorRadians:
       conventions.angle.least_decimals = 6;
-      conventions.rotation = FromVector;
+      conventions.rotation = RotationFromVectorNumbers;
       conventions.numbers = VectorNear;
       break;
     case Orientation::kQuaternion:

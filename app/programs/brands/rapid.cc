@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 
+#include "app/programs/brands/orientation_branches.h"
 #include "app/programs/brands/rapid_declarations.h"
 #include "app/programs/brands/rapid_instructions.h"
 #include "app/programs/brands/rapid_posture.h"
@@ -32,13 +33,6 @@ Result<Mat3> RotationOfRapid(std::span<const double> numbers) {
   return q.normalized().toRotationMatrix();
 }
 
-std::vector<double> NumbersOfRapid(const Mat3& R, std::span<const double> old) {
-  const Eigen::Quaterniond q(R);
-  const Eigen::Quaterniond before(old[0], old[1], old[2], old[3]);
-  const double sign = q.coeffs().dot(before.coeffs()) < 0 ? -1 : 1;
-  return {sign * q.w(), sign * q.x(), sign * q.y(), sign * q.z()};
-}
-
 const Conventions& ConventionsOfRapid() {
   static const Conventions kConventions = [] {
     Conventions conventions;
@@ -47,7 +41,7 @@ const Conventions& ConventionsOfRapid() {
     conventions.length = {6, 3, false, false, true};
     conventions.angle = {6, 6, false, false, true};
     conventions.rotation = RotationOfRapid;
-    conventions.numbers = NumbersOfRapid;
+    conventions.numbers = QuaternionNear;
     return conventions;
   }();
   return kConventions;

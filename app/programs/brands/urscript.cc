@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <set>
 
+#include "app/programs/brands/orientation_branches.h"
 #include "app/programs/brands/source_cursor.h"
 #include "app/programs/brands/urscript_routines.h"
 #include "app/programs/brands/urscript_syntax.h"
-#include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::programs {
 
@@ -24,26 +22,6 @@ bool EndsWith(std::string_view name, std::string_view suffix) {
 bool IsPolyScope(const SourceFile& file) {
   return EndsWith(file.name, ".urp") &&
          (file.bytes.starts_with("\x1f\x8b") || file.bytes.starts_with("<URProgram"));
-}
-
-Result<Mat3> RotationOf(std::span<const double> numbers) {
-  return RotationFromVector({numbers[0], numbers[1], numbers[2]});
-}
-
-/// The same rotation has vectors at angle + 2 k pi on the same axis.
-std::vector<double> NumbersOf(const Mat3& R, std::span<const double> old) {
-  const Vec3 before(old[0], old[1], old[2]);
-  const Vec3 shortest = VectorFromRotation(R);
-  const double angle = shortest.norm();
-  const double turn = 2 * std::numbers::pi;
-  Vec3 best = shortest;
-  if (angle > 1e-12) {
-    const Vec3 axis = shortest / angle;
-    best = axis * (angle + turn * std::round((axis.dot(before) - angle) / turn));
-  } else if (const double turns = std::round(before.norm() / turn); turns > 0) {
-    best = before.normalized() * turns * turn + shortest;
-  }
-  return {best.x(), best.y(), best.z()};
 }
 
 constexpr std::string_view kMarkSign = "plumbline";
@@ -83,8 +61,8 @@ class UrScript final : public Brand {
       made.orientation_numbers = 3;
       made.length = {.least_significant = 6, .least_decimals = 6};
       made.angle = {.least_significant = 6, .least_decimals = 6};
-      made.rotation = RotationOf;
-      made.numbers = NumbersOf;
+      made.rotation = RotationFromVectorNumbers;
+      made.numbers = VectorNear;
       return made;
     }();
     return kConventions;

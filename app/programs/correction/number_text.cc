@@ -104,7 +104,16 @@ std::optional<double> NumberFromText(std::string_view text) {
 }
 
 std::optional<std::string> FormattedLike(std::string_view old_text, double old_value, double value,
-                                         const NumberStyle& style) {
+                                         const NumberStyle& style, double turn) {
+  if (turn > 0 && std::isfinite(value)) {
+    value += turn * std::round((old_value - value) / turn);
+    auto text = FormattedLike(old_text, old_value, value, style);
+    const auto rounded = text ? NumberFromText(*text) : std::nullopt;
+    if (!rounded || std::abs(old_value) > turn / 2) return text;
+    const double beyond = std::abs(*rounded) - turn / 2;
+    if (beyond <= 0.5 * std::pow(10.0, -PartsOf(*text).decimals)) return text;
+    return FormattedLike(old_text, old_value, value - std::copysign(turn, value), style);
+  }
   constexpr double kLargest = 1e15;
   const std::optional<double> read = NumberFromText(old_text);
   const double close = 1e-9 * std::max(1.0, std::abs(old_value));
@@ -133,11 +142,11 @@ std::optional<std::string> FormattedLike(std::string_view old_text, double old_v
 }
 
 std::optional<Edit> NumberEdit(std::string_view bytes, const Number& number, double value,
-                               const NumberStyle& style) {
+                               const NumberStyle& style, double turn) {
   const Span& span = number.span;
   if (span.begin >= span.end || span.end > bytes.size()) return std::nullopt;
   const std::string_view old = bytes.substr(span.begin, span.end - span.begin);
-  std::optional<std::string> text = FormattedLike(old, number.value, value, style);
+  std::optional<std::string> text = FormattedLike(old, number.value, value, style, turn);
   if (!text) return std::nullopt;
   Edit edit{span.file, span.begin, span.end, std::move(*text)};
   if (!style.fixed || edit.text == old) return edit;

@@ -83,7 +83,8 @@ PointText TextOf(const Point& point, const Pose& taught, const Pose& corrected,
     }
     const std::string& bytes = files[number.span.file].bytes;
     auto edit =
-        NumberEdit(bytes, number, (*numbers)[k], k < 3 ? conventions.length : conventions.angle);
+        NumberEdit(bytes, number, (*numbers)[k], k < 3 ? conventions.length : conventions.angle,
+                   k < 3 ? 0 : conventions.turn);
     if (!edit) {
       text.problem = fmt::format("its number {} is written in an unusual way", k + 1);
       return text;

@@ -10,8 +10,8 @@ using namespace plumbline::programs;
 namespace {
 
 std::string Written(const std::string& old, double old_value, double value,
-                    const NumberStyle& style = {}) {
-  return FormattedLike(old, old_value, value, style).value_or("none");
+                    const NumberStyle& style = {}, double turn = 0) {
+  return FormattedLike(old, old_value, value, style, turn).value_or("none");
 }
 
 }  // namespace
@@ -53,6 +53,23 @@ TEST_CASE("fixed numbers keep their decimals and the style of small ones") {
   CHECK(Written("0.000", 0, .1234, fixed) == "0.123");
   CHECK(Written("-.011", -.011, -.0001, fixed) == ".000");
   CHECK(Written("10.000", 10, .5, fixed) == ".500");
+}
+
+TEST_CASE("an angle keeps its text if only whole turns at its digits are between") {
+  const NumberStyle fixed{.least_significant = 1, .least_decimals = 3, .fixed = true};
+  CHECK(Written("-180.000", -180, 179.9998, fixed, 360) == "-180.000");
+  CHECK(Written("-180.000", -180, -179.9998, fixed, 360) == "-180.000");
+  CHECK(Written("190.000", 190, -169.9999, fixed, 360) == "190.000");
+  CHECK(Written("-3.141593", -3.141593, 3.14159264, {}, 6.283185307179586) == "-3.141593");
+  CHECK(Written("170", 170, -170, {}, 0) == "-170.000");  // a joint has no turns
+}
+
+TEST_CASE("a rounded angle stays within half a turn, and beyond it where the old one is") {
+  CHECK(Written("179.99950", 179.9995, 180.00689, {}, 360) == "-179.99311");
+  CHECK(Written("-179.999", -179.999, -180.0007, {}, 360) == "179.999");
+  CHECK(Written("-179.5000", -179.5, 179.99999, {}, 360) == "-180.0000");
+  CHECK(Written("190.000", 190, -168.5, {}, 360) == "191.500");
+  CHECK(Written("-3.1400", -3.14, 3.141592, {}, 6.283185307179586) == "-3.14159");
 }
 
 TEST_CASE("fixed numbers stay right-aligned") {
