@@ -1,6 +1,7 @@
 // Atomic replacement of whole files.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,14 @@ namespace plumbline::files {
 /// that a user with write access to the folder cannot redirect a write made as root.
 /// @return  the reason on failure ("Permission denied")
 Result<void> ReplaceFile(const std::string& path, std::string_view content);
+
+struct NewFile {
+  std::string path, content;
+};
+/// Several files that belong together: all are written and synced before the first is renamed, so
+/// that a full disk or a missing permission leaves every one as it is.
+/// @return  path and reason on failure ("a.src: Permission denied")
+Result<void> ReplaceFiles(std::span<const NewFile> files);
 
 /// The same for a file of the state directory, which must survive a power cut: the folder is synced
 /// too, and the next write removes what an interrupted one has left behind. The caller holds a

@@ -29,6 +29,24 @@ std::size_t FilesIn(const std::string& folder) {
 
 }  // namespace
 
+TEST_CASE("of several files none is replaced if one cannot be written") {
+  const TemporaryFolder folder;
+  const std::string first = folder.path() + "/a", second = folder.path() + "/b";
+  std::ofstream(first) << "old";
+  const std::vector<NewFile> files = {{first, "new"}, {second, "new"}};
+  fs::create_directory(second);
+  const Result<void> failed = ReplaceFiles(files);
+  REQUIRE_FALSE(failed);
+  CHECK(failed.error() == second + ": is a folder");
+  CHECK(FileText(first) == "old");
+  CHECK(FilesIn(folder.path()) == 2);
+  fs::remove(second);
+  CHECK(ReplaceFiles(files));
+  CHECK(FileText(first) == "new");
+  CHECK(FileText(second) == "new");
+  CHECK(FilesIn(folder.path()) == 2);
+}
+
 TEST_CASE("a replaced file takes the place of a link, and never writes through it") {
   const TemporaryFolder folder;
   const std::string victim = folder.path() + "/victim", link = folder.path() + "/state";
