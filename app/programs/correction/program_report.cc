@@ -16,8 +16,6 @@
 namespace plumbline::programs {
 namespace {
 
-constexpr std::string_view kUnused = "no motion uses it";
-
 std::string NameOf(const Point& point) {
   return point.name.empty() ? std::string("(in the motion)") : text::Visible(point.name);
 }
@@ -42,6 +40,43 @@ std::string LimitText(const ReportInput& input, const PointCorrection& point) {
       input.cell.robot.joints[static_cast<std::size_t>(point.limit.joint)].type;
   return fmt::format("{:.1f} {} of q{}", point.limit.distance * model::PositionForm(type).from_SI,
                      model::PositionForm(type).unit, point.limit.joint + 1);
+}
+
+enum class Outcome { kCorrected, kUnused, kByChoice, kLeft };
+
+Outcome OutcomeOf(const ReportInput& input, const PointCorrection& point) {
+  if (point.reason.empty()) return Outcome::kCorrected;
+  const bool used =
+      std::ranges::any_of(input.correction.flow.uses[point.point],
+                          [](const PointUse& use) { return use.role != PointUse::Role::kOther; });
+  if (!used) return Outcome::kUnused;
+  const Point& source = input.program.points[point.point];
+  const bool before = source.place.file < input.corrected_before.size() &&
+                      input.corrected_before[source.place.file];
+  const bool joints = source.kind == PointKind::kJoints && !input.joints;
+  return before || joints ? Outcome::kByChoice : Outcome::kLeft;
+}
+
+/// A motion whose target is no point of the files.
+struct LeftMotion {
+  Place place;
+  std::string target, reason;
+};
+
+std::vector<LeftMotion> LeftMotionsOf(const ReportInput& input) {
+  std::vector<LeftMotion> list;
+  for (const MotionAt& at : input.correction.flow.motions) {
+    if (at.motion->end.point) continue;
+    std::string reason = at.motion->special;
+    if (reason.empty()) reason = at.motion->end.offset.unknown;
+    if (reason.empty()) reason = "its target is computed while the program runs";
+    list.push_back({at.place, text::Visible(at.motion->end.computed), std::move(reason)});
+  }
+  return list;
+}
+
+std::string NameOf(const LeftMotion& motion) {
+  return motion.target.empty() ? std::string("the motion") : "the motion to " + motion.target;
 }
 
 /// Untouched points with the same reason at the same line, as one entry.
@@ -97,11 +132,19 @@ ReportCounts CountsOf(const ReportInput& input) {
   ReportCounts counts;
   for (const PointCorrection& point : input.correction.points) {
     ++counts.points;
-    if (!point.reason.empty()) {
-      ++(point.reason == kUnused ? counts.unused : counts.left);
-      continue;
+    switch (OutcomeOf(input, point)) {
+      case Outcome::kUnused:
+        ++counts.unused;
+        continue;
+      case Outcome::kByChoice:
+        ++counts.by_choice;
+        continue;
+      case Outcome::kLeft:
+        ++counts.left;
+        continue;
+      case Outcome::kCorrected:
+        ++counts.corrected;
     }
-    ++counts.corrected;
     counts.changed += point.edits.empty() ? 0 : 1;
     counts.largest_before_m =
         std::max(counts.largest_before_m, (point.before_B - point.target_B).norm());
@@ -110,9 +153,12 @@ ReportCounts CountsOf(const ReportInput& input) {
     counts.largest_rounding_m = std::max(counts.largest_rounding_m, point.rounding_m);
   }
   for (const MotionAt& motion : input.correction.flow.motions) {
-    const auto& point = motion.motion->end.point;
-    const bool corrected = point && input.correction.points[*point].reason.empty();
-    counts.motions_left += corrected ? 0 : 1;
+    const auto left = [&](const Target& target) {
+      return !target.point ||
+             OutcomeOf(input, input.correction.points[*target.point]) == Outcome::kLeft;
+    };
+    const Motion& one = *motion.motion;
+    counts.motions_left += left(one.end) || (one.via && left(*one.via)) ? 1 : 0;
   }
   return counts;
 }
@@ -146,7 +192,10 @@ std::string ReportText(const ReportInput& input, bool every) {
                         refusal.remedy);
   }
   shown = 0;
-  const std::vector<Left> left = LeftOf(input);
+  std::vector<Left> left = LeftOf(input);
+  for (LeftMotion& motion : LeftMotionsOf(input)) {
+    left.push_back({motion.place, NameOf(motion), std::move(motion.reason)});
+  }
   for (const Left& one : left) {
     if (!every && shown++ >= kFirst) continue;
     text += fmt::format("{}: {} stays as it is: {}\n", PlaceText(input.program, one.place),
@@ -165,9 +214,11 @@ std::string ReportText(const ReportInput& input, bool every) {
   const ReportCounts counts = CountsOf(input);
   text += SegmentsText(input);
   text += fmt::format(
-      "{} of {}: {} corrected ({} with other digits), {} left with a reason, {} not used\n",
+      "{} of {}: {} corrected ({} with other digits), {} left by choice, {} not used, {} left "
+      "with a reason; {} not to a corrected point\n",
       input.brand.name(), CountText(input.program.files.size(), "file"),
-      CountText(counts.corrected, "point"), counts.changed, counts.left, counts.unused);
+      CountText(counts.corrected, "point"), counts.changed, counts.by_choice, counts.unused,
+      counts.left, CountText(counts.motions_left, "motion"));
   if (counts.corrected > 0) {
     text += fmt::format(
         "largest error at a point, by the model: {:.3f} mm before, {:.4f} mm after; of rounding to "
@@ -192,8 +243,8 @@ nlohmann::json ReportJson(const ReportInput& input) {
                ? text::Visible(input.program.files[place.file].name)
                : std::string();
   };
-  Json points = Json::array(), left = Json::array(), segments = Json::array(),
-       remarks = Json::array(), refusals = Json::array();
+  Json points = Json::array(), left = Json::array(), motions = Json::array(),
+       segments = Json::array(), remarks = Json::array(), refusals = Json::array();
   for (const PointCorrection& point : input.correction.points) {
     const Point& source = input.program.points[point.point];
     Json entry = {{"name", text::Visible(source.name)},
@@ -204,6 +255,7 @@ nlohmann::json ReportJson(const ReportInput& input) {
       entry["reason"] = text::Visible(point.reason);
       entry["reason_file"] = file_of(point.reason_place);
       entry["reason_line"] = point.reason_place.line;
+      entry["by_choice"] = OutcomeOf(input, point) != Outcome::kLeft;
       left.push_back(std::move(entry));
       continue;
     }
@@ -241,6 +293,12 @@ nlohmann::json ReportJson(const ReportInput& input) {
     entry["notes"] = notes;
     points.push_back(std::move(entry));
   }
+  for (const LeftMotion& motion : LeftMotionsOf(input)) {
+    motions.push_back({{"file", file_of(motion.place)},
+                       {"line", motion.place.line},
+                       {"target", motion.target},
+                       {"reason", text::Visible(motion.reason)}});
+  }
   for (const SegmentDeviation& segment : input.correction.segments) {
     const Place& place = input.correction.flow.motions[segment.motion].place;
     segments.push_back({{"file", file_of(place)},
@@ -273,6 +331,7 @@ nlohmann::json ReportJson(const ReportInput& input) {
             {"corrected", counts.corrected},
             {"changed", counts.changed},
             {"left", counts.left},
+            {"left_by_choice", counts.by_choice},
             {"unused", counts.unused},
             {"motions_left", counts.motions_left}}},
           {"largest_error_before_mm", kMmPerMetre * counts.largest_before_m},
@@ -281,6 +340,7 @@ nlohmann::json ReportJson(const ReportInput& input) {
           {"largest_between_points_mm", kMmPerMetre * LargestBetween(input.correction)},
           {"corrected", points},
           {"left", left},
+          {"left_motions", motions},
           {"segments", segments},
           {"remarks", remarks},
           {"refusals", refusals}};
@@ -305,11 +365,12 @@ std::string ReportPage(const ReportInput& input) {
           "</p>\n";
   const ReportCounts counts = CountsOf(input);
   page += fmt::format(
-      "<p>{} corrected, {} left with a reason, {} not used. Largest error at a point, by the "
-      "model: "
-      "{:.3f} mm before, {:.4f} mm after.</p>\n",
-      CountText(counts.corrected, "point"), counts.left, counts.unused,
-      kMmPerMetre * counts.largest_before_m, kMmPerMetre * counts.largest_after_m);
+      "<p>{} corrected, {} left by choice, {} not used, {} left with a reason; {} not to a "
+      "corrected point. Largest error at a point, by the model: {:.3f} mm before, {:.4f} mm "
+      "after.</p>\n",
+      CountText(counts.corrected, "point"), counts.by_choice, counts.unused, counts.left,
+      CountText(counts.motions_left, "motion"), kMmPerMetre * counts.largest_before_m,
+      kMmPerMetre * counts.largest_after_m);
   if (const std::string between = SegmentsText(input); !between.empty()) {
     page += "<p>" + Escape(between) + "</p>\n";
   }
@@ -339,6 +400,10 @@ std::string ReportPage(const ReportInput& input) {
   for (const Left& one : LeftOf(input)) {
     stays.AddRow({Escape(PlaceText(input.program, one.place)), Escape(one.names),
                   Escape(text::Visible(one.reason))});
+  }
+  for (const LeftMotion& motion : LeftMotionsOf(input)) {
+    stays.AddRow({Escape(PlaceText(input.program, motion.place)), Escape(NameOf(motion)),
+                  Escape(text::Visible(motion.reason))});
   }
   for (const Remark& remark : input.program.remarks) {
     stays.AddRow(

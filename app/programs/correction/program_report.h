@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "app/programs/correction/program_correction.h"
 
@@ -16,14 +17,18 @@ struct ReportInput {
   const ProgramCorrection& correction;
   const model::CellModel& cell;
   std::string cell_file, version, date;
+  bool joints = false;  ///< joint targets were to be corrected, too
+  /// Files that an earlier run corrected, by index; those behind its end were not.
+  std::vector<bool> corrected_before = {};
 };
 
 /// Counts of a program's points and files.
 struct ReportCounts {
   std::size_t points = 0, corrected = 0, changed = 0;  ///< changed: with other digits than before
-  std::size_t left = 0;          ///< points with a reason other than that no motion uses them
-  std::size_t unused = 0;        ///< points that no motion uses
-  std::size_t motions_left = 0;  ///< motions whose target is not corrected
+  std::size_t left = 0;          ///< points that a motion uses and that could not be corrected
+  std::size_t by_choice = 0;     ///< joint targets without --joints, points corrected before
+  std::size_t unused = 0;        ///< points that no motion uses: free ones, features, offsets
+  std::size_t motions_left = 0;  ///< motions to a computed target, or to a point of `left`
   double largest_before_m = 0, largest_after_m = 0, largest_rounding_m = 0;
 };
 ReportCounts CountsOf(const ReportInput& input);

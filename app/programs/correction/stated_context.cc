@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
@@ -251,7 +252,8 @@ Result<void> ContextResolver::AddLoad(const SettingAt& tool, const SettingAt& lo
     return Error{
         fmt::format("the load of {:.6g} kg exceeds {:g} kg", carried.kg, loads::kMaxPayload_kg)};
   }
-  context.load_text = fmt::format("{:.6g} kg beside the tool", context.payload.mass_kg);
+  context.load_text =
+      fmt::format("{:.7g} kg beside the tool", std::round(1e3 * context.payload.mass_kg) / 1e3);
   return {};
 }
 
