@@ -72,6 +72,9 @@ std::vector<std::string_view> Cells(std::string_view line) {
   }
 }
 
+/// Columns that only corrected tables have.
+constexpr std::array<std::string_view, 2> kOutputColumns = {"correction_mm", "extrapolated"};
+
 Result<Columns> ColumnsOf(std::string_view header, const model::Robot& robot) {
   Columns columns;
   columns.joints.assign(robot.joints.size(), -1);
@@ -114,6 +117,15 @@ Result<Columns> ColumnsOf(std::string_view header, const model::Robot& robot) {
       return Error{fmt::format("column {} occurs twice", text::Visible(names[k]))};
     }
     *column->column = static_cast<int>(k);
+  }
+  const auto has = [&](std::string_view name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  if (has(kOutputColumns[0]) && has(kOutputColumns[1])) {
+    return Error{
+        fmt::format("has the columns {} and {}: it is already corrected. Give the table of the "
+                    "targets",
+                    kOutputColumns[0], kOutputColumns[1])};
   }
   const bool some_joints = std::ranges::any_of(columns.joints, [](int c) { return c >= 0; });
   const bool all_joints = std::ranges::all_of(columns.joints, [](int c) { return c >= 0; });

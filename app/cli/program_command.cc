@@ -12,31 +12,25 @@
 #include "app/base/service/utc_clock.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/base/text/json_text.h"
-#include "app/base/text/sha256.h"
 #include "app/base/text/text.h"
 #include "app/cli/cell_option.h"
 #include "app/cli/commands.h"
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
+#include "app/cli/program_files.h"
 #include "app/cli/program_options.h"
 #include "app/cli/progress.h"
 #include "app/programs/correction/comparison.h"
 #include "app/programs/correction/program_report.h"
 #include "app/programs/correction/rewriting.h"
 #include "app/version.h"
-#include "drivers/files/open_failure.h"
-#include "drivers/files/replace_file.h"
-#include "drivers/files/text_file.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr files::SizeLimit kProgramSize{64'000'000, "a robot program",
-                                        "Check that this is the right file"};
 
 struct ProgramOptions {
   std::string cell, output, report, taught_loaded;
@@ -46,156 +40,8 @@ struct ProgramOptions {
   double offset_bound_mm = 0.02;
   std::span<const programs::Brand* const> brands;  ///< that are read
   bool loads_without_tool = false, joints = false, external_axes_still = false, again = false,
-       json = false, all = false, dry_run = false;
-  bool complete = false;
+       force = false, complete = false, json = false, all = false, dry_run = false;
 };
-
-/// A file of the program, and where it comes from.
-struct Input {
-  programs::SourceFile file;
-  std::string record;  ///< text of the record beside it; empty: none
-  std::string given;   ///< path as given
-};
-
-std::string RecordPath(const std::string& path) {
-  return path + ".plumbline.json";
-}
-
-std::optional<Input> ReadInput(const std::string& path) {
-  Result<std::string> bytes = files::ReadFileUpTo(kProgramSize, path);
-  if (!bytes) {
-    std::cerr << path << ": " << files::ReadErrorText(path, bytes.error()) << '\n';
-    return std::nullopt;
-  }
-  Input input{{path, std::move(bytes).value()}, "", path};
-  std::error_code absent;
-  if (fs::exists(RecordPath(path), absent)) {
-    if (const auto record = files::ReadFileUpTo(files::kTableSize, RecordPath(path))) {
-      input.record = *record;
-    }
-  }
-  return input;
-}
-
-/// Puts the original in place of a corrected file.
-bool TakeOriginal(Input& input) {
-  const auto original = programs::OriginalFrom(input.record);
-  if (!original) {
-    std::cerr << input.given << ": --again needs the record beside it, " << RecordPath(input.given)
-              << ", which names the original\n";
-    return false;
-  }
-  const fs::path path = fs::path(original->path).is_absolute()
-                            ? fs::path(original->path)
-                            : fs::path(input.given).parent_path() / original->path;
-  Result<std::string> bytes = files::ReadFileUpTo(kProgramSize, path.string());
-  if (!bytes || text::Sha256Hex(*bytes) != original->sha256) {
-    std::cerr << input.given << ": the original " << path.string()
-              << (bytes ? " has been changed since" : " cannot be read")
-              << "; give the program to be corrected instead of this file\n";
-    return false;
-  }
-  input.file = {path.lexically_normal().string(), std::move(bytes).value()};
-  input.record.clear();
-  return true;
-}
-
-std::optional<std::vector<Input>> ReadInputs(const std::vector<std::string>& paths) {
-  std::vector<Input> inputs;
-  for (const std::string& path : paths) {
-    std::optional<Input> input = ReadInput(path);
-    if (!input) return std::nullopt;
-    inputs.push_back(std::move(*input));
-  }
-  return inputs;
-}
-
-std::vector<programs::SourceFile> FilesOf(const std::vector<Input>& inputs) {
-  std::vector<programs::SourceFile> list;
-  for (const Input& input : inputs) list.push_back(input.file);
-  return list;
-}
-
-enum class Earlier { kNone, kCorrected, kRefused };
-
-/// What an earlier run left in the files; with --again, takes their originals.
-Earlier CheckEarlier(const ProgramOptions& options, const programs::Brand& brand,
-                     programs::Reading& reading, std::vector<Input>& inputs) {
-  bool corrected = false, edited = false, replaced = false;
-  for (std::size_t f = 0; f < inputs.size(); ++f) {
-    const programs::FileState state = programs::StateOf(reading.program, f, inputs[f].record);
-    if (state == programs::FileState::kOriginal) continue;
-    if (options.again) {
-      if (!TakeOriginal(inputs[f])) return Earlier::kRefused;
-      replaced = true;
-    } else if (state == programs::FileState::kEdited) {
-      edited = true;
-      std::cerr
-          << inputs[f].given
-          << ": was corrected, and its points were changed since. Nothing is written; correct "
-             "the original, or give --again to start from it without these changes\n";
-    } else {
-      corrected = true;
-      std::cerr << inputs[f].given << ": is already corrected; it stays as it is\n";
-    }
-  }
-  if (edited) return Earlier::kRefused;
-  if (corrected) return Earlier::kCorrected;
-  if (replaced) reading = brand.Read(FilesOf(inputs));
-  return Earlier::kNone;
-}
-
-/// Path of each output; nullopt, with a message, if two files would have one.
-std::optional<std::vector<std::string>> OutputPathsOf(const ProgramOptions& options,
-                                                      const std::vector<Input>& inputs) {
-  std::vector<std::string> paths;
-  for (const Input& input : inputs) {
-    const fs::path file(input.file.name);
-    const fs::path folder =
-        options.output.empty() ? file.parent_path() / "corrected" : fs::path(options.output);
-    const std::string path = (folder / file.filename()).string();
-    for (const Input& other : inputs) {
-      if (!SameFile(path, other.file.name) && !SameFile(path, other.given)) continue;
-      if (options.again && SameFile(path, input.given)) continue;
-      std::cerr << "plumbline program: " << path
-                << " is a file of the program; choose another --output\n";
-      return std::nullopt;
-    }
-    if (std::ranges::find(paths, path) != paths.end()) {
-      std::cerr << "plumbline program: two files would be written to " << path
-                << "; correct them one after the other with different --output\n";
-      return std::nullopt;
-    }
-    paths.push_back(path);
-  }
-  return paths;
-}
-
-bool WriteFile(const std::string& path, std::string_view bytes) {
-  std::error_code failed;
-  fs::create_directories(fs::path(path).parent_path(), failed);
-  const Result<void> written = files::ReplaceFile(path, bytes);
-  if (!written) std::cerr << UnwritableText(path, written.error(), "--output");
-  return written.ok();
-}
-
-bool WriteProgram(const std::vector<std::string>& paths, const std::vector<Input>& inputs,
-                  const programs::Program& program, const programs::ProgramCorrection& correction,
-                  const programs::Rewritten& rewritten) {
-  for (std::size_t f = 0; f < paths.size(); ++f) {
-    if (!WriteFile(paths[f], rewritten.files[f].bytes)) return false;
-    if (!rewritten.changed[f]) continue;
-    std::error_code failed;
-    const fs::path original =
-        fs::relative(inputs[f].file.name, fs::absolute(paths[f]).parent_path(), failed);
-    const nlohmann::json record = programs::RecordOf(
-        program, f, correction, rewritten.marks[f],
-        failed || original.empty() ? fs::absolute(inputs[f].file.name).string() : original.string(),
-        rewritten.files[f].bytes);
-    if (!WriteFile(RecordPath(paths[f]), text::JsonText(record, 1) + "\n")) return false;
-  }
-  return true;
-}
 
 std::vector<std::string> FilesBelow(const std::string& path) {
   std::error_code failed;
@@ -213,8 +59,8 @@ std::vector<std::string> FilesBelow(const std::string& path) {
 
 /// Compares two versions of a program.
 int Check(const ProgramOptions& options) {
-  const auto old_inputs = ReadInputs(FilesBelow(options.check[0])),
-             new_inputs = ReadInputs(FilesBelow(options.check[1]));
+  const auto old_inputs = ReadProgramInputs(FilesBelow(options.check[0])),
+             new_inputs = ReadProgramInputs(FilesBelow(options.check[1]));
   if (!old_inputs || !new_inputs) return kExitUsage;
   const Result<const programs::Brand*> brand =
       programs::BrandOf(FilesOf(*old_inputs), options.brands);
@@ -229,7 +75,8 @@ int Check(const ProgramOptions& options) {
                         {"file", text::Visible(after.files[point.place.file].name)},
                         {"line", point.place.line},
                         {"distance_mm", kMmPerMetre * point.distance_m},
-                        {"angle_deg", kDegPerRad * point.angle_rad}});
+                        {"angle_deg", kDegPerRad * point.angle_rad},
+                        {"joint", point.joint}});
     }
     for (const auto& other : comparison.others) {
       others.push_back(
@@ -237,24 +84,33 @@ int Check(const ProgramOptions& options) {
     }
     std::cout << text::JsonText(nlohmann::json{{"schema", 1},
                                                {"compared", comparison.compared},
+                                               {"inserted", comparison.inserted},
                                                {"points", points},
                                                {"others", others}},
                                 2)
               << '\n';
   } else {
-    double largest_m = 0;
+    double largest_m = 0, largest_joint = 0;
     for (const auto& point : comparison.points) {
       largest_m = std::max(largest_m, point.distance_m);
-      std::cout << fmt::format("{}: {}: {:.4f} mm, {:.5f} deg\n",
-                               programs::PlaceText(after, point.place), text::Visible(point.name),
-                               kMmPerMetre * point.distance_m, kDegPerRad * point.angle_rad);
+      largest_joint = std::max(largest_joint, point.joint);
+      std::cout << fmt::format(
+          "{}: {}: {}\n", programs::PlaceText(after, point.place), text::Visible(point.name),
+          point.kind == programs::PointKind::kJoints
+              ? fmt::format("a joint by {:.6g}, in the file's unit", point.joint)
+              : fmt::format("{:.4f} mm, {:.5f} deg", kMmPerMetre * point.distance_m,
+                            kDegPerRad * point.angle_rad));
     }
     for (const auto& other : comparison.others) {
       std::cout << fmt::format("{}:{}: {}\n", other.file, other.line, other.what);
     }
     std::cout << fmt::format(
-        "{} of {} points differ, by at most {:.4f} mm; {}\n", comparison.points.size(),
+        "{} of {} points differ, by at most {:.4f} mm{}{}; {}\n", comparison.points.size(),
         comparison.compared, kMmPerMetre * largest_m,
+        largest_joint > 0 ? fmt::format(", joints by {:.6g} in the file's unit", largest_joint)
+                          : std::string(),
+        comparison.inserted > 0 ? fmt::format("; {} points inserted", comparison.inserted)
+                                : std::string(),
         comparison.others.empty() ? "nothing else differs" : "other bytes differ, too");
   }
   return comparison.others.empty() ? kExitOk : kExitFault;
@@ -295,28 +151,33 @@ int Run(const ProgramOptions& options) {
     return kExitUsage;
   }
   const std::optional<CellInForce> cell = ReadCellInForce(options.cell);
-  std::optional<std::vector<Input>> inputs = ReadInputs(options.programs);
+  std::optional<std::vector<ProgramInput>> inputs = ReadProgramInputs(options.programs);
   if (!cell || !inputs) return kExitUsage;
   const Result<const programs::Brand*> found = programs::BrandOf(FilesOf(*inputs), options.brands);
   if (!found) return Fail(found.error(), kExitUsage);
   const programs::Brand& brand = **found;
   programs::Reading reading = brand.Read(FilesOf(*inputs));
-  switch (CheckEarlier(options, brand, reading, *inputs)) {
-    case Earlier::kRefused:
-      return kExitUsage;
-    case Earlier::kCorrected:
-      return kExitOk;
-    case Earlier::kNone:
-      break;
-  }
+  const auto before = CorrectedBefore(options.cell, options.again, brand, reading, *inputs);
+  if (!before) return kExitUsage;
   programs::Program& program = reading.program;
+  bool something_new = program.points.empty();
+  for (programs::Point& point : program.points) {
+    if ((*before)[point.place.file]) {
+      point.untouchable = "corrected by an earlier run";
+    } else {
+      something_new = true;
+    }
+  }
+  if (!something_new) return kExitOk;
   std::optional<programs::CorrectionSettings> settings = SettingsOf(options, *cell);
   if (!settings) return kExitUsage;
-  if (const Result<void> applied = ApplyStated(options.stated, brand, program, *settings);
+  if (const Result<void> applied =
+          ApplyStated(options.stated, brand, cell->cell, program, *settings);
       !applied) {
     return Fail("plumbline program: " + applied.error(), kExitUsage);
   }
-  const auto paths = OutputPathsOf(options, *inputs);
+  const ProgramOutput output{options.output, options.again, options.force};
+  const auto paths = OutputPathsOf(output, *inputs, *before);
   if (!paths) return kExitUsage;
   Interruption interruption;
   Progress progress(std::cerr, options.json);
@@ -341,20 +202,29 @@ int Run(const ProgramOptions& options) {
   const programs::Mark mark{version, date, programs::ShortDigest(cell->bytes), ""};
   const Result<programs::Rewritten> rewritten = programs::Rewrite(brand, program, correction, mark);
   if (!rewritten) return Fail(rewritten.error(), kExitUsage);
-  const programs::ReportInput report{brand,      program,      reading.refusals, correction,
-                                     cell->cell, options.cell, version,          date};
+  const programs::ReportInput report{brand,          program,      reading.refusals, correction,
+                                     cell->cell,     options.cell, version,          date,
+                                     options.joints, *before};
   if (options.json) {
     std::cout << text::JsonText(programs::ReportJson(report), 2) << '\n';
   } else {
     std::cout << terminal::ForReading << programs::ReportText(report, options.all);
   }
-  if (!options.report.empty() &&
-      !WriteOutput(options.report, programs::ReportPage(report), "--report")) {
-    return kExitUsage;
-  }
+  const std::string page = options.report.empty() ? "" : programs::ReportPage(report);
+  std::error_code unknown;
+  const bool device =
+      fs::exists(options.report, unknown) && !fs::is_regular_file(options.report, unknown);
+  const bool apart = options.dry_run || device;
+  if (apart && !page.empty() && !WriteOutput(options.report, page, "--report")) return kExitUsage;
   if (!options.dry_run) {
-    if (!WriteProgram(*paths, *inputs, program, correction, *rewritten)) return kExitUsage;
-    for (const std::string& path : *paths) std::cerr << path << ": written\n";
+    if (!WriteProgram(output, *paths, *inputs, program, correction, *rewritten,
+                      {apart ? "" : options.report, page})) {
+      return kExitUsage;
+    }
+    for (const std::string& path : *paths) {
+      if (!path.empty()) std::cerr << path << ": written\n";
+    }
+    RememberUnmarked(options.cell, brand, *paths, *rewritten);
   }
   const programs::ReportCounts counts = programs::CountsOf(report);
   return counts.left > 0 || counts.motions_left > 0 || !reading.refusals.empty() ? kExitFault
@@ -445,6 +315,10 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
       ->check(NumberWithin(0.001, 100));
   command->add_flag("--again", options->again,
                     "Correct a corrected program again, from its original");
+  command->add_flag(
+      "--force", options->force,
+      "Replace files in the output folder that no earlier run wrote, or that were edited "
+      "since");
   command
       ->add_option("--check", options->check,
                    "OLD NEW: compare two versions of a program, files or folders; changes nothing")
@@ -463,9 +337,10 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
       "  plumbline program cell.toml PICK.LS --tool 'UTOOL 1=1' --frames frames.toml\n"
       "  plumbline program cell.toml pick.script --load 4.5,0,0,120 --insert 0.1\n"
       "  plumbline program --check weld.src corrected/weld.src\n\n"
-      "Exit codes: 0 every motion's point is corrected, or there is nothing to correct; 1 some "
+      "Exit codes: 0 every motion's point is corrected, or left by choice: joint targets without\n"
+      "--joints, points that no motion uses, files corrected before; 1 a motion's point had to "
       "stay\n"
-      "as they are, with their reasons (with --check: bytes other than numbers differ); 2 error,\n"
+      "as it is, with its reason (with --check: bytes other than numbers differ); 2 error, and\n"
       "nothing was written.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

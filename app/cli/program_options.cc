@@ -5,13 +5,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iostream>
+#include <numeric>
+#include <set>
+#include <utility>
 
 #include "app/base/config/limits.h"
 #include "app/base/config/toml_reader.h"
+#include "app/base/text/text.h"
 #include "app/cli/number_option.h"
 #include "app/programs/correction/point_text.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/text_file.h"
+#include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::cli {
 namespace {
@@ -65,6 +72,78 @@ void SetBase(const std::string& key, const Pose& X, programs::Program& program) 
   base.changes.clear();
 }
 
+using Keys = std::set<std::string, std::less<>>;
+
+/// The keys that the program's lines and points use.
+struct UsedKeys {
+  Keys tools, bases, loads;
+};
+
+UsedKeys KeysOf(const programs::Program& program, const programs::EntryState& entry) {
+  UsedKeys used;
+  const auto add = [](Keys& keys, const std::optional<programs::Setting>& setting) {
+    if (setting && !setting->key.empty()) keys.insert(setting->key);
+  };
+  for (const programs::Routine& routine : program.routines) {
+    for (const programs::Step& step : routine.steps) {
+      add(used.tools, step.motion.tool);
+      add(used.bases, step.motion.base);
+      add(used.loads, step.motion.load);
+      using Kind = programs::StepKind;
+      if (step.kind == Kind::kSetTool) add(used.tools, step.setting);
+      if (step.kind == Kind::kSetBase) add(used.bases, step.setting);
+      if (step.kind == Kind::kSetLoad || step.kind == Kind::kSetExtra)
+        add(used.loads, step.setting);
+    }
+  }
+  for (const programs::Point& point : program.points) {
+    if (!point.stated_tool.empty()) used.tools.insert(point.stated_tool);
+    if (!point.stated_base.empty()) used.bases.insert(point.stated_base);
+  }
+  for (const programs::Slot slot : {programs::Slot::kTool, programs::Slot::kBase,
+                                    programs::Slot::kLoad, programs::Slot::kExtra}) {
+    const auto& key = entry.keys[static_cast<std::size_t>(slot)];
+    if (!key || key->empty()) continue;
+    (slot == programs::Slot::kTool   ? used.tools
+     : slot == programs::Slot::kBase ? used.bases
+                                     : used.loads)
+        .insert(*key);
+  }
+  used.loads.insert(used.tools.begin(), used.tools.end());  // a payload may be stated by tool
+  return used;
+}
+
+/// Number of insertions, deletions and replacements between two keys (Levenshtein).
+std::size_t Distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+/// Why a stated key has no effect; empty if it has one.
+std::string UnusedText(const std::string& what, const std::string& key, const char* kind,
+                       const Keys& used) {
+  constexpr std::size_t kLongest = 200;
+  if (used.contains(key)) return "";
+  const auto nearest = std::ranges::min_element(used, {}, [&](const std::string& other) {
+    return Distance(std::string_view(key).substr(0, kLongest),
+                    std::string_view(other).substr(0, kLongest));
+  });
+  return fmt::format(
+      "{}: no line of the program uses the {} '{}'; {}", what, kind, text::Visible(key),
+      nearest == used.end()
+          ? fmt::format("it uses no {} by a name", kind)
+          : fmt::format("the nearest that it uses is '{}'", text::Visible(*nearest)));
+}
+
 /// A table [kind."KEY"] of the file.
 struct KeyedTable {
   std::string key;
@@ -85,8 +164,10 @@ std::vector<KeyedTable> TablesOf(config::TomlDocument& document, const config::T
   return tables;
 }
 
-bool ReadFrames(config::TomlDocument& document, const programs::Brand& brand,
-                programs::Program& program, programs::CorrectionSettings& settings) {
+/// @param at_tip  gets the keys of tools whose tool point neither this file nor the program states
+bool ReadFrames(config::TomlDocument& document, const programs::Brand& brand, const UsedKeys& used,
+                programs::Program& program, programs::CorrectionSettings& settings,
+                std::vector<std::string>& at_tip) {
   constexpr config::NumberRange kAny{-1e6, 1e6};
   constexpr config::NumberRange kLoad{0, loads::kMaxPayload_kg};
   const config::TomlTable root = document.Root();
@@ -97,21 +178,32 @@ bool ReadFrames(config::TomlDocument& document, const programs::Brand& brand,
     if (!pose) table.AddFault("pose", pose.error());
     return pose ? std::optional(*pose) : std::nullopt;
   };
+  const auto note_unused = [](const char* kind, const std::string& key, const Keys& keys) {
+    const std::string text =
+        UnusedText(fmt::format("--frames: [{}.\"{}\"]", kind, text::Visible(key)), key, kind, keys);
+    if (!text.empty()) std::cerr << text << '\n';
+  };
   for (const auto& [key, table] : TablesOf(document, root, "tool")) {
+    note_unused("tool", key, used.tools);
+    const bool in_files = program.tools.contains(key);
     if (const auto number = table.Integer("number", 0, config::kLargestNumber)) {
       settings.stated.tool_numbers[key] = *number;
     }
-    if (const auto pose = pose_of(table)) SetTool(key, *pose, program);
+    const auto pose = pose_of(table);
+    if (pose) SetTool(key, *pose, program);
     const auto mass_kg = table.Number("load_kg", kLoad);
     const auto cog_F = table.Vector3("cog_mm", config::kPlaceRange);
     if (mass_kg) {
       program.tools[key].load = programs::LoadValue{*mass_kg, cog_F.value_or(Vec3::Zero())};
+      if (!pose && !in_files) at_tip.push_back(key);
     }
   }
   for (const auto& [key, table] : TablesOf(document, root, "base")) {
+    note_unused("base", key, used.bases);
     if (const auto pose = pose_of(table)) SetBase(key, *pose, program);
   }
   for (const auto& [key, table] : TablesOf(document, root, "load")) {
+    note_unused("load", key, used.loads);
     const auto mass_kg = table.RequiredNumber("payload_kg", kLoad);
     const auto cog_F = table.Vector3("cog_mm", config::kPlaceRange);
     if (mass_kg) settings.stated.payloads[key] = {*mass_kg, cog_F};
@@ -151,7 +243,23 @@ std::optional<programs::StatedPayload> PayloadFromText(const std::string& text) 
 }
 
 Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
-                         programs::Program& program, programs::CorrectionSettings& settings) {
+                         const model::CellModel& cell, programs::Program& program,
+                         programs::CorrectionSettings& settings) {
+  for (const std::string& text : texts.starts) {
+    if (const Result<void> applied = ApplyStart(text, settings.entry); !applied) return applied;
+  }
+  for (const std::string& text : texts.routines) {
+    const auto [key, value] = SplitAtLastEqualSign(text);
+    if (key.empty() || value != "harmless") {
+      return Error{fmt::format(
+          "--routine {}: give NAME=harmless for a routine that is in none of the files and moves "
+          "nothing and sets no tool, base or load",
+          text)};
+    }
+    settings.entry.harmless.push_back(key);
+  }
+  const UsedKeys used = KeysOf(program, settings.entry);
+  std::vector<std::string> at_tip;
   if (!texts.frames.empty()) {
     const Result<std::string> text = files::ReadTextFile(texts.frames);
     if (!text) {
@@ -160,7 +268,7 @@ Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
     config::FaultList faults;
     static_cast<void>(
         config::ReadDocument(*text, texts.frames, faults, [&](config::TomlDocument& document) {
-          return ReadFrames(document, brand, program, settings);
+          return ReadFrames(document, brand, used, program, settings, at_tip);
         }));
     if (faults.HasFaults()) {
       std::string all = config::FaultsText(faults);
@@ -180,6 +288,9 @@ Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
           "cell's [[tool]]",
           text)};
     }
+    const std::string unused =
+        key.empty() ? "" : UnusedText("--tool " + text, key, "tool", used.tools);
+    if (!unused.empty()) return Error{unused};
     const int chosen = static_cast<int>(number->front());
     if (key.empty()) {
       settings.stated.tool_number = chosen;
@@ -194,6 +305,8 @@ Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
                                   ? PoseFrom(*numbers, brand.conventions())
                                   : Result<Pose>(Error{"give KEY=x,y,z and the orientation"});
     if (!pose) return Error{fmt::format("--base {}: {}", text, pose.error())};
+    const std::string unused = UnusedText("--base " + text, key, "base", used.bases);
+    if (!unused.empty()) return Error{unused};
     SetBase(key, *pose, program);
   }
   for (const std::string& text : texts.loads) {
@@ -205,24 +318,29 @@ Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
           "the program states no load",
           text)};
     }
+    const std::string unused =
+        key.empty() ? "" : UnusedText("--load " + text, key, "load", used.loads);
+    if (!unused.empty()) return Error{unused};
     if (key.empty()) {
       settings.stated.payload = *payload;
     } else {
       settings.stated.payloads[key] = *payload;
     }
   }
-  for (const std::string& text : texts.routines) {
-    const auto [key, value] = SplitAtLastEqualSign(text);
-    if (key.empty() || value != "harmless") {
+  if (at_tip.empty()) return {};
+  const deflection::LoadedArm arm(cell);
+  for (const std::string& key : at_tip) {
+    const auto number = settings.stated.tool_numbers.find(key);
+    const std::optional<int> index = number == settings.stated.tool_numbers.end()
+                                         ? std::nullopt
+                                         : loads::ToolIndexOf(cell, number->second);
+    if (!index) {
       return Error{fmt::format(
-          "--routine {}: give NAME=harmless for a routine that is in none of the files and moves "
-          "nothing and sets no tool, base or load",
-          text)};
+          "{}: [tool.\"{}\"]: give number, that of the cell's [[tool]], or pose: its tool point is "
+          "in none of the files",
+          texts.frames, text::Visible(key))};
     }
-    settings.entry.harmless.push_back(key);
-  }
-  for (const std::string& text : texts.starts) {
-    if (const Result<void> applied = ApplyStart(text, settings.entry); !applied) return applied;
+    program.tools[key].X = arm.X_FT(*index);
   }
   return {};
 }

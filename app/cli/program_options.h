@@ -24,8 +24,13 @@ std::optional<programs::StatedPayload> PayloadFromText(const std::string& text);
 ///
 /// --frames: `[tool."KEY"]` with number, pose, load_kg, cog_mm; `[base."KEY"]` with pose;
 /// `[load."KEY"]` with payload_kg, cog_mm. A pose is x, y, z and the orientation as the
-/// controller's files have them.
+/// controller's files have them; a tool without one whose values are in no file of the program has
+/// its tool point at the tip of the cell's tool.
+///
+/// A key of an option that no line of the program uses is an error, which names the nearest one
+/// that is used. In the file, which may serve many programs, it is printed as a note.
 Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
-                         programs::Program& program, programs::CorrectionSettings& settings);
+                         const model::CellModel& cell, programs::Program& program,
+                         programs::CorrectionSettings& settings);
 
 }  // namespace plumbline::cli

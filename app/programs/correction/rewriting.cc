@@ -211,8 +211,8 @@ Result<Rewritten> Rewrite(const Brand& brand, const Program& program,
     }
   }
   for (std::size_t f = 0; f < rewritten.files.size(); ++f) {
-    if (!rewritten.changed[f]) continue;
     rewritten.marks[f].numbers = NumbersDigest(read, f);
+    if (!rewritten.changed[f]) continue;
     SourceFile& file = rewritten.files[f];
     const auto insertion = brand.Mark(file, MarkText(rewritten.marks[f]));
     if (!insertion) continue;

@@ -77,6 +77,15 @@ TEST_CASE("a table without poses is refused") {
   CHECK_THAT(answer.err, Contains("q1_deg .. q6_deg") && Contains("qw"));
 }
 
+TEST_CASE("a corrected table is refused") {
+  const Files files(std::string(kJoints) + "10,-80,100,-60,70,20,5\n");
+  REQUIRE(files.Run().exit_code == 0);
+  const Answer again = RunCommand(
+      AddPathCommand, "path " + files.cell + " " + files.out + " --output " + files.path + ".2");
+  CHECK(again.exit_code == 2);
+  CHECK_THAT(again.err, Contains("already corrected"));
+}
+
 TEST_CASE("the output does not replace the input") {
   const Files files(kJoints);
   CHECK(RunCommand(AddPathCommand,

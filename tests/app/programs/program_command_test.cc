@@ -5,6 +5,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/base/config/cell_reader.h"
@@ -28,6 +29,12 @@ namespace {
 
 void AddToyCommand(CLI::App& app, int& exit_code) {
   static const test::ToyBrand kToy;
+  static const std::array<const programs::Brand*, 1> kBrands = {&kToy};
+  cli::AddProgramCommandFor(kBrands, app, exit_code);
+}
+
+void AddToyCommandWithoutComments(CLI::App& app, int& exit_code) {
+  static const test::ToyBrand kToy({}, false);
   static const std::array<const programs::Brand*, 1> kBrands = {&kToy};
   cli::AddProgramCommandFor(kBrands, app, exit_code);
 }
@@ -56,6 +63,11 @@ struct Program {
       q[0] += 20;
     }
     text += "sub main starts\nuse t\nJ p\nL q\n" + more + "end\n";
+    REQUIRE(files::WriteTextFile(file, text));
+  }
+
+  void Replace(const std::string& old, const std::string& by) {
+    text.replace(text.find(old), old.size(), by);
     REQUIRE(files::WriteTextFile(file, text));
   }
 
@@ -176,6 +188,128 @@ TEST_CASE("frames and loads come from a file, with its line where it is wrong") 
   const Answer answer = program.Run("--frames " + frames);
   CHECK(answer.exit_code == 2);
   CHECK_THAT(answer.err, Contains("frames.toml:3"));
+}
+
+TEST_CASE("joint targets that nobody wants corrected are no failure") {
+  Program program("J home\n");
+  program.Replace("sub main", "joints home 0 -90 90 0 0 0\nsub main");
+  const Answer answer = program.Run();
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Contains("1 left by choice"));
+  CHECK(program.Run("--load 5 --joints --force").exit_code == 0);
+}
+
+TEST_CASE("a motion to a computed target is listed with its line") {
+  const Program program("L computed\n");
+  const Answer answer = program.Run();
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.out, Contains("a.toy:8: the motion to computed stays as it is") &&
+                             Contains("1 motion not to a corrected point"));
+  const auto report = nlohmann::json::parse(program.Run("--load 5 --json --dry-run").out);
+  CHECK(report["left_motions"][0]["line"] == 8);
+}
+
+TEST_CASE("beside a corrected file, a new one is corrected") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string once = FileText(program.corrected), next = program.folder.path() + "/b.toy";
+  std::string text = program.text;
+  for (const char* const point : {"point p ", "point q "}) {
+    text.replace(text.find(point) + 6, 1, point[6] == 'p' ? "r" : "s");
+  }
+  text.replace(text.find("sub main"), 8, "sub more");
+  text.replace(text.find("J p\nL q"), 7, "J r\nL s");
+  REQUIRE(files::WriteTextFile(next, text));
+  const Answer answer = program.Run("--load 5", program.corrected + " " + next);
+  INFO(answer.err << answer.out);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.err, Contains("a.toy: is already corrected"));
+  CHECK_THAT(FileText(program.folder.path() + "/corrected/b.toy"), Contains("# plumbline "));
+  CHECK(FileText(program.corrected) == once);
+}
+
+TEST_CASE("an output that was edited, or that no run wrote, is replaced only by force") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string edited = FileText(program.corrected) + "# by hand\n";
+  REQUIRE(files::WriteTextFile(program.corrected, edited));
+  const Answer refused = program.Run();
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--force"));
+  CHECK(FileText(program.corrected) == edited);
+  CHECK(program.Run("--load 5 --force").exit_code == 0);
+  CHECK(FileText(program.corrected) != edited);
+}
+
+TEST_CASE("nothing is written if one file cannot be") {
+  const Program program;
+  std::filesystem::create_directories(program.corrected + ".plumbline.json");
+  const Answer answer = program.Run("--load 5 --report " + program.folder.path() + "/r.html");
+  CHECK(answer.exit_code == 2);
+  CHECK(FileText(program.corrected).empty());
+  CHECK(FileText(program.folder.path() + "/r.html").empty());
+}
+
+TEST_CASE("a file without a mark is recognised without its record") {
+  const Program program;
+  const auto run = [&](const std::string& file) {
+    return test::RunCommand(AddToyCommandWithoutComments,
+                            "program " + program.cell + " " + file + " --load 5");
+  };
+  const Answer first = run(program.file);
+  CHECK(first.exit_code == 0);
+  CHECK_THAT(first.err, Contains("has no place for a mark"));
+  const std::string moved = program.folder.path() + "/moved.toy";
+  std::filesystem::rename(program.corrected, moved);
+  const Answer second = run(moved);
+  CHECK(second.exit_code == 0);
+  CHECK_THAT(second.err, Contains("already corrected"));
+  CHECK(FileText(program.corrected).empty());
+}
+
+TEST_CASE("a file that is given twice is read once") {
+  const Program program;
+  const Answer answer =
+      program.Run("--load 5", program.file + " " + program.folder.path() + "/./a.toy");
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Contains("toy of 1 file: 2 points corrected"));
+}
+
+TEST_CASE("a stated key that the program does not use is an error, with the nearest one") {
+  const Program program;
+  const Answer tool = program.Run("--load 5 --tool tt=1");
+  CHECK(tool.exit_code == 2);
+  CHECK_THAT(tool.err, Contains("uses the tool 'tt'; the nearest that it uses is 't'"));
+  CHECK(program.Run("--load 5 --base u=1,2,3").exit_code == 2);
+  CHECK(program.Run("--load tt=5").exit_code == 2);
+  const std::string frames = program.folder.path() + "/frames.toml";
+  REQUIRE(files::WriteTextFile(frames, "[base.\"u\"]\npose = [1, 2, 3]\n"));
+  const Answer noted = program.Run("--load 5 --frames " + frames);
+  CHECK(noted.exit_code == 0);
+  CHECK_THAT(noted.err, Contains("no line of the program uses the base 'u'"));
+}
+
+TEST_CASE("a tool without a pose has its tool point at the tip of the cell's tool") {
+  Program program;
+  REQUIRE(program.Run("--load 5").exit_code == 0);
+  const std::string corrected = FileText(program.corrected);
+  program.text.erase(0, program.text.find('\n') + 1);  // the line of the tool
+  REQUIRE(files::WriteTextFile(program.file, program.text));
+  const std::string frames = program.folder.path() + "/frames.toml",
+                    load = "load_kg = 5\ncog_mm = [0, 0, 100]\n";
+  const std::string options = "--load t=5 --force --frames " + frames;
+  REQUIRE(files::WriteTextFile(frames, "[tool.\"t\"]\n" + load));
+  const Answer asked = program.Run(options);
+  CHECK(asked.exit_code == 2);
+  CHECK_THAT(asked.err, Contains("give number"));
+  REQUIRE(files::WriteTextFile(frames, "[tool.\"t\"]\nnumber = 1\n" + load));
+  const Answer answer = program.Run(options);
+  INFO(answer.err << answer.out);
+  CHECK(answer.exit_code == 0);
+  const auto points = [](const std::string& text) {
+    return text.substr(text.find("point p"), text.find("sub main") - text.find("point p"));
+  };
+  CHECK(points(FileText(program.corrected)) == points(corrected));
 }
 
 TEST_CASE("a file of no language is named") {
