@@ -169,6 +169,13 @@ std::optional<std::size_t> Lowering::PointOf(std::size_t literal) {
     zero &= number.number == 0;
   }
   if (zero && point.kind == PointKind::kPose) point.untouchable = "all numbers are 0: not taught";
+  // PolyScope writes the joints of a waypoint NAME_p as NAME_q.
+  if (point.kind == PointKind::kPose && point.name.ends_with("_p")) {
+    const std::string joints = point.name.substr(0, point.name.size() - 1) + "q";
+    if (const auto near_q = values_.ConstantVariable(joints); near_q && near_q->size() == 6) {
+      point.near_q = *near_q;
+    }
+  }
   program_.points.push_back(std::move(point));
   return at->second;
 }

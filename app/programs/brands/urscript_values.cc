@@ -509,8 +509,9 @@ std::optional<double> Values::ConstantNumber(std::size_t expr) {
   return value->number;
 }
 
-std::optional<std::vector<double>> Values::ConstantNumbers(std::size_t expr) {
-  const ValuePtr value = Of(expr);
+namespace {
+
+std::optional<std::vector<double>> NumbersIn(const ValuePtr& value) {
   if (value->kind != Kind::kList || value->items.empty()) return std::nullopt;
   std::vector<double> numbers;
   for (const ValuePtr& item : value->items) {
@@ -518,6 +519,18 @@ std::optional<std::vector<double>> Values::ConstantNumbers(std::size_t expr) {
     numbers.push_back(item->number);
   }
   return numbers;
+}
+
+}  // namespace
+
+std::optional<std::vector<double>> Values::ConstantNumbers(std::size_t expr) {
+  return NumbersIn(Of(expr));
+}
+
+std::optional<std::vector<double>> Values::ConstantVariable(std::string_view name) {
+  Variable* const variable = Find(name, 0);
+  if (variable == nullptr) return std::nullopt;
+  return NumbersIn(OfVariable(*variable));
 }
 
 void Values::NoteUse(std::size_t expr, const std::string& reason) {

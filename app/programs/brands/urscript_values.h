@@ -66,6 +66,8 @@ class Values {
   std::optional<Pose> ConstantPose(std::size_t expr);
   std::optional<double> ConstantNumber(std::size_t expr);
   std::optional<std::vector<double>> ConstantNumbers(std::size_t expr);
+  /// Likewise of a variable of the file.
+  std::optional<std::vector<double>> ConstantVariable(std::string_view name);
 
   /// Notes the poses in the value of an expression as used otherwise than as a target.
   void NoteUse(std::size_t expr, const std::string& reason);

@@ -161,6 +161,12 @@ TEST_CASE("only the joints count for a motion to joints") {
   CHECK(Named(program, "W_p").numbers.size() == 6);
 }
 
+TEST_CASE("the joints that PolyScope wrote with a waypoint tell its posture") {
+  const Program program = Read(
+      "def a():\n global W_p=p[.1,.2,.3,0,3,0]\n global W_q=[1,-1,1,0,1,0]\n movel(W_p)\nend\n");
+  CHECK(Named(program, "W_p").near_q == std::vector<double>{1, -1, 1, 0, 1, 0});
+}
+
 TEST_CASE("a circle has an auxiliary point") {
   const Program program =
       Read("def a():\n movec(p[.1,.2,.3,0,3,0], pose_to=p[.4,.2,.3,0,3,0], a=1, v=1, r=0)\nend\n");
