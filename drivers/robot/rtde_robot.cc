@@ -523,7 +523,11 @@ LinkResult RtdeRobot::Push(std::span<const PushPoint> points) {
   for (const PushPoint& point : points) {
     if (point.slot < 0 || point.slot >= static_cast<int>(slots_.size())) continue;
     rtde::InputSlot& slot = slots_[static_cast<std::size_t>(point.slot)];
-    const PushDecision decision = gate_.Next(std::span(&point, 1), now_s);
+    const Vec3& p = point.X_BT.p;
+    const Vec3 turn = VectorFromRotation(point.X_BT.R);
+    PushPoint usable = point;
+    usable.valid = point.valid && p.allFinite() && turn.allFinite();
+    const PushDecision decision = gate_.Next(std::span(&usable, 1), now_s);
     switch (decision.action) {
       case PushDecision::Action::kNothing:
         break;
@@ -536,8 +540,6 @@ LinkResult RtdeRobot::Push(std::span<const PushPoint> points) {
         gate_.Withdrawn(point.slot, now_s);
         break;
       case PushDecision::Action::kWrite: {
-        const Vec3 turn = VectorFromRotation(point.X_BT.R);
-        const Vec3& p = point.X_BT.p;
         slot.pose = {p.x(), p.y(), p.z(), turn.x(), turn.y(), turn.z()};
         slot.id = point.id;
         slot.radius_um = rtde::RadiusInMicrometres(point.radius_m);

@@ -58,7 +58,11 @@ class Station {
   }
   /// Correction of the target along x.
   double Correction(int id = 10) { return Target(id)[0] - kTaught[0]; }
-  bool Ready() { return script_.Call("plumbline_ready", {Value::Number(10)}).number != 0; }
+  bool Ready() {
+    return script_.Call("plumbline_ready", {Value::Number(10), Value::Pose(kTaught)}).number != 0;
+  }
+  /// The program is paused: its threads stop while the client goes on writing.
+  void Pause(int heartbeats) { registers_.input_int[24] += heartbeats; }
   double largest_step_m() const { return largest_step_m_; }
 
   bool alive = true;
@@ -167,11 +171,32 @@ TEST_CASE("a correction that changes is followed at the largest speed") {
   CHECK(station.largest_step_m() <= kMaxSpeed * RtdeServer::kCycle_s * 1.01);
 }
 
-TEST_CASE("a correction beyond the limit is cut to it") {
+TEST_CASE("a correction beyond the limit is refused, not cut") {
   Station station;
-  station.Write(0.1);
+  station.Write(kMax_m + 0.001);
   station.Run(kRamp_s + 0.1, [](double) {});
-  CHECK(station.Correction() == Approx(kMax_m).margin(1e-9));
+  CHECK(station.Correction() == 0);
+  CHECK_FALSE(station.Ready());
+  station.Write(kMax_m - 0.001);
+  station.Run(kRamp_s + 0.6, [](double) {});
+  CHECK(station.Correction() == Approx(kMax_m - 0.001).margin(1e-9));
+  CHECK(station.Ready());
+}
+
+TEST_CASE("after a pause, a client that died in it is not taken for alive") {
+  Station station;
+  station.Write(0.004);
+  bool ready = true;
+  station.Run(kRamp_s + 1, [&](double time_s) {
+    if (time_s < kRamp_s + 0.5) return;
+    if (station.alive)
+      station.Pause(1000);
+    else
+      ready = ready && station.Ready();
+    station.alive = false;
+  });
+  CHECK_FALSE(station.Ready());
+  CHECK_FALSE(ready);
 }
 
 TEST_CASE("whatever a client does, no step of a target is larger than the limits allow") {
@@ -183,7 +208,7 @@ TEST_CASE("whatever a client does, no step of a target is larger than the limits
     if (time_s < next_s) return;
     next_s = time_s + 0.8 * any(random);
     station.alive = any(random) < 0.7;
-    station.Write(0.08 * (any(random) - 0.5),
+    station.Write(1.9 * kMax_m * (any(random) - 0.5),
                   any(random) < 0.2 ? 0 : static_cast<int>(1e3 * time_s),
                   any(random) < 0.8 ? 10 : 11, any(random) < 0.1 ? 0 : 300);
   });

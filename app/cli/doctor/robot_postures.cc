@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "app/cli/doctor/robot_reading.h"
 #include "app/measure/controller/posture_collector.h"
 #include "app/measure/controller/reported_steps.h"
 #include "drivers/clock.h"
@@ -20,7 +21,7 @@ Result<measure::ControllerSample> CollectPostures(
     const config::DaemonConfig& config, const model::CellModel& cell, double seconds, bool moving,
     const std::function<bool(double share, std::size_t kept)>& progress) {
   const config::RobotLinkConfig& link = config.robot;
-  auto made = robot::MakeRobot(link.transport, link.connection);
+  auto made = RobotToRead(link);
   if (!made) return Error{made.error()};
   robot::RobotDevice& device = *made.value();
   measure::ControllerSample sample;

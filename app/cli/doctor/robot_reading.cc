@@ -190,12 +190,18 @@ std::optional<CheckResult> LinkFault(const config::RobotLinkConfig& link) {
 
 }  // namespace
 
+Result<std::unique_ptr<robot::RobotDevice>> RobotToRead(const config::RobotLinkConfig& link) {
+  robot::RobotConnection connection = link.connection;
+  connection.push.enabled = false;
+  return robot::MakeRobot(link.transport, connection);
+}
+
 CheckResult CheckRobot(const config::DaemonConfig& config) {
   const config::RobotLinkConfig& link = config.robot;
   if (link.transport == "replay") {
     return {Health::kNotChecked, "robot", "recording " + link.replay_file, {}};
   }
-  auto robot = robot::MakeRobot(link.transport, link.connection);
+  auto robot = RobotToRead(link);
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   const deflection::LoadedArm arm(config.machine.cell);
   const Reading reading = ReadUntilTrusted(*robot.value(), config, arm);

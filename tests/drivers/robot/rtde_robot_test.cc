@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -337,6 +338,21 @@ TEST_CASE("points are written with sequence, id, radius and pose, and the heartb
   CHECK(robot->WithdrawAll(1) == LinkResult::kWaiting);
   const std::uint64_t sequence = state.sequence;
   CHECK(ReadUntil(*robot, state, [&] { return state.sequence > sequence; }));
+}
+
+TEST_CASE("a point with a rotation that is no number is withdrawn, not written") {
+  RunningUr ur;
+  const auto robot = Robot(ur, {.slots = 1});
+  model::RobotState state;
+  REQUIRE(robot->Read(state) == LinkResult::kOk);
+  std::array points{PointAt(0, 0.5)};
+  REQUIRE(robot->Push(points) == LinkResult::kOk);
+  REQUIRE(ReadUntil(*robot, state, [&] { return ur.State().input_int[25] != 0; }));
+  points[0].X_BT.R(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  REQUIRE(robot->Push(points) == LinkResult::kOk);
+  REQUIRE(ReadUntil(*robot, state, [&] { return ur.State().input_int[24] == 2; }));
+  CHECK(ur.State().input_int[25] == 0);
+  CHECK(std::isfinite(ur.State().input_double[27]));
 }
 
 TEST_CASE("a point that jumps is withdrawn, and written again once it is steady") {
