@@ -38,8 +38,7 @@ NOT_HERE = [
     (r"plumbline identify-controller ", "needs postures with a controller's poses; controller_models.py makes some"),
     (r"plumbline track |--images frames", "needs photographs of tags or a board; track_command_test and calibrate_lens_command_test have some"),
     (r"plumbline lens (list|export|solve)\b", "needs a stored lens and its views; lens_command_test has them"),
-    (r"plumbline program ", "needs a program of a robot controller; program_test and program_command_test have some"),
-    (r"plumbline path ", "needs a path of an offline programming system; path_command_test has one"),
+    (r"plumbline program .*(weld|PICK|HANDLING)", "needs the files of a controller; programs.py has some"),
     (r"plumbline mesh check ", "needs a mesh; mesh_command_test has some"),
     (r"^(\S*/)?plumbline distance |--distances", "needs an object table and a renderer; view_process_test has both"),
     (r"plumbline snapshot |--snapshot", "needs a renderer; view_process_test draws"),
@@ -156,6 +155,8 @@ def prepare(folder):
     os.makedirs(folder + "/delivery")
     for name in ("cell.toml", "measured.csv"):
         shutil.copy(folder + "/" + name, folder + "/delivery")
+    for example in ("ur/pick.script", "path.csv"):
+        shutil.copy("%s/packaging/examples/%s" % (ROOT, example), folder)
     open(folder + "/camera.yaml", "w").write(CAMERA_INFO)
     for name in ("cells", "profiles"):
         shutil.copytree(ROOT + "/config/" + name, "/usr/share/plumbline/" + name)
