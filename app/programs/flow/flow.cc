@@ -251,6 +251,8 @@ class Analysis {
   /// Interrupts and threads, and the routines that run as a part of them.
   void FindAsynchronous() {
     const std::size_t count = program_.routines.size();
+    is_handler_.assign(count, false);
+    is_thread_.assign(count, false);
     in_handler_.assign(count, false);
     in_thread_.assign(count, false);
     State none;
@@ -262,8 +264,9 @@ class Analysis {
         if (!thread && step.kind != StepKind::kEnableInterrupt) continue;
         if (const std::size_t* const started = RoutineCalled(step)) {
           called_[*started] = true;
-          std::vector<std::size_t>& roots = thread ? threads_ : handlers_;
-          if (std::ranges::find(roots, *started) == roots.end()) roots.push_back(*started);
+          std::vector<bool>& known = thread ? is_thread_ : is_handler_;
+          if (!known[*started]) (thread ? threads_ : handlers_).push_back(*started);
+          known[*started] = true;
         } else if (CallsMissing(step)) {
           // Such a routine sets what is unknown then, like any missing routine: but at any time.
           for (std::size_t slot = 0; slot < kFacts; ++slot) {
@@ -484,9 +487,7 @@ class Analysis {
     const Step* const step = StepOf(node);
     if (step == nullptr) {
       for (const std::size_t call : callers_[routine]) ReachAfterCall(call, routine);
-      if (std::ranges::find(handlers_, routine) != handlers_.end()) {
-        Offer(handlers_left_, states_[node], sets_[routine]);
-      }
+      if (is_handler_[routine]) Offer(handlers_left_, states_[node], sets_[routine]);
       return;
     }
     State after = states_[node];
@@ -647,6 +648,7 @@ class Analysis {
   std::vector<unsigned> sets_;        ///< by routine
   unsigned ever_set_ = 0, missing_sets_ = 0;
   std::set<std::string> harmless_;
+  std::vector<bool> is_handler_, is_thread_;
   std::vector<std::size_t> handlers_, threads_;  ///< routines of interrupts, of threads
   std::vector<bool> in_handler_, in_thread_;     ///< by routine: runs as a part of one
   State handlers_enter_{}, handlers_left_{};     ///< before and after any interrupt
