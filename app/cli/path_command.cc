@@ -8,6 +8,8 @@
 #include <iostream>
 #include <memory>
 
+#include "app/base/config/fault.h"
+#include "app/base/config/wrong_file.h"
 #include "app/base/service/utc_clock.h"
 #include "app/base/text/text.h"
 #include "app/cli/cell_option.h"
@@ -43,6 +45,7 @@ struct Columns {
   std::array<int, 3> roll_pitch_yaw = {-1, -1, -1};
   int payload = -1, tool = -1, item = -1, temperature = -1, time = -1;
   int count = 0;
+  std::vector<std::string> names;  ///< as in the header
 
   bool has_joints() const { return !joints.empty() && joints.front() >= 0; }
   bool has_pose() const { return position[0] >= 0; }
@@ -81,6 +84,7 @@ Result<Columns> ColumnsOf(std::string_view header, const model::Robot& robot) {
   if (header.starts_with("\xEF\xBB\xBF")) header.remove_prefix(3);
   const std::vector<std::string_view> names = Cells(header);
   columns.count = static_cast<int>(names.size());
+  columns.names.assign(names.begin(), names.end());
   struct Known {
     std::string_view name;
     int* column;
@@ -209,8 +213,14 @@ class RowReader {
     return value ? std::optional(static_cast<int>(std::lround(*value))) : std::nullopt;
   }
   Error Missing(int column) const {
-    return Error{fmt::format("column {} is no number{}", column + 1,
+    return Error{fmt::format("{} is no number{}",
+                             text::Visible(columns_.names[static_cast<std::size_t>(column)]),
                              unreadable_.empty() ? "" : ": " + text::Visible(unreadable_))};
+  }
+  /// The first of the columns without a number.
+  template <std::size_t kSize>
+  Error FirstMissing(const std::array<int, kSize>& columns) const {
+    return Missing(*std::ranges::find_if(columns, [&](int column) { return !At(column); }));
   }
   template <std::size_t kSize>
   std::optional<std::array<double, kSize>> All(const std::array<int, kSize>& columns) const {
@@ -225,12 +235,12 @@ class RowReader {
 
   Result<Pose> ReadPose() const {
     const auto p = All(columns_.position);
-    if (!p) return Missing(columns_.position[0]);
+    if (!p) return FirstMissing(columns_.position);
     Pose pose;
     pose.p = kMetrePerMm * Vec3((*p)[0], (*p)[1], (*p)[2]);
     if (Complete(columns_.quaternion)) {
       const auto n = All(columns_.quaternion);
-      if (!n) return Missing(columns_.quaternion[0]);
+      if (!n) return FirstMissing(columns_.quaternion);
       const Eigen::Quaterniond quaternion((*n)[0], (*n)[1], (*n)[2], (*n)[3]);
       if (std::abs(quaternion.norm() - 1) > 0.01) return Error{"qw .. qz are no unit quaternion"};
       pose.R = quaternion.normalized().toRotationMatrix();
@@ -238,7 +248,7 @@ class RowReader {
     }
     const bool turn = Complete(columns_.turn);
     const auto n = All(turn ? columns_.turn : columns_.roll_pitch_yaw);
-    if (!n) return Missing(turn ? columns_.turn[0] : columns_.roll_pitch_yaw[0]);
+    if (!n) return FirstMissing(turn ? columns_.turn : columns_.roll_pitch_yaw);
     const Vec3 angles = kRadPerDeg * Vec3((*n)[0], (*n)[1], (*n)[2]);
     pose.R = turn ? RotationFromVector(angles) : RotationFromRollPitchYaw(angles);
     return pose;
@@ -271,7 +281,7 @@ void AppendRow(const programs::CorrectedRow& row, const Columns& columns, const 
   if (!row.problem.empty()) {
     out.append(3 + orientation + robot.joints.size() + 3, ',');
     std::string problem = row.problem;
-    std::ranges::replace(problem, ',', ' ');
+    std::ranges::replace(problem, ',', ';');
     fmt::format_to(append, ",{}\n", problem);
     return;
   }
@@ -328,6 +338,11 @@ int Run(const PathOptions& options) {
   }
   const std::string_view bytes = *text;
   const std::size_t header_end = std::min(bytes.find('\n'), bytes.size());
+  config::FaultList faults;
+  if (config::RefuseWrongFile(bytes, options.path, config::kWantedTable, faults)) {
+    std::cerr << config::FaultsText(faults);
+    return kExitUsage;
+  }
   const Result<Columns> columns = ColumnsOf(bytes.substr(0, header_end), cell.robot);
   if (!columns) return Fail(options.path + ":1: " + columns.error(), kExitUsage);
   programs::PathCorrector::Options settings;
@@ -340,6 +355,12 @@ int Run(const PathOptions& options) {
                               options.near, cell.robot.size()),
                   kExitUsage);
     }
+  }
+  if (!columns->has_joints() && options.near.empty()) {
+    return Fail(fmt::format("{}: the posture of the first row is not known: give --near "
+                            "q1,q2,.. (joints near which it is), or columns with the joints",
+                            options.path),
+                kExitUsage);
   }
   correction::CorrectionLimits limits = in_force->limits;
   if (options.deflection_sd) limits.deviation = {*options.deflection_sd, true};
@@ -381,7 +402,7 @@ int Run(const PathOptions& options) {
     if (!corrected.problem.empty() && ++left <= kMostLines) {
       std::cerr << fmt::format("{}:{}: not corrected: {}\n", options.path, line, corrected.problem);
     }
-    searched += corrected.searched && rows > 1 ? 1 : 0;
+    searched += corrected.searched && corrected.problem.empty() && rows > 1 ? 1 : 0;
     AppendRow(corrected, *columns, cell.robot, settings.radius, out);
   }
   progress.Clear();
@@ -418,7 +439,8 @@ void AddPathCommand(CLI::App& app, int& exit_code) {
                    "Temperature of rows without temp_C, degC")
       ->check(NumberWithin(-50, 150));
   command->add_option("--near", options->near,
-                      "Joints near which the first row is, q1,q2,.. in degrees or mm");
+                      "Joints near which the first row is, q1,q2,.. in degrees or mm; "
+                      "needed for a table without joints");
   command->add_flag("--no-radius", options->no_radius, "Compute no radius");
   command
       ->add_option("--deflection-sd", options->deflection_sd,
