@@ -114,9 +114,16 @@ void PrintMotionLink(const DaemonRegisters& daemon, std::ostream& out) {
   if (state == status::MotionLinkState::kCorrecting) {
     text += fmt::format(", {:.3f} mm of {:.3f} mm", value("motion_link_offset"),
                         value("motion_link_wanted"));
+  } else if (obstacle == motion_offset::Obstacle::kNoPackets && value("motion_link_ignored") > 0) {
+    text +=
+        ": packets arrive, but none from the controller's address and in the form of `kind`; "
+        "the log says where they come from";
   } else {
     const std::string_view remedy = RemedyOf(obstacle);
     text += fmt::format(": {}{}{}", Describe(obstacle), remedy.empty() ? "" : "; ", remedy);
+    if (value("motion_link_wanted") > 0) {
+      text += fmt::format(". Wanted: {:.3f} mm", value("motion_link_wanted"));
+    }
   }
   PrintStatusLine(out, "motion link", text);
   PrintStatusLine(out, "",

@@ -28,9 +28,10 @@ const std::array kMotionLinkFields = {
              [](Source s) { return static_cast<double>(Link(s).obstacle); }},
     MapField{662, kFloat, "motion_link_offset", "mm", "size of the offset in the latest answer",
              [](Source s) { return kMmPerMetre * Link(s).offset_m; }},
-    MapField{664, kFloat, "motion_link_wanted", "mm",
-             "size of the offset that the model demands; 0 while it does not correct",
-             [](Source s) { return kMmPerMetre * Link(s).wanted_m; }},
+    MapField{
+        664, kFloat, "motion_link_wanted", "mm",
+        "size of the offset that the model demands, also while it is not applied; 0: none is known",
+        [](Source s) { return kMmPerMetre * Link(s).wanted_m; }},
     MapField{666, kU32, "motion_link_answered", "", "packets answered since the link started",
              [](Source s) { return static_cast<double>(Link(s).answered); }},
     MapField{668, kU32, "motion_link_lost", "", "packets that were missing before another one",

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -332,11 +333,20 @@ void Reporter::ObserveMotion(const status::MotionLinkStatus& motion, const std::
     return;
   }
   motion_ignored_s_ = now_s;
+  const auto counted = [&](std::uint64_t count, const std::string& text) {
+    return count == foreign + malformed ? text : fmt::format("{} {}", count, text);
+  };
+  std::vector<std::string> reasons;
+  if (foreign > 0) {
+    reasons.push_back(counted(
+        foreign, "from " + AddressText(motion.foreign_address) + ", which is not the controller"));
+  }
+  if (malformed > 0) {
+    reasons.push_back(counted(malformed, "not of the form that the configured interface sends"));
+  }
   sink_({log::Event::kMotionIgnored,
-         fmt::format("motion link: {} packets ignored: {}", foreign + malformed,
-                     foreign > 0 ? "from " + AddressText(motion.foreign_address) +
-                                       ", which is not the controller"
-                                 : "not of the form that the configured interface sends")});
+         fmt::format("motion link: {} packet{} ignored: {}", foreign + malformed,
+                     foreign + malformed == 1 ? "" : "s", fmt::join(reasons, "; "))});
 }
 
 void Reporter::ObserveProbes(const ProbeIntake& probes) {

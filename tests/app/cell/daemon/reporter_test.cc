@@ -114,6 +114,13 @@ TEST_CASE("each transition of the motion link is one line, with the reason and t
   now_s += 11;
   CHECK_THAT(observe(MotionLinkState::kWaiting, Obstacle::kNoPackets).back(),
              Catch::StartsWith("motion link: 6 packets ignored"));
+  now_s += 11;
+  motion.foreign = 10;
+  motion.malformed = 2;
+  CHECK(
+      observe(MotionLinkState::kWaiting, Obstacle::kNoPackets) ==
+      Lines{"motion link: 3 packets ignored: 1 from 127.0.0.1, which is not the controller; 2 not "
+            "of the form that the configured interface sends"});
 }
 
 TEST_CASE("the tip of another tool than the reported one is named with both numbers") {
