@@ -192,7 +192,7 @@ TEST_CASE("frames and loads come from a file, with its line where it is wrong") 
 
 TEST_CASE("joint targets that nobody wants corrected are no failure") {
   Program program("J home\n");
-  program.Replace("sub main", "joints home 0 -90 90 0 0 0\nsub main");
+  program.Replace("sub main", "joints home 10 -80 90 -60 70 20\nsub main");
   const Answer answer = program.Run();
   CHECK(answer.exit_code == 0);
   CHECK_THAT(answer.out, Contains("1 left by choice"));
