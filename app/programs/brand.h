@@ -96,9 +96,12 @@ class Brand {
   /// A linear or circular part of `motion` to a pose, in the style of the original statement and
   /// with its approximation, to be inserted before it; nullopt if this motion cannot be refined.
   /// @param numbers  x, y, z and the orientation in the units of the file
+  /// @param part_m   length of each part; controllers that do not limit an approximation by
+  ///                 themselves get one that fits
   virtual std::optional<std::string> InsertedMotion(const Program& program, const Motion& motion,
-                                                    std::span<const double> numbers) const {
-    (void)program, (void)motion, (void)numbers;
+                                                    std::span<const double> numbers,
+                                                    double part_m) const {
+    (void)program, (void)motion, (void)numbers, (void)part_m;
     return std::nullopt;
   }
 };

@@ -147,8 +147,8 @@ enum class StepKind {
   kMotion,
   kSetTool,
   kSetBase,
-  kSetLoad,   ///< the load at the flange in addition to the tool
-  kSetExtra,  ///< a load in addition to the tool's own: GripLoad
+  kSetLoad,   ///< the whole load at the flange, in place of the tool's own
+  kSetExtra,  ///< a load in addition: GripLoad
   kShift,     ///< from here on a displacement moves all targets, or a soft servo yields:
               ///< `setting.unknown` says which; empty: it has ended
   kUse,       ///< a point is used other than as the target of a motion: `reason`

@@ -1,5 +1,6 @@
 #include "app/programs/brands/fanuc_posture.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -76,17 +77,28 @@ int TurnsOf(double angle) {
   return static_cast<int>(std::round(angle / (2 * std::numbers::pi)));
 }
 
+/// Whether turn i may be that of a joint.
+bool TurnAgrees(const Config& config, std::size_t i, double angle) {
+  return std::abs(angle - 2 * std::numbers::pi * config.turns[i]) <= std::numbers::pi + kAtLimit;
+}
+
+/// The joints whose turns a string most likely states: those of which the fewest turns differ.
+const std::array<int, 3>& TurningJoints(const Config& config, const model::JointVector& q) {
+  const auto differing = [&](const std::array<int, 3>& joints) {
+    int count = 0;
+    for (std::size_t i = 0; i < 3; ++i) count += TurnAgrees(config, i, q[joints[i]]) ? 0 : 1;
+    return count;
+  };
+  return *std::ranges::min_element(kTurningJoints, {}, differing);
+}
+
 bool TurnsAgree(const Config& config, const model::JointVector& q) {
   if (config.turn_count < 3) return true;
-  for (const auto& joints : kTurningJoints) {
-    bool agree = true;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double rest = q[joints[i]] - 2 * std::numbers::pi * config.turns[i];
-      agree = agree && std::abs(rest) <= std::numbers::pi + kAtLimit;
-    }
-    if (agree) return true;
+  const std::array<int, 3>& joints = TurningJoints(config, q);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!TurnAgrees(config, i, q[joints[i]])) return false;
   }
-  return false;
+  return true;
 }
 
 }  // namespace
@@ -109,10 +121,11 @@ std::string ConfigFor(std::string_view text, const kinematics::Chain& chain,
   if (!sides || ConfigAgrees(text, chain, q, true)) return written;
   const Config config = Parsed(text);
   if (!TurnsAgree(config, q)) {
+    const std::array<int, 3>& joints = TurningJoints(config, q);
     for (std::size_t i = 3; i-- > 0;) {
+      if (TurnAgrees(config, i, q[joints[i]])) continue;
       const Span& span = config.turn_spans[i];
-      written.replace(span.begin, span.end - span.begin,
-                      std::to_string(TurnsOf(q[kTurningJoints[0][i]])));
+      written.replace(span.begin, span.end - span.begin, std::to_string(TurnsOf(q[joints[i]])));
     }
   }
   constexpr std::array<std::array<char, 2>, 3> kLetters = {{{'F', 'N'}, {'U', 'D'}, {'T', 'B'}}};

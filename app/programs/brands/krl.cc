@@ -142,7 +142,7 @@ class Krl final : public Brand {
   }
 
   std::optional<std::string> InsertedMotion(const Program& program, const Motion& motion,
-                                            std::span<const double> numbers) const override;
+                                            std::span<const double> numbers, double) const override;
 
  private:
   static constexpr std::int64_t kStatusBits = 7, kTurnBits = 63;
@@ -169,7 +169,7 @@ class Krl final : public Brand {
 /// The statement with the target replaced: `LIN {X ...} C_DIS`, `SCIRC {X ...}, {X ...} WITH ...`.
 /// A circle needs the auxiliary point of its part in front of the end: twelve numbers.
 std::optional<std::string> Krl::InsertedMotion(const Program& program, const Motion& motion,
-                                               std::span<const double> numbers) const {
+                                               std::span<const double> numbers, double) const {
   const bool circle = motion.kind == MotionKind::kCircular;
   if ((motion.kind != MotionKind::kLinear && !circle) || numbers.size() != (circle ? 12u : 6u) ||
       !motion.special.empty() || motion.statement.file >= program.files.size()) {

@@ -101,7 +101,7 @@ class RapidBrand final : public Brand {
 
   std::optional<Insertion> Mark(const SourceFile& file, std::string_view mark) const override;
   std::optional<std::string> InsertedMotion(const Program& program, const Motion& motion,
-                                            std::span<const double> numbers) const override;
+                                            std::span<const double> numbers, double) const override;
 
  private:
   /// ENDMODULE near the end; Go's go.mod files also start with a word `module`.
@@ -188,7 +188,8 @@ std::string Literal(std::span<const double> numbers) {
 }
 
 std::optional<std::string> RapidBrand::InsertedMotion(const Program& program, const Motion& motion,
-                                                      std::span<const double> numbers) const {
+                                                      std::span<const double> numbers,
+                                                      double) const {
   const Span& span = motion.statement;
   if (span.begin >= span.end || !motion.end.point) return std::nullopt;
   const std::string_view bytes = program.files[span.file].bytes;

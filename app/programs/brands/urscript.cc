@@ -96,7 +96,8 @@ class UrScript final : public Brand {
   }
 
   std::optional<std::string> InsertedMotion(const Program& program, const Motion& motion,
-                                            std::span<const double> numbers) const override;
+                                            std::span<const double> numbers,
+                                            double part_m) const override;
 };
 
 Reading UrScript::Read(std::vector<SourceFile> files) const {
@@ -153,10 +154,22 @@ Reading UrScript::Read(std::vector<SourceFile> files) const {
   return reading;
 }
 
-/// The statement with the target replaced by a pose. Circles are not divided: their parts need
-/// auxiliary points of their own.
+/// The blend radius of a movel: its argument r, or the fifth one.
+const Expr* BlendOf(const Syntax& syntax, const Expr& call) {
+  constexpr std::size_t kPlace = 4;
+  for (std::size_t k = 1; k < call.parts.size(); ++k) {
+    const std::string_view name = call.part_names[k];
+    if (name == "r" || (name.empty() && k == kPlace)) return &syntax.exprs[call.parts[k]];
+  }
+  return nullptr;
+}
+
+/// The statement with the target replaced by a pose, and the blend radius limited, so that the
+/// blends of two parts do not meet. Circles are not divided: their parts need auxiliary points of
+/// their own.
 std::optional<std::string> UrScript::InsertedMotion(const Program& program, const Motion& motion,
-                                                    std::span<const double> numbers) const {
+                                                    std::span<const double> numbers,
+                                                    double part_m) const {
   if (motion.kind != MotionKind::kLinear || !motion.end.point || numbers.size() != 6 ||
       motion.end.offset.in != Offset::In::kNone) {
     return std::nullopt;
@@ -168,9 +181,9 @@ std::optional<std::string> UrScript::InsertedMotion(const Program& program, cons
   if (syntax.statements.size() != 1 || syntax.statements[0].expr == kNone) {
     return std::nullopt;
   }
-  const Expr* place = &syntax.exprs[syntax.statements[0].expr];
-  if (place->kind != ExprKind::kCall || place->parts.empty()) return std::nullopt;
-  place = &syntax.exprs[place->parts[0]];
+  const Expr& call = syntax.exprs[syntax.statements[0].expr];
+  if (call.kind != ExprKind::kCall || call.parts.empty()) return std::nullopt;
+  const Expr* place = &syntax.exprs[call.parts[0]];
   const bool feature = motion.base && motion.base->key != kRobotBase;
   if (feature) {
     if (place->name != "pose_trans" || place->parts.size() != 2) return std::nullopt;
@@ -189,7 +202,15 @@ std::optional<std::string> UrScript::InsertedMotion(const Program& program, cons
   std::string pose;
   for (const double number : numbers)
     pose += fmt::format("{}{:.9f}", pose.empty() ? "" : ", ", number);
-  return fmt::format("{}p[{}]{}{}{}", text.substr(0, place->begin), pose, text.substr(place->end),
+  std::string rest(text.substr(place->end));
+  constexpr double kShare = 0.4;  // of a part, so that two blends do not meet
+  const double most_m = kShare * part_m;
+  const Expr* const blend = BlendOf(syntax, call);
+  if (blend != nullptr && (blend->kind != ExprKind::kNumber || blend->number > most_m)) {
+    rest.replace(blend->begin - place->end, blend->end - blend->begin,
+                 fmt::format("{:.5f}", most_m));
+  }
+  return fmt::format("{}p[{}]{}{}{}", text.substr(0, place->begin), pose, rest,
                      both ? "\r\n" : "\n", before);
 }
 

@@ -65,8 +65,10 @@ bool PathCorrector::FindPosture(const PathRow& row, const Pose& X_BT, CorrectedR
                                 model::JointVector& q) const {
   const ArmTarget target{X_BT, Vec3::Zero(), row.payload.tool};
   const std::optional<model::JointVector>& seed = row.q ? row.q : last_;
-  const Result<model::JointVector> found = ChosenPosture(
-      corrector_.solver(), target, [](const model::JointVector&) { return true; }, false, seed);
+  PostureQuestion question;
+  question.target = target;
+  question.seed = seed;
+  const Result<model::JointVector> found = PostureSearch(corrector_.solver()).Choose(question);
   corrected.searched = true;
   if (!found) {
     corrected.problem = found.error();

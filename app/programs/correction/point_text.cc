@@ -18,17 +18,32 @@ std::optional<std::vector<double>> ValuesOf(const Point& point, const Convention
   return values;
 }
 
+Vec3 PositionOf(const Point& point) {
+  return {point.numbers[0]->value, point.numbers[1]->value, point.numbers[2]->value};
+}
+
 }  // namespace
 
-Result<Pose> PoseOf(const Point& point, const Conventions& conventions) {
-  const auto values = ValuesOf(point, conventions);
-  if (!values) {
+bool StatesPositionAlone(const Point& point) {
+  for (std::size_t k = 0; k < point.numbers.size(); ++k) {
+    if (point.numbers[k].has_value() != (k < 3)) return false;
+  }
+  return point.numbers.size() >= 3;
+}
+
+Result<Pose> PoseOf(const Point& point, const Conventions& conventions,
+                    const std::optional<Mat3>& orientation) {
+  Pose pose;
+  if (const auto values = ValuesOf(point, conventions)) {
+    const Result<Mat3> R = conventions.rotation(std::span(*values).subspan(3));
+    if (!R) return R.failure();
+    pose = {*R, conventions.m_per_unit * Vec3((*values)[0], (*values)[1], (*values)[2])};
+  } else if (orientation && StatesPositionAlone(point)) {
+    pose = {*orientation, conventions.m_per_unit * PositionOf(point)};
+  } else {
     return Error{
         "not all of its numbers are written: what is missing keeps the value of the point before"};
   }
-  const Result<Mat3> R = conventions.rotation(std::span(*values).subspan(3));
-  if (!R) return R.failure();
-  Pose pose{*R, conventions.m_per_unit * Vec3((*values)[0], (*values)[1], (*values)[2])};
   if (!pose.R.allFinite() || !pose.p.allFinite()) return Error{"its numbers are not finite"};
   return pose;
 }
@@ -66,8 +81,15 @@ PointText TextOf(const Point& point, const Pose& taught, const Pose& corrected,
                  const Conventions& conventions, const std::vector<SourceFile>& files) {
   constexpr double kNoTurn_rad = 1e-10;
   PointText text;
-  auto numbers = NumbersOfPose(corrected, point, conventions);
-  const auto old = ValuesOf(point, conventions);
+  std::optional<std::vector<double>> numbers, old;
+  if (StatesPositionAlone(point)) {
+    const Vec3 p = corrected.p / conventions.m_per_unit, before = PositionOf(point);
+    numbers.emplace(p.begin(), p.end());
+    old.emplace(before.begin(), before.end());
+  } else {
+    numbers = NumbersOfPose(corrected, point, conventions);
+    old = ValuesOf(point, conventions);
+  }
   if (!numbers || !old || numbers->size() != old->size()) {
     text.problem = "not all of its numbers are written";
     return text;
@@ -93,7 +115,12 @@ PointText TextOf(const Point& point, const Pose& taught, const Pose& corrected,
     if (value) written[k] = *value;
     AddIfChanged(bytes, std::move(*edit), text.edits);
   }
-  text.written = text.edits.empty() ? taught : PoseFromNumbers(written, conventions);
+  text.written = taught;
+  if (written.size() > 3) {
+    if (!text.edits.empty()) text.written = PoseFromNumbers(written, conventions);
+  } else {
+    text.written = {corrected.R, conventions.m_per_unit * Vec3(written[0], written[1], written[2])};
+  }
   return text;
 }
 

@@ -1,6 +1,7 @@
 // A point between its numbers in the file and its pose.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,8 +12,13 @@
 
 namespace plumbline::programs {
 
+/// Whether a point states x, y and z, but no orientation.
+bool StatesPositionAlone(const Point& point);
+
 /// The pose of a point in its base [m], or why its numbers are none.
-Result<Pose> PoseOf(const Point& point, const Conventions& conventions);
+/// @param orientation  of a point that states a position alone; absent: such a point has no pose
+Result<Pose> PoseOf(const Point& point, const Conventions& conventions,
+                    const std::optional<Mat3>& orientation = {});
 
 /// The same from numbers x, y, z and orientation, which must be a rotation.
 Pose PoseFromNumbers(std::span<const double> numbers, const Conventions& conventions);
@@ -30,7 +36,8 @@ struct PointText {
 };
 
 /// @param taught     the pose of the numbers in the file
-/// @param corrected  the pose to be written; an orientation that does not change stays as written
+/// @param corrected  the pose to be written; an orientation that does not change stays as written,
+///                   and one that is not written is not added
 PointText TextOf(const Point& point, const Pose& taught, const Pose& corrected,
                  const Conventions& conventions, const std::vector<SourceFile>& files);
 

@@ -29,6 +29,14 @@ double DifferenceWithoutTurns(const kinematics::Chain& chain, const JointVector&
   return largest;
 }
 
+void AddBranch(const kinematics::Chain& chain, const JointVector& q,
+               std::vector<JointVector>& found) {
+  const bool known = std::ranges::any_of(found, [&](const JointVector& other) {
+    return DifferenceWithoutTurns(chain, q, other) < kSameJoint;
+  });
+  if (!known) found.push_back(q);
+}
+
 /// Adds to each posture those with one joint turned by whole turns within its limits.
 void AddTurns(const kinematics::Chain& chain, int joint, std::vector<JointVector>& postures) {
   constexpr std::size_t kMost = 4096;
@@ -70,17 +78,8 @@ kinematics::InverseOutcome Solve(const correction::Corrector& corrector, const A
                                kIterations, q);
 }
 
-}  // namespace
-
-std::optional<JointVector> PostureNear(const correction::Corrector& corrector,
-                                       const ArmTarget& target, const JointVector& seed) {
-  JointVector q = seed;
-  if (!Solve(corrector, target, q).converged) return std::nullopt;
-  if (!kinematics::WrapIntoLimits(corrector.arm().chain(), seed, q)) return std::nullopt;
-  return q;
-}
-
-std::vector<JointVector> PosturesOf(const correction::Corrector& corrector,
+/// One posture of each branch, as near to zero as whole turns allow.
+std::vector<JointVector> BranchesOf(const correction::Corrector& corrector,
                                     const ArmTarget& target) {
   constexpr int kSpread = 24, kMirrored = 8;
   const kinematics::Chain& chain = corrector.arm().chain();
@@ -98,10 +97,7 @@ std::vector<JointVector> PosturesOf(const correction::Corrector& corrector,
       least_rad = std::min(least_rad, outcome.residual_rad);
     }
     static_cast<void>(kinematics::WrapIntoLimits(chain, zero, q));
-    const bool known = std::ranges::any_of(found, [&](const JointVector& other) {
-      return DifferenceWithoutTurns(chain, q, other) < kSameJoint;
-    });
-    if (!known) found.push_back(q);
+    AddBranch(chain, q, found);
   };
   for (int k = 0; k < kSpread; ++k) add(kinematics::RestartPosture(chain, zero, kMirrored + k));
   constexpr std::size_t kMostBranches = 32;
@@ -111,34 +107,75 @@ std::vector<JointVector> PosturesOf(const correction::Corrector& corrector,
       add(kinematics::RestartPosture(chain, from, index));
     }
   }
-  std::vector<JointVector> postures = std::move(found);
-  for (int joint = 0; joint < chain.size(); ++joint) AddTurns(chain, joint, postures);
-  std::erase_if(postures, [&](const JointVector& q) { return !chain.WithinLimits(q); });
-  return postures;
+  return found;
 }
 
-Result<JointVector> ChosenPosture(const correction::Corrector& corrector, const ArmTarget& target,
-                                  const std::function<bool(const JointVector&)>& agrees,
-                                  bool states, const std::optional<JointVector>& seed) {
+/// Branches at one target from those at another; empty unless each leads to one of its own.
+std::vector<JointVector> BranchesFrom(const correction::Corrector& corrector,
+                                      const ArmTarget& target,
+                                      const std::vector<JointVector>& others) {
   const kinematics::Chain& chain = corrector.arm().chain();
-  if (seed) {
-    if (const auto near = PostureNear(corrector, target, *seed)) {
-      const bool same_branch =
-          !correction::IsOtherPosture(chain, correction::FarthestFromTaught(chain, *seed, *near));
-      if (same_branch && agrees(*near)) return *near;
-    }
+  const JointVector zero = JointVector::Zero(chain.size());
+  std::vector<JointVector> found;
+  for (const JointVector& other : others) {
+    JointVector q = other;
+    if (!Solve(corrector, target, q).converged) return {};
+    static_cast<void>(kinematics::WrapIntoLimits(chain, zero, q));
+    AddBranch(chain, q, found);
   }
-  std::vector<JointVector> postures = PosturesOf(corrector, target);
+  return found.size() == others.size() ? found : std::vector<JointVector>();
+}
+
+std::vector<JointVector> WithTurns(const kinematics::Chain& chain,
+                                   std::vector<JointVector> branches) {
+  for (int joint = 0; joint < chain.size(); ++joint) AddTurns(chain, joint, branches);
+  std::erase_if(branches, [&](const JointVector& q) { return !chain.WithinLimits(q); });
+  return branches;
+}
+
+/// The posture at the end of a path, followed in small steps; nullopt where it leaves the limits or
+/// jumps.
+std::optional<JointVector> Followed(const correction::Corrector& corrector,
+                                    const std::function<ArmTarget(double)>& along,
+                                    const JointVector& start) {
+  constexpr int kSteps = 64;
+  const kinematics::Chain& chain = corrector.arm().chain();
+  JointVector q = start;
+  for (int k = 1; k <= kSteps; ++k) {
+    const auto next = PostureNear(corrector, along(static_cast<double>(k) / kSteps), q);
+    if (!next ||
+        correction::IsOtherPosture(chain, correction::FarthestFromTaught(chain, q, *next))) {
+      return std::nullopt;
+    }
+    q = *next;
+  }
+  return q;
+}
+
+/// The one of all postures that reach a target that a motion takes.
+Result<JointVector> OneOf(const kinematics::Chain& chain, const PostureQuestion& question,
+                          std::vector<JointVector> postures) {
+  const std::optional<JointVector>& seed = question.seed;
   if (postures.empty()) {
     return Error{"no posture within the joint limits reaches it; check base, tool and limits"};
   }
+  const std::string no_seed = question.no_seed.empty() ? "" : " (" + question.no_seed + ")";
   const std::size_t all = postures.size();
-  std::erase_if(postures, [&](const JointVector& q) { return !agrees(q); });
+  if (question.agrees) {
+    std::erase_if(postures, [&](const JointVector& q) { return !question.agrees(q); });
+  }
   if (postures.empty()) {
+    if (seed) {
+      return Error{fmt::format(
+          "none of the {} postures that reach it has the stated configuration; check base, tool "
+          "and the joint zeros of the cell",
+          all)};
+    }
     return Error{fmt::format(
-        "none of the {} postures that reach it has the stated configuration; check base, tool and "
-        "the joint zeros of the cell",
-        all)};
+        "the posture is not known: where the motion starts is not known{}, and none of the {} "
+        "postures that reach it has the stated configuration; correct the configuration, or let "
+        "the program start with a motion to joint angles",
+        no_seed, all)};
   }
   const auto distance = [&](const JointVector& q) {
     return seed ? (q - *seed).cwiseAbs().maxCoeff() : q.cwiseAbs().maxCoeff();
@@ -149,12 +186,59 @@ Result<JointVector> ChosenPosture(const correction::Corrector& corrector, const 
       return DifferenceWithoutTurns(chain, q, *nearest) >= kSameJoint;
     });
     if (other > 0) {
-      return Error{fmt::format(
-          "the posture is not known: {}, and the motion before it is not known",
-          states ? "several postures have the stated configuration" : "the point states none")};
+      return Error{
+          fmt::format("the posture is not known: {}, and where the motion starts is not "
+                      "known{}",
+                      question.states ? "several postures have the stated configuration"
+                                      : "the point states none",
+                      no_seed)};
     }
   }
   return *nearest;
+}
+
+}  // namespace
+
+std::optional<JointVector> PostureNear(const correction::Corrector& corrector,
+                                       const ArmTarget& target, const JointVector& seed) {
+  JointVector q = seed;
+  if (!Solve(corrector, target, q).converged) return std::nullopt;
+  if (!kinematics::WrapIntoLimits(corrector.arm().chain(), seed, q)) return std::nullopt;
+  return q;
+}
+
+std::vector<JointVector> PosturesOf(const correction::Corrector& corrector,
+                                    const ArmTarget& target) {
+  return WithTurns(corrector.arm().chain(), BranchesOf(corrector, target));
+}
+
+Result<JointVector> PostureSearch::Choose(const PostureQuestion& question) {
+  const kinematics::Chain& chain = corrector_.arm().chain();
+  if (question.seed) {
+    std::optional<JointVector> near = PostureNear(corrector_, question.target, *question.seed);
+    if (near && correction::IsOtherPosture(
+                    chain, correction::FarthestFromTaught(chain, *question.seed, *near))) {
+      near.reset();
+    }
+    if (!near && question.along) near = Followed(corrector_, question.along, *question.seed);
+    if (near && question.along && question.agrees && !question.agrees(*near)) {
+      return Error{
+          "it states another posture than the one that the motion before ends in, which a linear "
+          "or circular motion keeps; correct the configuration, or reach it with a joint motion"};
+    }
+    if (near && (!question.agrees || question.agrees(*near))) return *near;
+  }
+  // Postures that are followed from the last search may be incomplete: enough for a refusal, but
+  // not for a choice.
+  if (!last_.empty()) {
+    const std::vector<JointVector> branches = BranchesFrom(corrector_, question.target, last_);
+    if (!branches.empty()) {
+      const Result<JointVector> chosen = OneOf(chain, question, WithTurns(chain, branches));
+      if (!chosen) return chosen.failure();
+    }
+  }
+  last_ = BranchesOf(corrector_, question.target);
+  return OneOf(chain, question, WithTurns(chain, last_));
 }
 
 }  // namespace plumbline::programs

@@ -201,9 +201,10 @@ Result<Rewritten> Rewrite(const Brand& brand, const Program& program,
     }
     for (const PointCorrection& point : correction.points) {
       if (!point.reason.empty()) continue;
-      const Result<Pose> pose = program.points[point.point].kind == PointKind::kPose
-                                    ? PoseOf(read.points[point.point], brand.conventions())
-                                    : Result<Pose>(point.corrected);
+      const Result<Pose> pose =
+          program.points[point.point].kind == PointKind::kPose
+              ? PoseOf(read.points[point.point], brand.conventions(), point.corrected.R)
+              : Result<Pose>(point.corrected);
       if (!pose || (pose->p - point.corrected.p).norm() > 1e-9) {
         return defect("a corrected point reads differently from what was written, " +
                       PlaceText(program, program.points[point.point].place));

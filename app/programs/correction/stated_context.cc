@@ -202,10 +202,10 @@ Result<void> ContextResolver::AddLoad(const SettingAt& tool, const SettingAt& lo
       carried.Add(*one.mass_kg, CogInFlange(one, context));
       return {};
     };
-    if (own) {
+    // A load that is set is the whole load: what the tool is declared with is then not in force.
+    if (load.key.empty()) {
       if (const Result<void> added = add(tool.key, *own); !added) return added;
-    }
-    if (!load.key.empty()) {
+    } else {
       const auto entered = program_.loads.find(load.key);
       const Result<void> added =
           add(load.key, entered == program_.loads.end() ? LoadValue{} : entered->second);

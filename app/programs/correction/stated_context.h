@@ -49,8 +49,9 @@ struct MotionContext {
 /// number at the end of the key. The tool point may be any point on a stated tool.
 ///
 /// Load: controllers count everything at the flange. The payload is
-///   m = m_tool + m_load + m_extra - m_cell,   m c = sum of the m_i c_i - m_cell c_cell
-/// with m_cell the mass of the cell's tool, body and mount; the daemon's payload likewise excludes
+///   m = m_set + m_extra - m_cell,   m c = sum of the m_i c_i - m_cell c_cell
+/// with m_set the load that is set, or, where none is, the one that the tool is declared with, and
+/// m_cell the mass of the cell's tool, body and mount; the daemon's payload likewise excludes
 /// it. A tool that the cell declares rigid has no mass, so that it stays in the payload.
 class ContextResolver {
  public:

@@ -78,7 +78,8 @@ model::JointVector Joints(std::initializer_list<double> degrees) {
 
 const model::JointVector kFirst = Joints({20, -70, 80, 10, 60, 30}),
                          kSecond = Joints({35, -60, 70, -20, 50, 10}),
-                         kThird = Joints({-40, -80, 100, 30, -40, 60});
+                         kThird = Joints({-40, -80, 100, 30, 40, 60}),
+                         kMiddle = Joints({27, -64, 74, -6, 56, 21});
 
 /// Six numbers of the unloaded tip in a base, with many digits.
 std::string PoseText(const model::JointVector& q, const Pose& X_WU = {}) {
@@ -276,6 +277,8 @@ TEST_CASE("several offsets share a correction only within the bound") {
   settings.offset_bound_m = 5e-5;
   const Corrected c = Correct(text, settings);
   CHECK(c["near"].reason.empty());
+  // The error is that of the use for which the common correction is worst.
+  CHECK((c["near"].after_B - c["near"].target_B).norm() > 1e-7);
   CHECK_THAT(c["far"].reason, Contains("several offsets"));
 }
 
@@ -307,11 +310,90 @@ TEST_CASE("points taught by hand under the same load stay where they are") {
   CHECK((Simulated(other["a"].q_command, true).p - where).norm() < 1e-6);
 }
 
+TEST_CASE("the path between points taught under a load is the one that the load made") {
+  const std::string text =
+      ToolLine() + PointLine("a", kFirst) + PointLine("b", kSecond) + kStart + "J a\nL b\nend\n";
+  CorrectionSettings settings;
+  settings.taught_under = StatedPayload{kPayload_kg, {}};
+  const Corrected c = Correct(text, settings);
+  REQUIRE(c.correction.segments.size() == 1);
+  CHECK(c.correction.segments.front().ends_m < 1e-6);
+  CHECK(c["a"].translation_B.norm() < 1e-8);
+  const double bound_m = c.correction.segments.front().largest_m / 3;
+  const SegmentDeviation refined =
+      Correct(text, settings, ToyBrand(kFine), bound_m).correction.segments.front();
+  CHECK(refined.inserted > 0);
+  CHECK(refined.largest_m <= bound_m);
+}
+
+TEST_CASE("a load that is set replaces the one that the tool is declared with") {
+  std::string whole = ToolLine("whole");
+  whole.replace(0, whole.rfind(" 0 0 0 ") + 6, "load whole");
+  const Corrected c =
+      Correct(ToolLine() + whole + PointLine("a", kFirst) + kStart + "carry whole\nJ a\nend\n");
+  INFO(whole << c["a"].reason);
+  CHECK(c["a"].context.payload.mass_kg == Approx(kPayload_kg));
+}
+
+TEST_CASE("an auxiliary point without an orientation has that of the end") {
+  const std::string pose = PoseText(kMiddle);
+  std::size_t third = 0;
+  for (int k = 0; k < 3; ++k) third = pose.find(' ', third + 1);
+  const std::string text = ToolLine() + PointLine("a", kFirst) + PointLine("b", kSecond) +
+                           "point v " + pose.substr(0, third) + " - - -\n" + kStart;
+  const Corrected c = Correct(text + "J a\nC v b\nend\n");
+  INFO(c["v"].reason);
+  REQUIRE(c["v"].reason.empty());
+  CHECK(c["v"].edits.size() == 3);
+  CHECK((c["v"].after_B - c["v"].target_B).norm() < 1e-6);
+  CHECK_THAT(Correct(text + "J a\nC v b\nL v\nend\n")["v"].reason,
+             Contains("not all of its numbers"));
+}
+
+TEST_CASE("an arc is corrected as a whole or not at all") {
+  const std::string text = ToolLine() + PointLine("a", kFirst) + PointLine("v", kMiddle) +
+                           PointLine("b", kSecond) + kStart;
+  CHECK_THAT(Correct(text + "J a\nC computed b\nend\n")["b"].reason,
+             Contains("corrected together, and the computed"));
+  const Corrected copied = Correct(text + "touch b\nJ a\nC v b\nend\n");
+  CHECK_THAT(copied["v"].reason, Contains("corrected together, and b stays"));
+  CHECK(copied["v"].reason_place.line == 9);
+  CHECK(copied["a"].reason.empty());
+  CHECK_THAT(copied["a"].notes.front(), Contains("corrected at one end only"));
+}
+
+TEST_CASE("a linear or circular motion keeps its posture, whatever the point states") {
+  const correction::Corrector corrector(TheCells().cell, {});
+  const Pose X_BP = TheCells().cell.robot.X_WB.Inverse() * Simulated(kSecond, false);
+  std::string other;
+  for (const model::JointVector& q : PosturesOf(corrector, {X_BP, Vec3::Zero(), 0})) {
+    const std::string posture = ToyBrand::PostureText(q);
+    if (posture != ToyBrand::PostureText(kSecond)) other = posture;
+  }
+  REQUIRE_FALSE(other.empty());
+  const std::string text = ToolLine() + PointLine("a", kFirst) + PointLine("v", kMiddle) +
+                           fmt::format("point b {} posture={}\n", PoseText(kSecond), other) +
+                           kStart;
+  CHECK_THAT(Correct(text + "J a\nC v b\nend\n")["b"].reason, Contains("states another posture"));
+  // Linear motions of this language do not obey it: what it states is left alone.
+  const Corrected linear = Correct(text + "J a\nL b\nend\n");
+  CheckLanding(linear["b"], {}, Simulated(kSecond, false));
+  CHECK_THAT(linear.text(), Contains("posture=" + other));
+}
+
+TEST_CASE("a long linear motion is followed from its start") {
+  const model::JointVector far = Joints({95, -60, 70, 10, 60, 30});
+  const std::string text = ToolLine() + PointLine("a", kFirst) +
+                           fmt::format("point b {}\n", PoseText(far)) + kStart + "J a\nL b\nend\n";
+  CheckLanding(Correct(text)["b"], {}, Simulated(far, false));
+}
+
 TEST_CASE("without a stated posture, it is that of the motion before") {
   const std::string text =
       ToolLine() + PointLine("a", kFirst) + fmt::format("point b {}\n", PoseText(kSecond)) + kStart;
   CheckLanding(Correct(text + "J a\nL b\nend\n")["b"], {}, Simulated(kSecond, false));
-  CHECK_THAT(Correct(text + "L b\nend\n")["b"].reason, Contains("the posture is not known"));
+  CHECK_THAT(Correct(text + "L b\nend\n")["b"].reason,
+             Contains("the posture is not known") && Contains("main is started"));
   CHECK_THAT(Correct(text + "J a\nwait\nL b\nend\n")["b"].reason,
              Contains("the posture is not known"));
 }
@@ -320,7 +402,8 @@ TEST_CASE("a stated posture that no solution has is a reason") {
   const Corrected c =
       Correct(ToolLine() + fmt::format("point a {} posture=------\n", PoseText(kFirst)) + kStart +
               "J a\nend\n");
-  CHECK_THAT(c["a"].reason, Contains("has the stated configuration"));
+  CHECK_THAT(c["a"].reason,
+             Contains("has the stated configuration") && Contains("main is started"));
 }
 
 TEST_CASE("only digits of corrected points change, and a comment is added") {
@@ -430,6 +513,24 @@ TEST_CASE("all postures of a pose are found, whole turns included") {
   }
   CHECK(postures.size() >= 4);
   CHECK(whole_turns == 4);  // axes 4 and 6 turn by 700 degrees
+}
+
+TEST_CASE("an unknown posture stays unknown, and a known one is found after it") {
+  const correction::Corrector corrector(TheCells().cell, {});
+  PostureSearch search(corrector);
+  PostureQuestion question;
+  question.no_seed = "main is started";
+  for (const model::JointVector& q : {kFirst, kSecond, kThird}) {
+    question.target = {TheCells().cell.robot.X_WB.Inverse() * Simulated(q, false), Vec3::Zero(), 0};
+    const Result<model::JointVector> unknown = search.Choose(question);
+    REQUIRE_FALSE(unknown);
+    CHECK_THAT(unknown.error(), Contains("the point states none") && Contains("main is started"));
+  }
+  question.states = true;
+  question.agrees = [](const model::JointVector& q) { return (q - kThird).norm() < 1e-3; };
+  const Result<model::JointVector> known = search.Choose(question);
+  REQUIRE(known);
+  CHECK((*known - kThird).norm() < 1e-6);
 }
 
 }  // namespace plumbline::correction_test

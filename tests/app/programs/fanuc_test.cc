@@ -317,6 +317,8 @@ TEST_CASE("CONFIG is rewritten only where a posture has left it, in its own form
   CHECK(written("N U T, 0, 0, 0", {0, 0, 0, 0, -40, 20}) == "N U T, 0, 0, 0");
   CHECK(written("N U T, 0, 0, 0", {0, 0, 0, 0, 40, 20}) == "F U T, 0, 0, 0");
   CHECK(written("N U T,  0, 0,0", {0, 0, 0, 0, -40, -181}) == "N U T,  0, 0,-1");
+  // Turns of J4, J5 and J6.
+  CHECK(written("N U T, 1, 0, 0", {0, 0, 0, 200, -40, 185}) == "N U T, 1, 0, 1");
 }
 
 TEST_CASE("W, P, R stay on the branch of the old numbers, also at a middle angle of 90 deg") {

@@ -421,15 +421,15 @@ TEST_CASE("a further linear or circular motion is written as the original") {
                        "MoveJ p10,v1,fine,tGrip;\n")));
   const auto motions = MotionsOf(program);
   const std::vector<double> one{1.5, 0, -2, 1, 0, 0, 0};
-  CHECK(Rapid().InsertedMotion(program, motions[0], one) ==
+  CHECK(Rapid().InsertedMotion(program, motions[0], one, 0.1) ==
         "MoveL [[1.5,0,-2],[1,0,0,0],[0,-1,0,1],[9E9,9E+09,9E+9,9E9,9E9,9E9]], v100, z10, "
         "tGrip\\WObj:=wTable;\n  ");
   std::vector<double> two = one;
   two.insert(two.end(), {9, 9, 9, 1, 0, 0, 0});
-  const auto circle = Rapid().InsertedMotion(program, motions[1], two);
+  const auto circle = Rapid().InsertedMotion(program, motions[1], two, 0.1);
   REQUIRE(circle);
   CHECK_THAT(*circle, Contains("MoveC [[1.5,0,-2],") && Contains(",[[9,9,9],"));
-  CHECK_FALSE(Rapid().InsertedMotion(program, motions[2], one));
+  CHECK_FALSE(Rapid().InsertedMotion(program, motions[2], one, 0.1));
 }
 
 TEST_CASE("hostile nesting and repetition are read in bounded time") {

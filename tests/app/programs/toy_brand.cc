@@ -303,7 +303,7 @@ std::optional<Brand::Insertion> ToyBrand::Mark(const SourceFile&, std::string_vi
 }
 
 std::optional<std::string> ToyBrand::InsertedMotion(const Program& program, const Motion&,
-                                                    std::span<const double> numbers) const {
+                                                    std::span<const double> numbers, double) const {
   static_cast<void>(program);
   return fmt::format("L p:{:.4f}\n", fmt::join(numbers, ","));
 }

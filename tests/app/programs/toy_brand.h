@@ -37,7 +37,8 @@ class ToyBrand : public programs::Brand {
                                 std::string_view mark) const override;
   std::optional<std::string> InsertedMotion(const programs::Program& program,
                                             const programs::Motion& motion,
-                                            std::span<const double> numbers) const override;
+                                            std::span<const double> numbers,
+                                            double part_m) const override;
 
   /// Text of the posture of joints: the sign of each, "+-++-+".
   static std::string PostureText(const model::JointVector& q);

@@ -337,10 +337,13 @@ TEST_CASE("points are inserted in the style of the motion, in its feature") {
   REQUIRE(motions.size() == 2);
   const std::string pose =
       "p[0.100000000, 0.200000000, 0.300000000, 0.000000000, 3.000000000, 0.000000000]";
-  CHECK(UniversalRobots().InsertedMotion(program, *motions[0], numbers) ==
+  CHECK(UniversalRobots().InsertedMotion(program, *motions[0], numbers, 0.1) ==
         "movel(" + pose + ", a=1.2, v=0.25, r=0.01)\n  ");
-  CHECK(UniversalRobots().InsertedMotion(program, *motions[1], numbers) ==
+  CHECK(UniversalRobots().InsertedMotion(program, *motions[1], numbers, 0.1) ==
         "movel(pose_trans(F, " + pose + "), v=1)\n  ");
+  // A blend radius fits into the part.
+  CHECK(UniversalRobots().InsertedMotion(program, *motions[0], numbers, 0.01) ==
+        "movel(" + pose + ", a=1.2, v=0.25, r=0.00400)\n  ");
 }
 
 }  // namespace

@@ -1,0 +1,183 @@
+#include "app/programs/correction/motion_ends.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/programs/correction/path_corrector.h"
+#include "app/programs/correction/point_text.h"
+
+namespace plumbline::programs {
+
+using model::JointVector;
+
+std::optional<Mat3> MotionEnds::OrientationOfEnd(std::size_t m) const {
+  const std::optional<std::size_t>& end = At(m).motion->end.point;
+  if (!end || arm_.program().points[*end].kind != PointKind::kPose) return std::nullopt;
+  const Result<Pose> pose = PoseOf(arm_.program().points[*end], arm_.brand().conventions());
+  return pose ? std::optional(pose->R) : std::nullopt;
+}
+
+Result<Pose> MotionEnds::StatedPose(std::size_t m, const Target& target) {
+  if (!target.point) return Error{"its target is computed"};
+  if (!target.offset.unknown.empty()) return Error{target.offset.unknown};
+  const Point& point = arm_.program().points[*target.point];
+  const Result<const MotionContext*> context = arm_.ContextOf(At(m), point);
+  if (!context) return context.failure();
+  if (point.kind == PointKind::kJoints) {
+    const Result<JointVector> q = arm_.JointsOf(point);
+    if (!q) return q.failure();
+    return arm_.StatedPose(**context, *q);
+  }
+  const bool is_via = &target != &At(m).motion->end;
+  const Result<Pose> X_UP = PoseOf(point, arm_.brand().conventions(),
+                                   is_via ? OrientationOfEnd(m) : std::optional<Mat3>());
+  if (!X_UP) return X_UP.failure();
+  return ProgramArm::StatedPose(**context, *X_UP, target.offset);
+}
+
+std::optional<MotionPath> MotionEnds::PathOf(
+    std::size_t m, const Pose& start,
+    const std::function<std::optional<Pose>(const Target&)>& pose) const {
+  const Motion& motion = *At(m).motion;
+  if (motion.kind != MotionKind::kLinear && motion.kind != MotionKind::kCircular) return {};
+  const std::optional<Pose> end = pose(motion.end);
+  if (!end) return std::nullopt;
+  MotionPath path;
+  path.start = start;
+  path.end = *end;
+  if (motion.kind == MotionKind::kCircular) {
+    const std::optional<Pose> via = motion.via ? pose(*motion.via) : std::nullopt;
+    if (!via) return std::nullopt;
+    path.via = via->p;
+  }
+  return path;
+}
+
+std::optional<MotionPath> MotionEnds::StatedPath(std::size_t m, const JointVector& start) {
+  const std::optional<std::size_t>& end = At(m).motion->end.point;
+  if (!end) return std::nullopt;
+  const Result<const MotionContext*> context = arm_.ContextOf(At(m), arm_.program().points[*end]);
+  if (!context) return std::nullopt;
+  return PathOf(m, arm_.StatedPose(**context, start),
+                [&](const Target& target) -> std::optional<Pose> {
+                  const Result<Pose> pose = StatedPose(m, target);
+                  return pose ? std::optional(*pose) : std::nullopt;
+                });
+}
+
+std::string MotionEnds::WhyNoSeed(const MotionAt& at) const {
+  if (!at.previous) return at.previous_unknown;
+  return fmt::format("the posture of the motion before, at {}, is not known",
+                     PlaceText(arm_.program(), At(*at.previous).place));
+}
+
+Result<JointVector> MotionEnds::PostureAtEnd(std::size_t m,
+                                             const std::optional<JointVector>& from) {
+  const MotionAt& at = At(m);
+  const Motion& motion = *at.motion;
+  if (!motion.end.point) return Error{"its target is computed"};
+  const Point& point = arm_.program().points[*motion.end.point];
+  if (point.kind == PointKind::kJoints) return arm_.JointsOf(point);
+  const Result<Pose> X_BP = StatedPose(m, motion.end);
+  if (!X_BP) return X_BP.failure();
+  const MotionContext& context = **arm_.ContextOf(at, point);
+  const kinematics::Chain& chain = arm_.chain();
+  PostureQuestion question;
+  question.target = ProgramArm::ArmTargetOf(context, *X_BP);
+  question.seed = from;
+  if (static_cast<int>(point.near_q.size()) == chain.size()) {
+    question.seed = Eigen::Map<const Eigen::VectorXd>(point.near_q.data(), chain.size());
+  } else if (from) {
+    if (const auto path = StatedPath(m, *from)) {
+      question.along = [path = *path, &context](double share) {
+        return ProgramArm::ArmTargetOf(context, path.At(share));
+      };
+    }
+  }
+  question.no_seed = WhyNoSeed(at);
+  question.states = !point.configuration.fields.empty();
+  // A linear motion keeps the posture of the one before. Where that is not known, it is the one
+  // in which the point was taught.
+  const MotionKind obeyed = question.seed ? motion.kind : MotionKind::kJoint;
+  question.agrees = [&, obeyed](const JointVector& q) {
+    return (question.seed && motion.ignores_configuration) ||
+           arm_.brand().Agrees(point.configuration, chain, q, obeyed);
+  };
+  return search_.Choose(question);
+}
+
+Result<JointVector> MotionEnds::PostureAtVia(std::size_t m, const Pose& X_BP) {
+  const MotionEnd& end = ends_[m];
+  if (!end.q) return Error{end.unknown};
+  const Motion& motion = *At(m).motion;
+  const Point& via = arm_.program().points[*motion.via->point];
+  const MotionContext& context = **arm_.ContextOf(At(m), via);
+  PostureQuestion question;
+  question.target = ProgramArm::ArmTargetOf(context, X_BP);
+  question.seed = end.q;
+  // The arc is in one posture, so that the way to it may as well be the chord.
+  question.along = [&context, chord = MotionPath{arm_.StatedPose(context, *end.q), X_BP, {}}](
+                       double share) { return ProgramArm::ArmTargetOf(context, chord.At(share)); };
+  question.states = !via.configuration.fields.empty();
+  question.agrees = [&](const JointVector& q) {
+    return motion.ignores_configuration ||
+           arm_.brand().Agrees(via.configuration, arm_.chain(), q, MotionKind::kCircular);
+  };
+  return search_.Choose(question);
+}
+
+bool MotionEnds::Find(const std::function<bool(double)>& progress) {
+  ends_.assign(flow_.motions.size(), {});
+  std::vector<bool> from_there(ends_.size(), false);
+  // A motion in a loop may start at a later line: those are found in the second pass.
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t m = 0; m < ends_.size(); ++m) {
+      if (!progress((pass + static_cast<double>(m) / static_cast<double>(ends_.size())) / 2)) {
+        return false;
+      }
+      const std::optional<std::size_t>& previous = At(m).previous;
+      const bool known = previous && ends_[*previous].q;
+      if (ends_[m].q || from_there[m] || (pass == 1 && !known)) continue;
+      from_there[m] = known;
+      Result<JointVector> q = PostureAtEnd(m, known ? ends_[*previous].q : std::nullopt);
+      if (q) {
+        ends_[m].q = *q;
+      } else {
+        ends_[m].unknown = q.error();
+      }
+    }
+  }
+  for (std::size_t m = 0; reads_approach_ && m < ends_.size(); ++m) FindApproach(m);
+  return true;
+}
+
+void MotionEnds::FindApproach(std::size_t m) {
+  MotionEnd& end = ends_[m];
+  const std::optional<std::size_t>& previous = At(m).previous;
+  if (!end.q || !previous || !ends_[*previous].q) return;
+  const auto before = JustBefore(m, *ends_[*previous].q);
+  if (!before) return;
+  constexpr double kStandstill = 1e-6;  // as in measure::ConditionsOf
+  const kinematics::Chain& chain = arm_.chain();
+  end.last_move = model::DrivePositions(chain.couplings(), *end.q - *before);
+  end.approach = ends_[*previous].approach;
+  if (end.approach.size() == 0) end.approach = JointVector::Zero(chain.size());
+  for (int i = 0; i < chain.size(); ++i) {
+    if (std::abs(end.last_move[i]) > kStandstill) end.approach[i] = end.last_move[i] > 0 ? 1 : -1;
+  }
+}
+
+/// The joints shortly before the end of a motion, or at its start if it is joint to joint.
+std::optional<JointVector> MotionEnds::JustBefore(std::size_t m, const JointVector& start) {
+  constexpr double kShare = 0.98;
+  const Motion& motion = *At(m).motion;
+  if (motion.kind == MotionKind::kJoint) return start;
+  const std::optional<MotionPath> path = StatedPath(m, start);
+  if (!path) return std::nullopt;
+  const MotionContext& context = **arm_.ContextOf(At(m), arm_.program().points[*motion.end.point]);
+  return PostureNear(arm_.solver(), ProgramArm::ArmTargetOf(context, path->At(kShare)),
+                     *ends_[m].q);
+}
+
+}  // namespace plumbline::programs
