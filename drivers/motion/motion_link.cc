@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <linux/filter.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -23,8 +24,14 @@ namespace {
 
 constexpr int kWait_ms = 50;
 constexpr std::size_t kLargestDatagram = 9216;
-/// Datagrams taken before one is answered: a flood must not postpone the answer.
+/// Datagrams taken before one is answered: a flood must not postpone the answer. After so many the
+/// thread rests, because it has a higher priority than the control cycle.
 constexpr int kMaxTaken = 64;
+constexpr double kRest_s = 0.001;
+/// Packets from others in a second that are not a controller with another address.
+constexpr std::uint64_t kFlood = 2000;
+/// In the socket: a controller's packets have a few hundred bytes.
+constexpr int kReceiveBuffer = 256 * 1024;
 
 double RealTimeSeconds() {
   timespec now{};
@@ -120,6 +127,7 @@ bool MotionLink::OpenSocket() {
   if (!opened) return fail("socket");
   const int yes = 1;
   setsockopt(opened.get(), SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
+  setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
   sockaddr_in own{};
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(settings_.port));
@@ -130,6 +138,7 @@ bool MotionLink::OpenSocket() {
   socklen_t size = sizeof own;
   getsockname(opened.get(), reinterpret_cast<sockaddr*>(&own), &size);
   socket_ = std::move(opened);
+  others_ignored_ = false;
   port_ = ntohs(own.sin_port);
   const std::lock_guard lock(problem_mutex_);
   problem_.clear();
@@ -158,7 +167,7 @@ void MotionLink::Run() {
     if (stopped) return;
     pollfd waiting{socket_.get(), POLLIN, 0};
     if (poll(&waiting, 1, kWait_ms) > 0) {
-      Serve();
+      if (!Serve()) SleepSeconds(kRest_s);
     } else {
       responder_.Idle(MonotonicSeconds());
     }
@@ -189,22 +198,46 @@ long MotionLink::Receive(Arrival& arrival) {
   return (message.msg_flags & MSG_TRUNC) != 0 ? 0 : size;
 }
 
-void MotionLink::Serve() {
-  bool waiting = false;
-  for (int taken = 0; taken < kMaxTaken; ++taken) {
+bool MotionLink::Serve() {
+  int taken = 0;
+  for (; taken < kMaxTaken; ++taken) {
     const long size = Receive(*next_);
     if (size < 0) break;
     const std::string_view datagram(next_->bytes.data(), static_cast<std::size_t>(size));
     if (!responder_.Take(next_->from.sin_addr.s_addr, datagram, next_->received_s)) continue;
-    waiting = true;
     next_.swap(newest_);
   }
-  if (waiting) Answer(*newest_);
+  Answer(*newest_);
+  const double now_s = MonotonicSeconds();
+  const std::uint64_t foreign = responder_.Status().foreign;
+  if (now_s - foreign_since_s_ >= 1) {
+    foreign_since_s_ = now_s;
+    foreign_before_ = foreign;
+  }
+  if (foreign - foreign_before_ > kFlood) IgnoreOthers();
+  return taken < kMaxTaken;
+}
+
+void MotionLink::IgnoreOthers() {
+  if (others_ignored_) return;
+  in_addr robot{};
+  inet_pton(AF_INET, settings_.robot.c_str(), &robot);
+  constexpr std::uint32_t kSourceOfIpv4 = 12;  // offset in the header [RFC 791]
+  std::array<sock_filter, 4> code = {{
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(SKF_NET_OFF) + kSourceOfIpv4),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohl(robot.s_addr), 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFFU),
+      BPF_STMT(BPF_RET | BPF_K, 0U),
+  }};
+  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
+  setsockopt(socket_.get(), SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
+  others_ignored_ = true;
 }
 
 void MotionLink::Answer(const Arrival& arrival) {
   std::array<char, 512> answer;
   const std::size_t size = responder_.Answer(*reports_.Read(), model_.get(), stop_, answer);
+  if (size == 0) return;
   const long sent = sendto(socket_.get(), answer.data(), size, MSG_DONTWAIT,
                            reinterpret_cast<const sockaddr*>(&arrival.from), sizeof arrival.from);
   if (sent != static_cast<long>(size)) ++not_sent_;

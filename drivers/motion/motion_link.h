@@ -57,7 +57,8 @@ class MotionLink {
   /// Why the port cannot be opened; empty if it is open.
   std::string problem() const;
 
-  static constexpr double kLongestStop_s = 10;
+  /// kLongestReturn_s, and time for packets that come late.
+  static constexpr double kLongestStop_s = motion_offset::kLongestReturn_s + 2;
 
  private:
   struct Arrival;
@@ -67,8 +68,10 @@ class MotionLink {
   bool OpenSocket();
   /// The next datagram, without waiting. @return  its size; negative: none
   long Receive(Arrival& arrival);
-  /// Takes what has arrived, and answers the newest packet.
-  void Serve();
+  /// Takes what has arrived, and answers the newest packet. @return  false: there is more
+  bool Serve();
+  /// From now on the kernel drops what does not come from the controller.
+  void IgnoreOthers();
   void Answer(const Arrival& arrival);
   void TakeModel();
   void Publish();
@@ -94,6 +97,9 @@ class MotionLink {
   MotionResponder responder_;
   std::unique_ptr<Arrival> next_, newest_;
   std::shared_ptr<const motion_offset::MotionModel> model_;
+  bool others_ignored_ = false;
+  double foreign_since_s_ = 0;  ///< begin of the second in which packets of others are counted
+  std::uint64_t foreign_before_ = 0;
   bool no_socket_ = false;  ///< the latest attempt to open it failed
   std::uint64_t not_sent_ = 0;
   double longest_answer_s_ = 0;

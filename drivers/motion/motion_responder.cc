@@ -33,7 +33,6 @@ MotionResponder::MotionResponder(const MotionSettings& settings, std::unique_ptr
 void MotionResponder::Restart(double now_s) {
   counters_ = Status();
   offset_ = MotionOffset(limits_, now_s);
-  waiting_ = false;
 }
 
 bool MotionResponder::Take(std::uint32_t from, std::string_view datagram, double now_s) {
@@ -46,31 +45,31 @@ bool MotionResponder::Take(std::uint32_t from, std::string_view datagram, double
     ++counters_.malformed;
     return false;
   }
-  const MotionOffset::Packet packet{now_s, parsed_.number, parsed_.running};
-  const MotionOffset::Acceptance acceptance = offset_.Accept(packet);
+  const bool waiting = offset_.unanswered().has_value();
+  const MotionOffset::Acceptance acceptance =
+      offset_.Accept({now_s, parsed_.number, parsed_.running});
   if (acceptance.order != motion_offset::PacketOrder::kNew) ++counters_.out_of_order;
   if (!acceptance.accepted) return false;
-  if (waiting_) ++counters_.superseded;
-  waiting_ = true;
+  if (waiting) ++counters_.superseded;
   newest_ = parsed_;
-  packet_ = packet;
   return true;
 }
 
 std::size_t MotionResponder::Answer(const motion_offset::CycleReport& report,
                                     const motion_offset::MotionModel* model, bool stopping,
                                     std::span<char, 512> answer) {
-  waiting_ = false;
+  if (!offset_.unanswered()) return 0;
   MotionOffset::Order order;
   order.obstacle = Obstacle::kStopping;
   if (!stopping) {
-    order = OrderFor(report, model, rules_, newest_.q, offset_.offset(), packet_.received_s);
+    order = OrderFor(report, model, rules_, newest_.q, offset_.offset(),
+                     offset_.unanswered()->received_s);
   }
-  const motion_offset::Offset& offset = offset_.Next(packet_, order);
+  const std::optional<motion_offset::Offset> offset = offset_.Next(order);
   ++counters_.answered;
   counters_.wanted_m = order.obstacle == Obstacle::kNone ? order.wanted.translation.norm() : 0;
   counters_.late = newest_.late.value_or(0);
-  return codec_->Encode(newest_, offset, answer);
+  return codec_->Encode(newest_, *offset, answer);
 }
 
 status::MotionLinkStatus MotionResponder::Status() const {
@@ -80,10 +79,10 @@ status::MotionLinkStatus MotionResponder::Status() const {
   status.offset_m = offset_.offset().translation.norm();
   status.lost += offset_.lost();
   status.streams += offset_.streams();
-  status.state = status.obstacle == Obstacle::kNoPackets     ? State::kWaiting
-                 : status.obstacle == Obstacle::kNotAnswered ? State::kNotAnswering
-                 : status.obstacle == Obstacle::kNone        ? State::kCorrecting
-                                                             : State::kAnswering;
+  status.state = status.obstacle == Obstacle::kNoPackets ? State::kWaiting
+                 : !offset_.answering()                  ? State::kNotAnswering
+                 : status.obstacle == Obstacle::kNone    ? State::kCorrecting
+                                                         : State::kAnswering;
   return status;
 }
 

@@ -19,9 +19,10 @@ class MotionResponder {
   void Restart(double now_s);
   /// Takes a datagram, in the order of arrival.
   /// @param from  IPv4 address of its sender, network byte order
-  /// @return      true if it is to be answered, unless a newer one is taken before
+  /// @return      true if it is to be answered, unless another one changes that before
   bool Take(std::uint32_t from, std::string_view datagram, double now_s);
-  /// The answer to the packet for which Take() returned true last. @return  its size
+  /// The answer to the newest packet for which Take() returned true. @return  its size; 0: nothing
+  /// is to be answered
   /// @param model     null: nothing is corrected
   /// @param stopping  the offset returns to 0
   std::size_t Answer(const motion_offset::CycleReport& report,
@@ -43,9 +44,7 @@ class MotionResponder {
   std::unique_ptr<MotionCodec> codec_;
   std::uint32_t robot_;  ///< IPv4, network byte order
   motion_offset::MotionOffset offset_;
-  RobotPacket parsed_, newest_;
-  motion_offset::MotionOffset::Packet packet_;  ///< of newest_
-  bool waiting_ = false;                        ///< newest_ is not answered yet
+  RobotPacket parsed_, newest_;  ///< newest_: of offset_.unanswered()
   status::MotionLinkStatus counters_;
 };
 

@@ -1,15 +1,27 @@
 #include "firmware-like/motion_offset/motion_correction.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::motion_offset {
 namespace {
 
-/// A report older than several control cycles means that the cycle stands still.
-constexpr double kOldestReport_s = 0.25;
-/// An axis moves up to 3 rad/s, and the robot link's reading is up to 0.1 s old; a wrong sign, unit
-/// or order of the joints is farther off in nearly every posture.
-constexpr double kLargestDisagreement = 0.3;  // [rad] or [m]
+// Joints of packet and robot link may differ by a tolerance at rest, and by what a fast axis moves
+// since the reading. A wrong sign, unit or order of the joints is farther off in most postures.
+constexpr double kRestTolerance_rad = 0.02, kAxisSpeed_rad_per_s = 3;
+
+/// The reading may count turns otherwise than the packet.
+bool Disagree(const CycleReport& report, const model::JointVector& q, double now_s) {
+  if (report.q.size() != q.size()) return true;
+  const double age_s = std::clamp(now_s - report.q_s, 0.0, kOldestReport_s);
+  const double allowed = kRestTolerance_rad + kAxisSpeed_rad_per_s * age_s;
+  for (Eigen::Index k = 0; k < q.size(); ++k) {
+    if (!(std::abs(std::remainder(report.q[k] - q[k], 2 * M_PI)) <= allowed)) return true;
+  }
+  return false;
+}
 
 /// The obstacle that does not depend on the correction itself.
 Obstacle ObstacleBefore(const CycleReport& report, const MotionModel* model,
@@ -20,11 +32,10 @@ Obstacle ObstacleBefore(const CycleReport& report, const MotionModel* model,
   }
   if (!report.enabled) return Obstacle::kNotEnabled;
   if (!report.plc_alive) return Obstacle::kHeartbeatLost;
+  if (report.compensated_twice) return Obstacle::kCompensatedTwice;
   if (!report.robot_trusted) return Obstacle::kRobotNotTrusted;
   if (q.size() != model->corrector.arm().size() || !q.allFinite()) return Obstacle::kNoJoints;
-  if (report.q.size() != q.size() || (report.q - q).cwiseAbs().maxCoeff() > kLargestDisagreement) {
-    return Obstacle::kJointsDisagree;
-  }
+  if (Disagree(report, q, now_s)) return Obstacle::kJointsDisagree;
   if (!report.payload) return Obstacle::kPayloadUnknown;
   if (report.radius.basis < rules.weakest_basis || !report.radius.known()) {
     return Obstacle::kBasisTooWeak;

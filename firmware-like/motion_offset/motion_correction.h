@@ -23,6 +23,27 @@ struct CorrectionRules {
   bool operator==(const CorrectionRules&) const = default;
 };
 
+/// The PLC's permission. Once its heartbeat was lost, a bit that is still set permits nothing: a
+/// PLC that starts again may only beat. It must be cleared and set again.
+class MotionSwitch {
+ public:
+  /// Once per cycle. @return  motions may be corrected
+  bool Update(bool requested, bool plc_alive) {
+    if (was_alive_ && !plc_alive) armed_ = false;
+    if (!requested) armed_ = true;
+    was_alive_ = plc_alive;
+    return armed_ && requested;
+  }
+
+ private:
+  bool armed_ = true, was_alive_ = false;
+};
+
+/// An older report means that the cycle stands still.
+inline constexpr double kOldestReport_s = 0.25;
+/// Longest control cycle whose reports are never too old.
+inline constexpr double kLongestCycle_s = 0.1;
+
 /// What the control cycle knows, once per cycle.
 struct CycleReport {
   double now_s = 0;              ///< monotonic; 0: no cycle yet
@@ -30,7 +51,9 @@ struct CycleReport {
   bool enabled = false;          ///< by the PLC
   bool plc_alive = false;        ///< its heartbeat changes
   bool robot_trusted = false;
-  model::JointVector q;  ///< of the robot link [rad] or [m]
+  bool compensated_twice = false;  ///< by the controller and by the cell
+  model::JointVector q;            ///< of the robot link [rad] or [m]
+  double q_s = 0;                  ///< monotonic; nothing of q was read earlier
   std::optional<loads::Payload> payload;
   effects::Conditions conditions;
   model::StatedRadius radius;  ///< at q

@@ -36,9 +36,11 @@ enum class Obstacle : std::uint16_t {
   kRefused = 13,  ///< the corrector has no correction here
   kRadiusTooWide = 14,
   kBasisTooWeak = 15,
-  kTooLarge = 16,  ///< the offset would exceed its largest size
+  kTooLarge = 16,          ///< the offset would exceed its largest size
+  kWrongCycle = 17,        ///< the packets do not come once per configured cycle
+  kCompensatedTwice = 18,  ///< the controller compensates what the cell corrects
 };
-inline constexpr Obstacle kLastObstacle = Obstacle::kTooLarge;
+inline constexpr Obstacle kLastObstacle = Obstacle::kCompensatedTwice;
 
 /// Short description for log, status and documents.
 const char* Describe(Obstacle obstacle);
@@ -52,7 +54,8 @@ struct OffsetLimits {
   double rate_m_per_s =
       0.001;                   ///< of the translation; the rotation has the same share of its limit
   double max_jump_m = 0.0005;  ///< largest change from one cycle of the controller to the next
-  double cycle_s = 0.012;      ///< time between two packets of the controller
+  double max_jump_rad = 8.7266462599716e-4;  ///< the same of the rotation: 0.05 degrees
+  double cycle_s = 0.012;                    ///< time between two packets of the controller
   /// The controller stops by itself when it has had no answer for this long.
   double timeout_s = 0;
   double ramp_s = 1;    ///< at least this long from nothing to the whole offset, and back
@@ -70,12 +73,22 @@ enum class LimitsFault : std::uint8_t {
   kTimeoutTooShort,   ///< shorter than one cycle
   kJumpsToZero,       ///< without an answer the whole offset is a jump
   kJumpsAfterLosses,  ///< the steps in lost answers add up to a jump
+  kTurnsToZero,       ///< as kJumpsToZero, of the rotation
+  kTurnsAfterLosses,  ///< as kJumpsAfterLosses, of the rotation
+  kReturnsTooLate,    ///< the way back to 0 takes longer than kLongestReturn_s
 };
+/// A program that ends has this long to bring the offset back to 0 [s].
+inline constexpr double kLongestReturn_s = 8;
+/// Rate of the rotation [rad/s]: it has the translation's share of its own limit.
+double RotationRate(const OffsetLimits& limits);
 /// Why these limits cannot prevent a jump.
 /// An answer may be lost, and the next one that arrives contains all steps since. If the controller
 /// keeps the last value, at most timeout / cycle steps are missed before it stops:
 ///   rate (timeout + cycle) <= max_jump
-/// If it takes 0 instead, the whole offset is a jump: max_translation <= max_jump.
+/// If it takes 0 instead, the whole offset is a jump: max_translation <= max_jump. The rotation
+/// must satisfy the same with its own rate and limits. The way back to 0 must be short enough for a
+/// stop:
+///   max(ramp, max_translation / rate) <= kLongestReturn_s
 LimitsFault FaultOf(const OffsetLimits& limits);
 
 /// State machine of one link. Time is an input. Does not allocate. Not thread-safe.
@@ -105,15 +118,18 @@ class MotionOffset {
   };
   /// To be called for each packet of the controller, in the order of arrival.
   Acceptance Accept(const Packet& packet);
-  /// The offset to answer with. Only for a packet that was accepted; a packet that is not answered,
-  /// because a newer one has arrived meanwhile, is left out.
-  const Offset& Next(const Packet& packet, const Order& order);
+  /// The accepted packet that is not answered yet, the newest one. A stream that ends or is barred
+  /// takes it along: it must not be answered any more.
+  const std::optional<Packet>& unanswered() const { return unanswered_; }
+  /// The offset to answer that packet with; nullopt if there is none.
+  std::optional<Offset> Next(const Order& order);
   /// Ends a stream that has been silent. To be called at least every 0.1 s.
   void Idle(double now_s);
 
   /// The offset of the last answer; 0 without a stream.
   const Offset& offset() const { return offset_; }
   Obstacle obstacle() const { return obstacle_; }
+  bool answering() const { return phase_ == Phase::kAnswering; }
   std::uint64_t lost() const { return lost_; }  ///< packets, since the start
   std::uint64_t streams() const { return streams_; }
 
@@ -123,6 +139,8 @@ class MotionOffset {
   bool SilentFor(double now_s) const;
   void Begin();
   void Bar();
+  /// Compares the packets' rhythm with the configured cycle. @param step  since the previous packet
+  void ObserveRhythm(double step_s, std::uint32_t lost);
   void StepTowards(const Offset& target, double elapsed_s);
 
   OffsetLimits limits_;
@@ -133,6 +151,12 @@ class MotionOffset {
   std::optional<double> last_answer_s_;
   std::optional<double> last_good_s_;  ///< of an order without obstacle
   bool was_running_ = true;
+  bool paused_with_offset_ = false;  ///< the controller stopped applying an offset other than 0
+  std::optional<Packet> unanswered_;
+  bool wrong_cycle_ = false;
+  int slow_steps_ = 0;         ///< in a row
+  std::uint32_t counted_ = 0;  ///< cycles in counted_s_
+  double counted_s_ = 0;
   double ramp_ = 0;  ///< 0..1
   Offset wanted_, offset_;
   Obstacle obstacle_ = Obstacle::kNoPackets;

@@ -93,7 +93,8 @@ std::string Config(const std::string& cell, const std::string& folder, int robot
       "host = \"127.0.0.1\"\nport = {}\n[payload]\nsource = \"robot\"\n[plc]\nlisten = "
       "\"127.0.0.1\"\nport = 0\n[correction]\nmax_translation_mm = 50.0\nmax_rotation_deg = "
       "5.0\n[motion]\nenabled = true\nkind = \"{}\"\nrobot = \"127.0.0.1\"\nlisten = "
-      "\"127.0.0.1\"\nport = {}\ncycle_ms = 4\ntimeout_ms = 40\nmax_offset_mm = 20\n"
+      "\"127.0.0.1\"\nport = {}\nonly_taught_targets = true\ncycle_ms = 4\ntimeout_ms = "
+      "40\nmax_offset_mm = 20\n"
       "rate_mm_per_s = 20\nmax_jump_mm = 1\nwidest_radius_mm = 100\nweakest_basis = \"assumed\"\n"
       "[[point]]\nid = 1\nxyz_mm = [2683.0, -424.0, 973.7]\nrpy_deg = [0.0, 90.0, 0.0]\n",
       cell, folder, folder, robot_port, kind, motion_port);

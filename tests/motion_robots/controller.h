@@ -30,6 +30,7 @@ class Controller {
   const AppliedOffset& offset() const { return offset_; }
   AppliedOffset& offset() { return offset_; }
 
+  bool active = true;  ///< corrections are applied; only EGM tells the client
   std::vector<double> joints_deg = {0, -90, 90, 0, 45, 0};
 
  protected:

@@ -95,7 +95,8 @@ std::string EgmRobot::Packet(const std::vector<double>& joints, std::uint64_t nu
   if (options_.more_fields) {
     bytes += Nested(3, Nested(1, values) + Nested(2, pose)) + Nested(4, Whole(1, 1));
   }
-  if (state != MciState::kUndefined) bytes += Nested(5, Whole(1, static_cast<unsigned>(state)));
+  const MciState told = state == MciState::kRunning && !active ? MciState::kStopped : state;
+  if (told != MciState::kUndefined) bytes += Nested(5, Whole(1, static_cast<unsigned>(told)));
   if (options_.more_fields)
     bytes += Whole(6, 1) + Nested(8, Whole(1, 2)) + Real(10, 20.5) + Nested(99, "?");
   return bytes;
@@ -128,11 +129,14 @@ void EgmRobot::Receive(const std::string& datagram) {
   }
   answered_seqno_ = WholeOf(header, 1);
   age_ms_ = WholeOf(body, 2);
-  answer_ = Vector{*x, *y, *z};  // what arrives last counts
+  answer_ = Correction{{*x, *y, *z}, {}};  // what arrives last counts
 }
 
 void EgmRobot::EndCycle() {
-  offset_.EndCycle(answer_);
+  if (active)
+    offset_.EndCycle(answer_);
+  else
+    offset_.Pause(answer_.has_value());
 }
 
 void EgmRobot::Start() {

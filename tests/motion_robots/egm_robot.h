@@ -41,7 +41,7 @@ class EgmRobot final : public Controller {
  private:
   EgmOptions options_;
   std::uint32_t seqno_ = 100, answered_seqno_ = 0, age_ms_ = 0;
-  std::optional<Vector> answer_;
+  std::optional<Correction> answer_;
   long refused_ = 0;
 };
 

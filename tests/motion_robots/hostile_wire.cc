@@ -21,7 +21,8 @@ void HostileWire::Pause(int cycles) {
   late_packets_.clear();
   late_answers_.clear();
   held_.clear();
-  client_held_ = wire_held_ = interrupted_ = answers_lost_ = 0;
+  client_held_ = wire_held_ = interrupted_ = answers_lost_ = inactive_ = 0;
+  controller_.active = true;
 }
 
 void HostileWire::Cycle(int only) {
@@ -39,6 +40,7 @@ void HostileWire::Cycle(int only) {
   controller_.joints_deg = {8 * std::sin(phase),      20 + 8 * std::sin(1.3 * phase),
                             10 + 8 * std::sin(phase), 8 * std::sin(0.7 * phase),
                             45 + 8 * std::sin(phase), 8 * std::sin(0.9 * phase)};
+  if (inactive_ > 0 && --inactive_ == 0) controller_.active = true;
   packet_ = controller_.BeginCycle();
   ++packets_;
   batches_ = {{{false, packet_}}};
@@ -186,6 +188,23 @@ void HostileWire::Disturb(std::size_t kind) {
       return;
     case 32:
       return client_.Restart(now_s_);
+    case 33:
+      inactive_ = Whole(1, 300);
+      controller_.active = false;
+      return replace(controller_.Packet(joints, number));
+    case 34: {
+      controller_.active = false;
+      const std::string paused = controller_.Packet(joints, number);
+      controller_.active = true;
+      batches_ = {{{false, paused}, {false, controller_.BeginCycle()}}};
+      return;
+    }
+    case 35: {
+      controller_.Renumber(number + 5000000);
+      const std::string second = controller_.BeginCycle(), third = controller_.BeginCycle();
+      batches_ = {{{false, packet_}, {false, second}, {false, third}}};
+      return;
+    }
     default:
       return client_.Disturb(random_);
   }

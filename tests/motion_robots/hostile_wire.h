@@ -64,6 +64,9 @@ inline constexpr std::array kHostileKinds = {
     "number wraps",
     "client held up",
     "client killed and started again",
+    "corrections paused and resumed",
+    "corrections paused and resumed, both packets at once",
+    "numbers begin anew, all packets at once",
     "conditions of the correction change",
 };
 inline constexpr std::size_t kKinds = kHostileKinds.size();
@@ -111,6 +114,7 @@ class HostileWire {
   std::string packet_;
   long cycle_ = 0;
   int client_held_ = 0, wire_held_ = 0, interrupted_ = 0, answers_lost_ = 0, pause_ = 0;
+  int inactive_ = 0;  ///< cycles until corrections are applied again
   bool renumber_ = false;
   int answers_ = 0;  ///< 0 as they are, 1 late, 2 doubled, 3 swapped with the next
 };

@@ -65,8 +65,8 @@ void RsiRobot::Receive(const std::string& datagram) {
     ++not_understood_;
     return;
   }
-  answer_ = Vector{correction.attribute("X").as_double(), correction.attribute("Y").as_double(),
-                   correction.attribute("Z").as_double()};
+  const auto value = [&](const char* name) { return correction.attribute(name).as_double(); };
+  answer_ = Correction{{value("X"), value("Y"), value("Z")}, {value("A"), value("B"), value("C")}};
 }
 
 void RsiRobot::EndCycle() {

@@ -40,7 +40,7 @@ class RsiRobot final : public Controller {
  private:
   RsiOptions options_;
   std::uint64_t ipoc_ = 4208163634;
-  std::optional<Vector> answer_;
+  std::optional<Correction> answer_;
   long wrong_ipoc_ = 0, not_understood_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include "app/base/config/limits.h"
 #include "drivers/robot/codec.h"
 #include "firmware-like/loads/numbered_load.h"
+#include "firmware-like/motion_offset/motion_correction.h"
 
 namespace plumbline::config {
 namespace {
@@ -152,11 +153,22 @@ void CheckStaleAfter(const TomlTable& root, const DaemonConfig& config) {
                               config.cycle_period_s / kSecondPerMs));
 }
 
+/// The motion link does not use reports that are too old.
+void CheckMotionCycle(const TomlTable& root, const DaemonConfig& config) {
+  const auto cycle = root.Table("cycle");
+  if (!cycle || !config.motion.enabled) return;
+  if (config.cycle_period_s <= motion_offset::kLongestCycle_s) return;
+  cycle->AddFault("period_ms", fmt::format("must be at most {:g} with [motion]: it would correct "
+                                           "on old readings, or not at all",
+                                           motion_offset::kLongestCycle_s / kSecondPerMs));
+}
+
 }  // namespace
 
 void CheckAcrossTables(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   CheckGauges(root, config);
   CheckPorts(root, config);
+  CheckMotionCycle(root, config);
   CheckStaleAfter(root, config);
   const bool known =
       config.robot.transport == "rtde" || !config.robot.connection.profile.joints.empty();

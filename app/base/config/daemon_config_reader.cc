@@ -299,7 +299,10 @@ void ReadTables(const TomlTable& root, const NamedFiles& named, bool cell_known,
   if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
   config.gauges = GaugesFromToml(root, cell);
   if (const auto table = root.Table("push")) PushFromToml(*table, config);
-  if (const auto table = root.Table("motion")) config.motion = MotionFromToml(*table, cell);
+  if (const auto table = root.Table("motion")) {
+    const bool targets = config.robot.connection.push.enabled || !config.machine.points.empty();
+    config.motion = MotionFromToml(*table, cell, targets);
+  }
   config.machine.states_present_radius = config.motion.enabled;
   if (const auto table = root.Table("monitoring")) config.monitoring = MonitoringFromToml(*table);
   config.vision = VisionFromToml(root, named, of_others);

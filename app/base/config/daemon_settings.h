@@ -44,6 +44,7 @@ struct MotionKeys {
   motion_link::MotionSettings settings;
   Kind kind = Kind::kRsi;
   bool relative = false;
+  bool only_taught_targets = false;
   std::optional<int> port;
   std::optional<double> timeout_s;
   std::optional<motion_offset::OffsetFrame> frame;
@@ -51,8 +52,10 @@ struct MotionKeys {
 };
 
 /// Faults: settings with which an offset could jump, and what an interface does not have.
-/// @param cell  null if it could not be read
-motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::CellModel* cell);
+/// @param cell               null if it could not be read
+/// @param targets_corrected  the configuration corrects targets, too: points or pushed points
+motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::CellModel* cell,
+                                           bool targets_corrected);
 
 /// Top-level keys, outside any table: cell and state directory.
 void ListKeys(Settings& keys, DaemonConfig& config);

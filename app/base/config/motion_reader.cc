@@ -55,6 +55,29 @@ void CheckLimits(const TomlTable& table, const motion_offset::OffsetLimits& limi
                       "controller's timeout and timeout_ms",
                       kMmPerMetre * limits.rate_m_per_s * (limits.timeout_s + limits.cycle_s),
                       kMmPerMetre * limits.rate_m_per_s, limits.timeout_s / kSecondPerMs));
+    case LimitsFault::kTurnsToZero:
+      return table.AddFault(
+          "max_jump_deg",
+          fmt::format("is less than max_rotation_deg = {:g}: without an answer this controller "
+                      "takes 0 (holds_last = false), and the whole rotation is a jump. Lower "
+                      "max_rotation_deg",
+                      kDegPerRad * limits.max_rotation_rad));
+    case LimitsFault::kTurnsAfterLosses:
+      return table.AddFault(
+          "max_jump_deg",
+          fmt::format("is less than {:.3g}, what the rotation adds up to while {:g} ms of answers "
+                      "are lost: max_rotation_deg times rate_mm_per_s / max_offset_mm, times that "
+                      "time. Lower max_rotation_deg or rate_mm_per_s",
+                      kDegPerRad * RotationRate(limits) * (limits.timeout_s + limits.cycle_s),
+                      limits.timeout_s / kSecondPerMs));
+    case LimitsFault::kReturnsTooLate:
+      return table.AddFault(
+          limits.ramp_s > motion_offset::kLongestReturn_s ? "ramp_s" : "rate_mm_per_s",
+          fmt::format("lets the way back to 0 take {:.3g} s (ramp_s, or max_offset_mm / "
+                      "rate_mm_per_s); a stop of the daemon leaves {:g} s. Lower ramp_s or "
+                      "max_offset_mm, or raise rate_mm_per_s",
+                      std::max(limits.ramp_s, limits.max_translation_m / limits.rate_m_per_s),
+                      motion_offset::kLongestReturn_s));
   }
 }
 
@@ -84,7 +107,8 @@ void CheckKind(const TomlTable& table, const MotionKeys& keys) {
 
 }  // namespace
 
-motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::CellModel* cell) {
+motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::CellModel* cell,
+                                           bool targets_corrected) {
   MotionKeys keys;
   ReadKeys(table, keys);
   motion_link::MotionSettings& settings = keys.settings;
@@ -94,6 +118,12 @@ motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::
   settings.rules.frame = keys.frame.value_or(rsi ? OffsetFrame::kBase : OffsetFrame::kTool);
   settings.rules.R_frame = RotationFromRollPitchYaw(keys.frame_rpy_rad);
   settings.rules.rotates = settings.limits.max_rotation_rad > 0;
+  if (settings.enabled && targets_corrected && !keys.only_taught_targets) {
+    table.AddFault("only_taught_targets",
+                   "must be true: this configuration also corrects targets ([push] or [[point]]), "
+                   "and a motion to a corrected target must not be corrected again. Set it once "
+                   "the PLC clears coil 1002 for such motions, and for corrected programs");
+  }
   CheckKind(table, keys);
   CheckXmlName(table, "sen_type", settings.codec.rsi.sen_type);
   CheckXmlName(table, "joints_tag", settings.codec.rsi.joints_tag);
@@ -104,6 +134,10 @@ motion_link::MotionSettings MotionFromToml(const TomlTable& table, const model::
   }
   if (settings.enabled && settings.robot.empty() && !table.Has("robot")) {
     table.AddMissing("robot", "the IPv4 address of the controller; other senders are ignored");
+  }
+  if (settings.enabled && !rsi && !table.Has("cycle_ms")) {
+    table.AddMissing("cycle_ms",
+                     "the time between two packets of the controller: SampleRate of EGMActMove");
   }
   if (keys.timeout_s) settings.limits.timeout_s = *keys.timeout_s;
   if (settings.enabled && !table.Has("timeout_ms")) {
@@ -133,6 +167,9 @@ void ListKeys(Settings& keys, MotionKeys& motion) {
   keys.Add(
       "enabled", settings.enabled,
       {"false: no port is opened. Even if true, nothing moves unless the PLC holds coil 1002"});
+  keys.Add("only_taught_targets", motion.only_taught_targets,
+           {"required with [push] or [[point]]: true says that coil 1002 is 0 whenever the robot "
+            "moves to a corrected target, which would be corrected twice"});
   keys.Choose("kind", motion.kind,
               {{"rsi", Kind::kRsi}, {"egm", Kind::kEgm}, {"egm_guidance", Kind::kEgmGuidance}},
               {"KUKA RSI, or ABB EGM path correction; EGM guidance is refused"});
@@ -146,7 +183,8 @@ void ListKeys(Settings& keys, MotionKeys& motion) {
             .default_text = "59152, of "
                             "\"egm\" 6510"});
   keys.Add("cycle_ms", limits.cycle_s, {1, 100, kSecondPerMs},
-           {"shortest time between two packets of the controller: 4 or 12"});
+           {"time between two packets of the controller: 4 or 12; required for \"egm\": its "
+            "SampleRate"});
   keys.Add("timeout_ms", motion.timeout_s, {1, 10000, kSecondPerMs},
            {"required: after this long without an answer the controller stops by itself; not less "
             "than what is set there",
@@ -165,7 +203,10 @@ void ListKeys(Settings& keys, MotionKeys& motion) {
            {"fastest change of the offset"});
   keys.Add("max_jump_mm", limits.max_jump_m, {0.001, 5, kMetrePerMm},
            {"largest change that the controller may see at once after lost answers"});
-  keys.Add("ramp_s", limits.ramp_s, {0.1, 60}, {"from nothing to the whole offset, and back"});
+  keys.Add("max_jump_deg", limits.max_jump_rad, {0.001, 5, kRadPerDeg},
+           {"the same of the rotation"});
+  keys.Add("ramp_s", limits.ramp_s, {0.1, motion_offset::kLongestReturn_s},
+           {"from nothing to the whole offset, and back"});
   keys.Add("hold_ms", limits.hold_s, {0, 2000, kSecondPerMs},
            {"how long the offset is kept when robot data are missing, before it returns to 0"});
   keys.Add("widest_radius_mm", settings.rules.widest_radius_m, {0.001, 100, kMetrePerMm},

@@ -430,11 +430,13 @@ void ControlCycle::ReportToMotion(const CycleParts& parts, const MachineInput& i
   motion_offset::CycleReport report;
   report.now_s = input.now_s;
   report.generation = parts.motion_model->generation;
-  report.enabled = input.command.motion_enabled;
   report.plc_alive = (snapshot.status & status::kPlcHeartbeatSeen) != 0;
+  report.enabled = motion_switch_.Update(input.command.motion_enabled, report.plc_alive);
+  report.compensated_twice = input.compensated_twice;
   report.robot_trusted =
       snapshot.input_fault == InputFault::kOk && (snapshot.alarms & alarm::kEmergencyStop) == 0;
   report.q = snapshot.robot.q;
+  report.q_s = snapshot.robot.timestamp_s;
   if (snapshot.payload_valid) {
     report.payload = snapshot.payload;
     report.conditions = parts.machine.ConditionsOf(snapshot.payload);

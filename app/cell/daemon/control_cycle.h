@@ -189,6 +189,7 @@ class ControlCycle {
   const service::UtcClock clock_ = service::UtcClock::FromSystemClock();
   double start_s_ = 0;
   double last_overrun_s_ = -1e9;
+  motion_offset::MotionSwitch motion_switch_;
   std::atomic<std::uint16_t> alarms_{0};
   std::atomic<std::uint64_t> cycles_{0};
   std::atomic<std::uint32_t> overruns_{0};

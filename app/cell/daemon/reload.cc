@@ -291,15 +291,20 @@ void Reloader::PutInForce(PendingReload reload) {
 }
 
 void Reloader::ReplaceParts(std::unique_ptr<CycleParts> parts) {
-  // The old link may have a reading in progress, and withdraws the points it has pushed.
+  // First the offset of a running motion returns to 0. Then the old link, which may have a reading
+  // in progress, withdraws the points it has pushed.
   const double start_s = MonotonicSeconds();
+  const auto& motion = running_.cycle.parts().motion;
+  const bool motion_stops = motion && motion != parts->motion;
+  const double longest_s = (motion_stops ? motion_link::MotionLink::kLongestStop_s : 0) +
+                           running_.robot_timeout_s + robot::kWithdrawal_s;
   double fed_s = start_s;
   running_.cycle.Replace(std::move(parts), [&] {
     running_.plc.DepositConnections(running_.manager);
     const double now_s = MonotonicSeconds();
     const auto period_s = running_.manager.watchdog_period_s();
     if (!period_s || now_s - fed_s < *period_s) return;
-    if (now_s - start_s > running_.robot_timeout_s + robot::kWithdrawal_s) return;
+    if (now_s - start_s > longest_s) return;
     fed_s = now_s;
     running_.manager.NotifyWatchdog();
   });

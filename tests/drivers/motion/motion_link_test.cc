@@ -52,7 +52,7 @@ struct Running {
   }
   void Report(bool enabled = true) const {
     motion_offset::CycleReport report;
-    report.now_s = MonotonicSeconds();
+    report.now_s = report.q_s = MonotonicSeconds();
     report.generation = 1;
     report.enabled = enabled;
     report.plc_alive = report.robot_trusted = true;
@@ -120,6 +120,22 @@ TEST_CASE("packets from another address are not answered") {
   other.Send(running.robot.BeginCycle(), running.link->port());
   CHECK(other.Receive(50).empty());
   CHECK(Eventually([&] { return running.link->Status().foreign == 1; }));
+  CHECK(running.Cycle());
+}
+
+TEST_CASE("a flood from another address is dropped by the kernel, and the controller is answered") {
+  Running running;
+  running.AwaitSilence();
+  const motion_robots::UdpPeer other("127.0.0.2");
+  const std::string packet = running.robot.BeginCycle();
+  CHECK(Eventually([&] {
+    for (int k = 0; k < 5000; ++k) other.Send(packet, running.link->port());
+    SleepSeconds(0.1);
+    const std::uint64_t before = running.link->Status().foreign;
+    for (int k = 0; k < 100; ++k) other.Send(packet, running.link->port());
+    SleepSeconds(0.2);
+    return before > 0 && running.link->Status().foreign == before;
+  }));
   CHECK(running.Cycle());
 }
 

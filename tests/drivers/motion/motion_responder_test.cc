@@ -15,12 +15,13 @@ using status::MotionLinkState;
 
 namespace {
 
-constexpr double kResolution_mm = 2e-6;  // of the six decimals of an answer
+constexpr double kResolution_mm = 2e-6, kResolution_deg = 4e-6;  // of the six decimals of an answer
 
 std::unique_ptr<motion_robots::Controller> MakeController(const std::string& kind, bool hold_on) {
   if (kind == "egm") {
     motion_robots::EgmOptions options;
     options.applied.hold_on = hold_on;
+    options.applied.pause_drops = !hold_on;
     return std::make_unique<motion_robots::EgmRobot>(options);
   }
   motion_robots::RsiOptions options;
@@ -66,6 +67,9 @@ TEST_CASE("no kind of trouble makes the applied offset jump, with HOLDON 1 and 0
         CHECK(controller->offset().largest_mm() <=
               1e3 * settings.limits.max_translation_m + kResolution_mm);
         CHECK(controller->offset().corrected() > 200);
+        CHECK(controller->offset().largest_turn_deg() <=
+              kDegPerRad * settings.limits.max_jump_rad + kResolution_deg);
+        if (kind == "rsi") CHECK(controller->offset().turned() > 200);
       }
     }
   }
@@ -96,6 +100,33 @@ TEST_CASE("of packets that arrive together only the newest is answered") {
   robot.Receive(answers.front());
   CHECK(robot.answered_seqno() == robot.number());
   CHECK(client.responder().Status().superseded == 1);
+}
+
+TEST_CASE("a packet that waits for its answer has none if the stream is barred meanwhile") {
+  for (const bool renumbered : {true, false}) {
+    CAPTURE(renumbered);
+    test::VirtualClient client(test::VirtualSettings("egm", true));
+    motion_robots::EgmRobot robot({});
+    robot.joints_deg = {0, 20, 10, 0, 45, 0};
+    client.SetJoints(robot.joints_deg);
+    double now_s = 1;
+    client.Idle(now_s);
+    for (int k = 0; k < 1500; ++k) {
+      now_s += 0.004;
+      for (const auto& answer : client.Receive({{false, robot.BeginCycle()}}, now_s))
+        robot.Receive(answer);
+      robot.EndCycle();
+    }
+    REQUIRE(motion_robots::Length(robot.offset().now()) > 0.1);
+    robot.active = renumbered;
+    std::vector<motion_robots::Client::Datagram> together = {{false, robot.BeginCycle()}};
+    robot.active = true;
+    if (renumbered) robot.Renumber(5000000);
+    together.push_back({false, robot.BeginCycle()});
+    together.push_back({false, robot.BeginCycle()});
+    CHECK(client.Receive(together, now_s + 0.004).empty());
+    CHECK(client.responder().Status().state == MotionLinkState::kNotAnswering);
+  }
 }
 
 TEST_CASE("settings with which an offset could jump are refused") {

@@ -35,6 +35,11 @@ inline motion_link::MotionSettings VirtualSettings(const std::string& kind, bool
   settings.limits.holds_last = holds_last;
   settings.limits.ramp_s = 0.2;
   settings.rules.widest_radius_m = 0.001;
+  if (kind == "rsi") {
+    settings.rules.rotates = true;
+    settings.limits.max_jump_rad = 0.002;
+    settings.limits.max_rotation_rad = holds_last ? 0.012 : 0.002;
+  }
   if (kind == "egm") settings.rules.frame = motion_offset::OffsetFrame::kTool;
   return settings;
 }
@@ -53,15 +58,15 @@ class VirtualClient final : public motion_robots::Client {
   }
 
   std::vector<std::string> Receive(const std::vector<Datagram>& datagrams, double now_s) override {
-    bool waiting = false;
     for (const Datagram& datagram : datagrams) {
       const std::uint32_t from = datagram.foreign ? robot_ + 1 : robot_;
-      waiting = responder_.Take(from, datagram.bytes, now_s) || waiting;
+      responder_.Take(from, datagram.bytes, now_s);
     }
-    if (!waiting) return {};
     report_.now_s = now_s;
+    report_.q_s = now_s - 0.1;  // a slow robot link
     std::array<char, 512> answer{};
     const std::size_t size = responder_.Answer(report_, &model_, false, answer);
+    if (size == 0) return {};
     return {{answer.data(), size}};
   }
   void Idle(double now_s) override { responder_.Idle(now_s); }

@@ -28,7 +28,7 @@ struct Cell {
   }
   Cell() {
     q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-    report.now_s = 100;
+    report.now_s = report.q_s = 100;
     report.generation = 7;
     report.enabled = report.plc_alive = report.robot_trusted = true;
     report.q = q;
@@ -117,6 +117,11 @@ TEST_CASE("nothing is ordered without each of its conditions") {
       {Obstacle::kNoJoints, [](Cell& c) { c.q.conservativeResize(5); }},
       {Obstacle::kNoJoints, [](Cell& c) { c.q[2] = std::nan(""); }},
       {Obstacle::kJointsDisagree, [](Cell& c) { c.q[1] = -c.q[1]; }},
+      {Obstacle::kJointsDisagree, [](Cell& c) { c.q[1] += 0.1; }},
+      {Obstacle::kNone,  // it moves since the reading
+       [](Cell& c) { c.q[1] += 0.1, c.report.q_s = 99.97; }},
+      {Obstacle::kNone, [](Cell& c) { c.report.q[5] += 2 * M_PI; }},
+      {Obstacle::kCompensatedTwice, [](Cell& c) { c.report.compensated_twice = true; }},
       {Obstacle::kPayloadUnknown, [](Cell& c) { c.report.payload.reset(); }},
       {Obstacle::kBasisTooWeak,
        [](Cell& c) { c.report.radius.basis = model::RadiusBasis::kPropagated; }},
@@ -133,6 +138,18 @@ TEST_CASE("nothing is ordered without each of its conditions") {
   }
   Cell cell;
   CHECK(OrderFor(cell.report, nullptr, cell.rules, cell.q, {}, 100).obstacle == Obstacle::kNoCycle);
+}
+
+TEST_CASE("after a lost heartbeat the permission must be cleared and set again") {
+  MotionSwitch permission;
+  CHECK_FALSE(permission.Update(false, false));
+  CHECK(permission.Update(true, false));  // the heartbeat is an obstacle of its own
+  CHECK(permission.Update(true, true));
+  CHECK_FALSE(permission.Update(true, false));
+  CHECK_FALSE(permission.Update(true, true));
+  CHECK_FALSE(permission.Update(true, true));
+  CHECK_FALSE(permission.Update(false, true));
+  CHECK(permission.Update(true, true));
 }
 
 TEST_CASE("each obstacle has a description of its own") {

@@ -21,6 +21,7 @@ OffsetLimits Limits() {
   limits.max_rotation_rad = 0.01;
   limits.rate_m_per_s = 0.004;
   limits.max_jump_m = 0.0002;
+  limits.max_jump_rad = 0.001;
   limits.cycle_s = kCycle_s;
   limits.timeout_s = 0.04;
   limits.ramp_s = 0.5;
@@ -53,7 +54,8 @@ struct Stream {
     number += 4U * static_cast<unsigned>(steps);
     const MotionOffset::Packet packet{now_s, number, running};
     accepted = offset.Accept(packet).accepted;
-    return accepted ? offset.Next(packet, order) : offset.offset();
+    offset.Next(order);
+    return offset.offset();
   }
   void Run(const MotionOffset::Order& order, double time_s) {
     for (int k = 0; k < std::lround(time_s / kCycle_s); ++k) Next(order);
@@ -163,11 +165,79 @@ TEST_CASE("limits that cannot prevent a jump have a fault") {
   CHECK(FaultOf(limits) == LimitsFault::kJumpsAfterLosses);
   limits = Limits();
   limits.holds_last = false;
+  limits.max_rotation_rad = 0;
   CHECK(FaultOf(limits) == LimitsFault::kJumpsToZero);
   limits.max_translation_m = limits.max_jump_m;
   CHECK(FaultOf(limits) == LimitsFault::kNone);
   limits.timeout_s = 0;
   CHECK(FaultOf(limits) == LimitsFault::kTimeoutTooShort);
+}
+
+TEST_CASE("limits with which the rotation could jump have a fault") {
+  OffsetLimits limits = Limits();
+  limits.max_rotation_rad = 0.08;
+  CHECK(FaultOf(limits) == LimitsFault::kTurnsAfterLosses);
+  limits.holds_last = false;
+  limits.max_translation_m = limits.max_jump_m;
+  CHECK(FaultOf(limits) == LimitsFault::kTurnsToZero);
+  limits.max_rotation_rad = limits.max_jump_rad;
+  CHECK(FaultOf(limits) == LimitsFault::kNone);
+}
+
+TEST_CASE("limits with which the way back to 0 outlasts a stop have a fault") {
+  OffsetLimits limits = Limits();
+  limits.ramp_s = kLongestReturn_s + 0.1;
+  CHECK(FaultOf(limits) == LimitsFault::kReturnsTooLate);
+  limits = Limits();
+  limits.rate_m_per_s = limits.max_translation_m / (kLongestReturn_s + 0.1);
+  CHECK(FaultOf(limits) == LimitsFault::kReturnsTooLate);
+}
+
+TEST_CASE("a packet that waits for its answer has none if the stream is barred meanwhile") {
+  for (const bool pauses : {true, false}) {
+    CAPTURE(pauses);
+    Stream stream;
+    stream.Run(Wanted(0.001), 2);
+    const double now_s = stream.now_s + kCycle_s;
+    const std::uint64_t next = stream.number + 4;
+    REQUIRE(stream.offset.Accept({now_s, next, !pauses}).accepted);
+    REQUIRE(stream.offset.unanswered());
+    const std::uint64_t other = next + (pauses ? 0 : 1000000);
+    CHECK_FALSE(stream.offset.Accept({now_s, other + 4, true}).accepted);
+    CHECK_FALSE(stream.offset.Accept({now_s, other + 8, true}).accepted);
+    CHECK_FALSE(stream.offset.Next(Wanted(0.001)));
+  }
+}
+
+TEST_CASE("a correction that paused with an offset is not resumed even after the way to 0") {
+  Stream stream;
+  stream.Run(Wanted(0.001), 2);
+  for (int k = 0; k < 500; ++k) stream.Next(Wanted(0.001), false);
+  CHECK(stream.accepted);
+  CHECK(stream.x() == 0);
+  stream.Next(Wanted(0.001), true);
+  CHECK_FALSE(stream.accepted);
+}
+
+TEST_CASE("packets that come steadily faster or slower than the configured cycle are named") {
+  for (const double step_s : {12 * kCycle_s, 3 * kCycle_s, 0.3 * kCycle_s}) {
+    CAPTURE(step_s);
+    OffsetLimits limits = Limits();
+    limits.timeout_s = 0.045;
+    MotionOffset offset(limits, 100);
+    offset.Idle(101);
+    double now_s = 101;
+    std::uint64_t number = 7;
+    for (int k = 0; k < 600; ++k) {
+      now_s += step_s;
+      if (offset.Accept({now_s, number += 4, true}).accepted) offset.Next(Wanted(0.001));
+    }
+    CHECK(offset.obstacle() == Obstacle::kWrongCycle);
+    CHECK(offset.offset().zero());
+  }
+  Stream stream;
+  for (int k = 0; k < 2000; ++k) stream.Next(Wanted(0.001), true, k % 7 == 0 ? 3 : 1);
+  CHECK(stream.offset.obstacle() == Obstacle::kNone);
 }
 
 namespace {
@@ -204,7 +274,10 @@ Worst RandomHistory(unsigned seed, bool holds_last, int cycles) {
   const auto chance = [&random](double p) { return std::bernoulli_distribution(p)(random); };
   OffsetLimits limits = Limits();
   limits.holds_last = holds_last;
-  if (!holds_last) limits.max_translation_m = limits.max_jump_m;
+  if (!holds_last) {
+    limits.max_translation_m = limits.max_jump_m;
+    limits.max_rotation_rad = limits.max_jump_rad;
+  }
   Controller robot;
   robot.holds_last = holds_last;
   robot.tolerated = static_cast<int>(std::lround(limits.timeout_s / limits.cycle_s));
@@ -228,7 +301,8 @@ Worst RandomHistory(unsigned seed, bool holds_last, int cycles) {
     if (chance(0.01)) {
       const double size =
           std::uniform_real_distribution(0.0, 1.2)(random) * limits.max_translation_m;
-      order = chance(0.1) ? Refused(static_cast<Obstacle>(chance(0.5) ? 10 : 5)) : Wanted(size);
+      order = chance(0.1) ? Refused(static_cast<Obstacle>(chance(0.5) ? 10 : 5))
+                          : Wanted(size, size * limits.max_rotation_rad / limits.max_translation_m);
     }
     if (chance(0.0005)) offset = MotionOffset(limits, now_s);  // killed and started again
     robot.number += 4;
@@ -237,7 +311,7 @@ Worst RandomHistory(unsigned seed, bool holds_last, int cycles) {
     Offset held;
     const auto deliver = [&](const MotionOffset::Packet& packet) {
       if (!offset.Accept(packet).accepted) return;
-      held = offset.Next(packet, order);
+      held = offset.Next(order).value();
       if (packet.number == robot.number && !chance(0.5 * trouble)) answer = &held;
     };
     if (chance(0.3 * trouble)) deliver({now_s, robot.number + 77777});  // foreign
@@ -254,7 +328,8 @@ Worst RandomHistory(unsigned seed, bool holds_last, int cycles) {
     }
     robot.Apply(answer);
     const double jump = (robot.applied.translation - before.translation).norm();
-    worst.jump = std::max(worst.jump, jump / limits.max_jump_m);
+    const double turn = (robot.applied.rotation - before.rotation).norm();
+    worst.jump = std::max({worst.jump, jump / limits.max_jump_m, turn / limits.max_jump_rad});
     worst.size = std::max(worst.size, robot.applied.translation.norm() / limits.max_translation_m);
     if (!robot.applied.zero()) ++worst.applied;
   }

@@ -537,6 +537,25 @@ TEST_CASE("Each transport requires its own keys") {
         "copy the file there");
 }
 
+TEST_CASE("corrections inside the motion need a control cycle that reports often enough") {
+  const std::string motion =
+      "[motion]\nenabled = true\nonly_taught_targets = true\nrobot = \"192.168.1.10\"\n"
+      "timeout_ms = 120\n";
+  const auto faults = [&](const std::string& period_ms) {
+    FaultList faults;
+    ReadWith(kFiles,
+             "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\nhost = \"r\"\n"
+             "[cycle]\nperiod_ms = " +
+                 period_ms + "\n" + motion,
+             faults);
+    std::string all;
+    for (const std::string& text : Texts(faults, Fault::Severity::kFault)) all += text + "\n";
+    return all;
+  };
+  CHECK(faults("101").find("cycle.period_ms: 101 must be at most 100") != std::string::npos);
+  CHECK(faults("100").find("cycle.period_ms") == std::string::npos);
+}
+
 TEST_CASE("PLC server and page cannot share a port of the same address") {
   auto fault = [](const std::string& plc, const std::string& page) {
     FaultList faults;
