@@ -110,24 +110,22 @@ std::optional<measure::ControllerSample> ReadControllerSample(const std::string&
     sample.convention = *named;
   }
   sample.joint_step = 0;
-  std::optional<int> tool;
   for (const measure::MeasuredRow& row : table->rows) {
     if (!row.measured_W) continue;
-    if (!tool && row.tool_number) {
-      tool = row.tool_number;
-      sample.tool = loads::ToolIndexOf(cell, tool).value_or(0);
-    }
-    if (row.tool_number != tool) {
+    // Without a number, the tool is the first: --tool states another one.
+    const auto tool = row.tool_number ? loads::ToolIndexOf(cell, row.tool_number) : 0;
+    if (!tool) {
       faults.Add({.severity = config::Fault::Severity::kWarning,
                   .file = path,
                   .line = row.line,
                   .key = "tool",
-                  .what = "is not the tool of the first row: the row is not used"});
+                  .what = "is no tool of the cell: the row is not used"});
       continue;
     }
     sample.joint_step = std::max(sample.joint_step, row.q_step_rad.value_or(0));
     measure::ControllerPosture& posture = sample.postures.emplace_back();
     posture.q = row.q;
+    posture.tool = *tool;
     posture.qd = row.qd;
     posture.p = *row.measured_W;
     posture.temp_C = row.temp_C;
@@ -180,15 +178,8 @@ std::string ControllerSampleCsv(const measure::ControllerSample& sample,
 
 namespace {
 
-std::string NewRobotKeys(const model::CellModel& cell, bool base) {
-  std::string text;
-  if (base) {
-    const Vec3 p = kMmPerMetre * cell.robot.X_WB.p;
-    const Vec3 turn = kDegPerRad * RollPitchYawFromRotation(cell.robot.X_WB.R);
-    text += fmt::format("base_xyz_mm = [{:.6f}, {:.6f}, {:.6f}]\n", p.x(), p.y(), p.z());
-    text += fmt::format("base_rpy_deg = [{:.8f}, {:.8f}, {:.8f}]\n", turn.x(), turn.y(), turn.z());
-  }
-  text += "joint = [\n";
+std::string NewRobotKeys(const model::CellModel& cell) {
+  std::string text = "joint = [\n";
   for (const std::string& row : measure::JointRows(cell.robot)) text += "  " + row + ",\n";
   text += "]\n";
   if (!cell.robot.couplings.empty())
@@ -207,19 +198,14 @@ std::string HeaderName(std::string_view text) {
 Result<std::string> ChangedCellText(std::string_view text, const model::CellModel& before,
                                     const model::CellModel& changed) {
   using Kind = measure::TomlStatement::Kind;
-  const bool base =
-      before.robot.X_WB.p != changed.robot.X_WB.p || before.robot.X_WB.R != changed.robot.X_WB.R;
-  const auto replaced = [base](const std::string& key) {
-    return key == "joint" || key == "coupling" ||
-           (base && (key == "base_xyz_mm" || key == "base_rpy_deg"));
-  };
+  const auto replaced = [](const std::string& key) { return key == "joint" || key == "coupling"; };
   std::string result, header;
   bool written = false;
   const auto finish_robot = [&] {
     if (header != "robot" || written) return;
     // Blank lines and comments before the next table stay before it.
     const auto end = result.find_last_not_of(" \t\r\n");
-    result.insert(end + 1, "\n" + NewRobotKeys(changed, base) + "\n");
+    result.insert(end + 1, "\n" + NewRobotKeys(changed) + "\n");
     written = true;
   };
   for (const measure::TomlStatement& statement : measure::TomlStatements(text)) {

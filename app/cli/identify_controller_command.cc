@@ -215,6 +215,10 @@ std::optional<model::Robot> FactoryTable(const IdentifyOptions& options,
   return std::nullopt;
 }
 
+std::optional<int> ToolNumber(const IdentifyOptions& options) {
+  return options.tool >= 0 ? std::optional<int>(options.tool) : std::nullopt;
+}
+
 int RunIdentify(const IdentifyOptions& options) {
   const auto usage = [](const std::string& why) {
     return Fail(
@@ -241,7 +245,7 @@ int RunIdentify(const IdentifyOptions& options) {
     sample = ReadControllerSample(options.poses, *cell, options.orientation, faults);
   } else if (const auto config = config::ReadDaemonConfig(options.robot, faults)) {
     const auto postures =
-        CollectPostures(*config, context.cell, options.seconds, options.moving,
+        CollectPostures(*config, context.cell, options.seconds, options.moving, ToolNumber(options),
                         [&](double share, std::size_t kept) {
                           progress.Show(0.9 * share, fmt::format("{} postures", kept));
                           return !Interruption::Requested();
@@ -255,9 +259,10 @@ int RunIdentify(const IdentifyOptions& options) {
   if (options.tool >= 0) {
     const auto index = loads::ToolIndexOf(*cell, options.tool);
     if (!index) return usage(fmt::format("the cell has no tool {}", options.tool));
-    sample->tool = *index;
+    for (measure::ControllerPosture& posture : sample->postures) posture.tool = *index;
   }
-  sample->of_flange = sample->of_flange || options.flange;
+  for (measure::ControllerPosture& posture : sample->postures)
+    posture.of_flange = posture.of_flange || options.flange;
   sample->position_step =
       std::max(sample->position_step, options.noise_mm * kMetrePerMm * std::sqrt(12.0));
   sample->angle_step =
@@ -272,11 +277,16 @@ int RunIdentify(const IdentifyOptions& options) {
   const Identification& found = report.found;
   const bool named = found.verdict == Identification::Verdict::kNamed;
   if (named) report.lines = LinesOf(found.best, context, *sample, report.changed);
-  report.twice = CompensatedTwice(*cell, found);
+  report.twice = CompensatedTwice(context, *sample, found);
   std::cout << (options.json ? ReportJson(report, context) : ReportText(report, context, *sample));
   if (!options.save.empty() &&
       !WriteOutput(options.save, ControllerSampleCsv(*sample, cell->robot), "--save-poses")) {
     return kExitUsage;
+  }
+  if (named && !options.output.empty() && !CellCanHold(found.best)) {
+    return Fail(options.output +
+                " is not written: no line of a cell is another frame of the controller's poses; "
+                "select the robot's own base in the controller, then identify again");
   }
   if (named && !options.output.empty()) {
     const auto changed = ChangedCellText(*text, *cell, report.changed);
@@ -335,12 +345,14 @@ void AddIdentifyControllerCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--quiet", options->quiet, "Show no progress");
   command->footer(
       "Compares the tool pose that a controller reports with the cell, in 10 to 20 postures that\n"
-      "differ in every joint. Each known relation, and each two of them if no single one does, is\n"
-      "fitted to half of the postures and has to predict the other half within the resolution of\n"
-      "the numbers: other table, deflection, tool, base, units, orientation, coupling, zero, sign "
-      "or\n"
-      "order of joints, time. One is named if it is a thousand times as probable as any other;\n"
-      "otherwise the postures that separate them are printed. The orientation is qw, qx, qy, qz, "
+      "differ in every joint. Each known relation (other table, deflection, tool, base, units,\n"
+      "orientation, coupling, zero, sign or order of joints, time), and each two of which none\n"
+      "suffices alone, is fitted to half of the postures. It is accepted if it predicts the other\n"
+      "half within the resolution of the numbers, with values of plausible size. One is named if "
+      "it\n"
+      "is a thousand times as probable as every other accepted one that differs from it in any\n"
+      "posture; otherwise the postures that separate them are printed. The orientation is qw, qx, "
+      "qy, qz, "
       "or\n"
       "rx, ry, rz (a rotation vector in _rad or _mrad, roll-pitch-yaw in _deg), roll, pitch, yaw,\n"
       "a, b, c (KUKA), w, p, r (FANUC) or o, a, t, with _deg, _rad or _mrad. payload_kg, t_s, "

@@ -2,6 +2,7 @@
 """Simulated controllers: whether `plumbline identify-controller` names the model that each one uses.
 
     controller_models.py --product build/bin/plumbline [--controllers 240] [--first-seed 1000] [--jobs 2]
+    controller_models.py --product build/bin/plumbline --pairs --postures 7 --range-deg 20 --controllers 340
 
 Each controller is an arm of config/cells that computes its tool pose differently, alone or in two ways at once,
 or in a way that the product has no name for; 10 to 20 postures, numbers rounded as registers and files round
@@ -435,8 +436,11 @@ def step(values, size):
     return np.round(values / size) * size
 
 
-def make(seed, kind):
-    """A controller's files and the right answer, or None if the arm does not have it."""
+def make(seed, kind, postures=None, range_deg=None):
+    """A controller's files and the right answer, or None if the arm does not have it.
+
+    postures: their number, else 10 to 20; range_deg: each joint stays that near to one posture.
+    """
     rng = np.random.default_rng(seed)
     name = str(rng.choice(ARMS))
     noise = str(rng.choice(list(NOISES)))
@@ -446,6 +450,7 @@ def make(seed, kind):
     c = Controller(text)
     c.count, c.form, c.factory, c.declared, c.moving = int(rng.integers(10, 21)), str(rng.choice(list(COLUMNS))), "", \
         None, False
+    c.count = postures or c.count
     tips = rng.uniform(-0.1, 0.1, (2, 3)) + (0, 0, 0.2)
     c.tool, c.second = (pose(np.eye(3), tip) for tip in tips)
     c.cog = np.array([0.01, -0.02, 0.1])
@@ -474,10 +479,14 @@ def make(seed, kind):
     cell = head + tools + "\n" + tail
     plain = Controller(text)
     plain.tool = c.tool if kind not in (other_tool, flange) else pose(np.eye(3), tips[0])
+    lower, upper = c.limits[:, 0], c.limits[:, 1]
+    if range_deg:
+        centre = lower + rng.uniform(0.3, 0.7, len(c.rows)) * (upper - lower)
+        lower, upper = centre - np.radians(range_deg), centre + np.radians(range_deg)
     rows, before, after = [], [], []
     deg = np.pi / 180
     for row in range(c.count):
-        q = rng.uniform(0.05, 0.95, len(c.rows)) * (c.limits[:, 1] - c.limits[:, 0]) + c.limits[:, 0]
+        q = rng.uniform(0.05, 0.95, len(c.rows)) * (upper - lower) + lower
         qd = rng.normal(size=len(q)) * 0.5 if c.moving else np.zeros(len(q))
         payload = float(rng.choice([0.0, 1.5, 3.0]))
         X = c.pose(row, q, qd, payload)
@@ -547,12 +556,12 @@ def labels(fit):
     return {(one["kind"], one.get("joint", 0) if one["kind"] in joints else 0) for one in fit["relations"]}
 
 
-WRITTEN = {"coupling", "zero_offset", "axis_sign", "table_value", "rounded_table", "base", "length_scale"}
+WRITTEN = {"coupling", "zero_offset", "axis_sign", "table_value", "rounded_table", "length_scale"}
 
 
-def judge(product, seed, kind):
+def judge(product, seed, kind, postures, range_deg):
     """right, wrong, not clear or None, and what the product said."""
-    made = make(seed, kind)
+    made = make(seed, kind, postures, range_deg)
     if made is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
@@ -581,9 +590,9 @@ def name_of(kind):
 
 
 def work(arguments):
-    product, seed, kind = arguments
+    product, seed, kind, postures, range_deg = arguments
     for attempt in range(40):  # until an arm is drawn that has this
-        made = judge(product, seed + 7919 * attempt, kind)
+        made = judge(product, seed + 7919 * attempt, kind, postures, range_deg)
         if made is not None:
             break
     made["kind"], made["seed"] = name_of(kind), seed + 7919 * attempt
@@ -597,14 +606,20 @@ def main():
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", help="kinds whose name contains this")
+    parser.add_argument("--pairs", action="store_true", help="two relations at once only")
+    parser.add_argument("--postures", type=int, help="of each controller")
+    parser.add_argument("--range-deg", type=float, help="how far each joint moves to both sides")
     parser.add_argument("--quick", action="store_true", help="a few controllers, which must be right")
     options = parser.parse_args()
     kinds = list(SINGLE) * 2 + list(PAIRS) + list(OPEN)
     if options.quick:
         kinds, options.controllers = [nominal, coupling, hidden_tool, gantry], 4
+    if options.pairs:
+        kinds = list(PAIRS)
     if options.only:
         kinds = [kind for kind in kinds if options.only in name_of(kind)]
-    tasks = [(os.path.abspath(options.product), options.first_seed + k, kinds[k % len(kinds)])
+    tasks = [(os.path.abspath(options.product), options.first_seed + k, kinds[k % len(kinds)],
+              options.postures, options.range_deg)
              for k in range(options.controllers)]
     results = []
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:

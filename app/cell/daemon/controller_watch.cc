@@ -11,7 +11,6 @@
 #include "app/measure/controller/relation_text.h"
 #include "app/measure/controller/reported_steps.h"
 #include "firmware-like/geometry/units.h"
-#include "firmware-like/loads/numbered_load.h"
 
 namespace plumbline::cell {
 namespace {
@@ -22,6 +21,15 @@ constexpr std::size_t kEnough = 10, kEnoughNew = 3;
 constexpr double kPause_s = 60;  // between two identifications
 constexpr int kIdentifyingNice = 19;
 
+constexpr double kOldest_s = 8 * 3600;  // of a posture: one shift
+constexpr double kLost_s = 2;           // between two readings
+constexpr double kCheckPeriod_s = 1;
+
+template <typename T>
+bool Ended(const std::future<T>& future) {
+  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 bool SameArm(const model::CellModel& a, const model::CellModel& b) {
   return a.robot.joints.size() == b.robot.joints.size() && a.robot.name == b.robot.name;
 }
@@ -29,65 +37,81 @@ bool SameArm(const model::CellModel& a, const model::CellModel& b) {
 }  // namespace
 
 void ControllerWatch::Configure(const config::DaemonConfig& config) {
-  const bool same = cell_ && SameArm(*cell_, config.machine.cell);
+  const bool same = context_ && SameArm(context_->cell, config.machine.cell);
   Abandon();  // its result belongs to the previous cell
-  cell_ = config.machine.cell;
+  context_ = std::make_unique<const measure::RelationContext>(config.machine.cell);
   measure::ControllerSample sample;
   measure::StepsOf(config.robot.connection.profile, sample);
   if (!same) collector_.Clear();
   sample_ = sample;
+  named_.reset();
   new_postures_ = collector_.postures().size();
   last_s_ = 0;
-  difference_reported_ = answered_ = false;
+  difference_reported_ = answered_ = differs_ = false;
   reported_.clear();
 }
 
 void ControllerWatch::Abandon() {
   if (!running_.valid()) return;
   stop_.request_stop();
-  running_.wait();
-  running_ = {};
+  abandoned_ = std::move(running_);  // at most one: none starts before the abandoned one has ended
   stop_ = {};
 }
 
+void ControllerWatch::StartAnew() {
+  Abandon();
+  collector_.Clear();
+  named_.reset();
+  new_postures_ = 0;
+  last_s_ = 0;
+  reported_.clear();
+}
+
 void ControllerWatch::Observe(const Snapshot& snapshot) {
-  if (!cell_) return;
+  if (!context_) return;
   Collect(snapshot);
-  if (running_.valid() && running_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+  if (Ended(running_)) {
     const Result<Found> found = running_.get();
     answered_ = true;
     if (found) Take(*found);
   }
+  if (Ended(abandoned_)) abandoned_.get();
   StartIfDue(snapshot.now_s);
 }
 
 void ControllerWatch::Collect(const Snapshot& snapshot) {
+  const model::RobotState& reading = snapshot.reading;
+  if (reading.sequence != 0) {
+    const bool lost = last_reading_s_ > 0 && reading.timestamp_s - last_reading_s_ > kLost_s;
+    if (lost) StartAnew();  // the controller may have been restarted
+    last_reading_s_ = reading.timestamp_s;
+  }
   // A contradiction of the pose is what the identification explains.
   if (snapshot.input_fault != InputFault::kOk && snapshot.input_fault != InputFault::kTcpMismatch)
     return;
-  auto posture = filter_.Observe(snapshot.reading);
-  if (!posture || posture->q.size() != cell_->robot.size()) return;
+  auto posture = filter_.Observe(reading, context_->cell);
+  if (!posture || posture->q.size() != context_->cell.robot.size()) return;
   if (snapshot.payload_valid) posture->payload = snapshot.payload;
-  const int tool = loads::ToolIndexOf(*cell_, snapshot.reading.tool_number).value_or(0);
-  if (tool != sample_.tool) {  // a sample has one tool
-    collector_.Clear();
-    sample_.tool = tool;
-  }
-  sample_.joint_step = snapshot.reading.q_resolution;
-  sample_.of_flange = snapshot.reading.tcp_is_flange;
-  sample_.X_FT.reset();
-  if (!sample_.of_flange) sample_.X_FT = snapshot.reading.X_FT;
+  sample_.joint_step = reading.q_resolution;
+  if (ContradictsNamed(*posture)) StartAnew();
+  collector_.Expire(reading.timestamp_s - kOldest_s);
   if (!collector_.Add(*posture)) return;
   ++new_postures_;
   ReportFirstDifference();
+}
+
+bool ControllerWatch::ContradictsNamed(const measure::ControllerPosture& posture) {
+  const double now_s = posture.t_s.value_or(0);
+  if (!named_ || now_s - checked_s_ < kCheckPeriod_s) return false;
+  checked_s_ = now_s;
+  return measure::Contradicts(*context_, named_->sample, named_->fit, posture);
 }
 
 void ControllerWatch::ReportFirstDifference() {
   if (difference_reported_) return;
   measure::ControllerSample sample = sample_;
   sample.postures = collector_.postures();
-  const measure::RelationContext context(*cell_);
-  const auto difference = measure::UnexplainedDifference(context, sample);
+  const auto difference = measure::UnexplainedDifference(*context_, sample);
   if (!difference) return;
   difference_reported_ = true;
   sink_({log::Event::kControllerPoseDiffers,
@@ -100,14 +124,15 @@ void ControllerWatch::ReportFirstDifference() {
 }
 
 void ControllerWatch::StartIfDue(double now_s) {
-  if (running_.valid() || collector_.postures().size() < kEnough || new_postures_ < kEnoughNew)
+  if (running_.valid() || abandoned_.valid() || collector_.postures().size() < kEnough ||
+      new_postures_ < kEnoughNew)
     return;
   if (last_s_ > 0 && now_s - last_s_ < kPause_s) return;
   last_s_ = now_s;
   new_postures_ = 0;
   measure::ControllerSample sample = sample_;
   sample.postures = collector_.postures();
-  running_ = RunOnThread<Found>([cell = *cell_, sample = std::move(sample),
+  running_ = RunOnThread<Found>([cell = context_->cell, sample = std::move(sample),
                                  stop = stop_.get_token()] {
     setpriority(PRIO_PROCESS, 0, kIdentifyingNice);  // of this thread
     const measure::RelationContext context(cell);
@@ -116,7 +141,8 @@ void ControllerWatch::StartIfDue(double now_s) {
         context, sample, [&stop](double, const std::string&) { return !stop.stop_requested(); });
     found.finding = measure::FindingText(found.identification, context);
     found.remedy = measure::FindingRemedy(found.identification, context, sample);
-    found.twice = measure::CompensatedTwice(cell, found.identification);
+    found.twice = measure::CompensatedTwice(context, sample, found.identification);
+    found.sample = sample;
     return found;
   });
 }
@@ -127,21 +153,23 @@ void ControllerWatch::Take(const Found& found) {
   if (verdict == Verdict::kTooFew) return;
   // What is not clear changes nothing: neither an alarm nor its end.
   if (verdict == Verdict::kNotClear) return;
-  if (verdict == Verdict::kNamed) twice_ = found.twice;
-  const std::string kind = verdict == Verdict::kNone
-                               ? "none"
-                               : measure::NameOf(identification.best.hypothesis.front().kind);
-  if (kind == reported_) return;
-  const bool first = reported_.empty();
-  reported_ = kind;
+  twice_ = verdict == Verdict::kNamed && found.twice;
+  named_.reset();
+  if (verdict == Verdict::kNamed) named_ = Named{found.sample, identification.best};
+  const std::string relations =
+      verdict == Verdict::kNone ? "none" : measure::RelationNames(identification.best.hypothesis);
+  const std::string finding = twice_ ? relations + ", twice" : relations;
+  if (finding == reported_) return;
+  reported_ = finding;
   if (identification.IsNominal()) {
-    if (!first) {
+    if (differs_) {
       sink_({log::Event::kControllerAgrees,
-             "the controller's tool pose is that of the cell's table "
-             "again"});
+             "the controller's tool pose is that of the cell's table again"});
     }
+    differs_ = difference_reported_ = false;
     return;
   }
+  differs_ = true;
   const log::Event event = twice_                      ? log::Event::kCompensatedTwice
                            : verdict == Verdict::kNone ? log::Event::kControllerUnexplained
                                                        : log::Event::kControllerModel;
@@ -149,7 +177,7 @@ void ControllerWatch::Take(const Found& found) {
          fmt::format("{}{}, in {} postures. {}", found.finding,
                      twice_ ? ", which this cell corrects as well: corrected twice" : "",
                      identification.postures, found.remedy),
-         {{"RELATION", kind}}});
+         {{"RELATION", relations}}});
 }
 
 }  // namespace plumbline::cell

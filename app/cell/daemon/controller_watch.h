@@ -3,6 +3,7 @@
 #pragma once
 
 #include <future>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -17,11 +18,13 @@ namespace plumbline::cell {
 
 /// Collects postures at standstill, as widely spread as the robot's work is, and has the relation
 /// of the reported pose to the cell identified in the background once there are enough new ones.
-/// Withdraws nothing. Used by the main thread.
+/// A sample is of one controller in one state: it starts anew after the link was lost, and with a
+/// posture that contradicts the named relation; postures expire. Withdraws nothing. Used by the
+/// main thread, which never waits for an identification.
 class ControllerWatch {
  public:
   explicit ControllerWatch(log::LogSink sink) : sink_(std::move(sink)) {}
-  ~ControllerWatch() { Abandon(); }
+  ~ControllerWatch() { Abandon(); }  // waits for the thread, as futures of std::async do
   ControllerWatch(const ControllerWatch&) = delete;
   ControllerWatch& operator=(const ControllerWatch&) = delete;
 
@@ -39,27 +42,40 @@ class ControllerWatch {
  private:
   struct Found {
     measure::Identification identification;
+    measure::ControllerSample sample;
     std::string finding, remedy;
     bool twice = false;
   };
-  /// Ends an identification in progress, within a fraction of a second.
+  /// The relation that is named, and the sample that it was fitted to.
+  struct Named {
+    measure::ControllerSample sample;
+    measure::HypothesisFit fit;
+  };
+  /// Asks an identification in progress to end; its result is dropped.
   void Abandon();
+  /// Forgets the sample and what was found from it; an alarm stays until an identification ends it.
+  void StartAnew();
   void Collect(const Snapshot& snapshot);
+  bool ContradictsNamed(const measure::ControllerPosture& posture);
   void ReportFirstDifference();
   void StartIfDue(double now_s);
   void Take(const Found& found);
 
   log::LogSink sink_;
-  std::optional<model::CellModel> cell_;
+  std::unique_ptr<const measure::RelationContext> context_;  ///< of the cell
   measure::ControllerSample sample_;
   measure::PostureCollector collector_;
   measure::ReadingFilter filter_{false};
   std::stop_source stop_;
-  std::future<Result<Found>> running_;
+  std::future<Result<Found>> running_, abandoned_;
+  std::optional<Named> named_;
+  double checked_s_ = 0;  ///< when a posture was last compared with it
+  double last_reading_s_ = 0;
   std::size_t new_postures_ = 0;  ///< since the last identification
   double last_s_ = 0;             ///< when it started
   bool difference_reported_ = false, twice_ = false, answered_ = false;
-  std::string reported_;  ///< the latest finding in the log
+  bool differs_ = false;  ///< the log's latest finding is not nominal
+  std::string reported_;  ///< the relations of the latest finding in the log
 };
 
 }  // namespace plumbline::cell

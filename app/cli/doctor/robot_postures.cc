@@ -19,7 +19,7 @@ constexpr double kPeriod_s = 0.05;
 
 Result<measure::ControllerSample> CollectPostures(
     const config::DaemonConfig& config, const model::CellModel& cell, double seconds, bool moving,
-    const std::function<bool(double share, std::size_t kept)>& progress) {
+    std::optional<int> tool, const std::function<bool(double share, std::size_t kept)>& progress) {
   const config::RobotLinkConfig& link = config.robot;
   auto made = RobotToRead(link);
   if (!made) return Error{made.error()};
@@ -31,7 +31,7 @@ Result<measure::ControllerSample> CollectPostures(
   PayloadSelector selector(config.machine.payload, cell.payload_cog_F);
   model::RobotState state;
   std::string problem = "no reading";
-  bool read = false, posed = false;
+  bool read = false, posed = false, known_tool = false;
   const double start_s = MonotonicSeconds();
   for (double now_s = start_s; now_s < start_s + seconds; now_s = MonotonicSeconds()) {
     if (!progress((now_s - start_s) / seconds, collector.postures().size())) break;
@@ -40,13 +40,12 @@ Result<measure::ControllerSample> CollectPostures(
       read = true;
       posed = posed || state.X_BT.has_value();
       sample.joint_step = state.q_resolution;
-      sample.of_flange = state.tcp_is_flange;
-      if (!state.tcp_is_flange) sample.X_FT = state.X_FT;
-      sample.tool = loads::ToolIndexOf(cell, state.tool_number).value_or(0);
+      if (tool) state.tool_number = tool;
+      known_tool = known_tool || loads::ToolIndexOf(cell, state.tool_number);
       if (state.q.size() != cell.robot.size()) {
         return Error{"the robot profile has another number of joints than the cell: check both"};
       }
-      if (auto posture = filter.Observe(state)) {
+      if (auto posture = filter.Observe(state, cell)) {
         selector.Select(&state, cell);
         posture->payload = selector.present();
         collector.Add(*posture);
@@ -61,6 +60,9 @@ Result<measure::ControllerSample> CollectPostures(
   if (!posed) {
     return Error{
         "the robot profile has no tool pose, with which joints could be compared: add [tcp]"};
+  }
+  if (!known_tool) {
+    return Error{"the robot reports no tool number that the cell declares: state the tool, --tool"};
   }
   sample.postures = collector.postures();
   return sample;

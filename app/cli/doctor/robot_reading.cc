@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/measure/controller/identify.h"
+#include "app/measure/controller/posture_collector.h"
 #include "app/measure/controller/reported_steps.h"
 #include "drivers/clock.h"
 #include "drivers/robot/register_survey.h"
 #include "drivers/robot/registry.h"
-#include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/model/joint_columns.h"
@@ -161,19 +160,13 @@ std::string RemedyOfReading(const config::RobotLinkConfig& link, const deflectio
 /// explain it.
 std::optional<measure::PoseError> PoseDifference(const config::DaemonConfig& config,
                                                  const model::RobotState& state) {
-  if (!state.X_BT) return std::nullopt;
   const measure::RelationContext context(config.machine.cell);
   measure::ControllerSample sample;
   measure::StepsOf(config.robot.connection.profile, sample);
   sample.joint_step = state.q_resolution;
-  sample.of_flange = state.tcp_is_flange;
-  if (!state.tcp_is_flange) sample.X_FT = state.X_FT;
-  sample.tool = loads::ToolIndexOf(config.machine.cell, state.tool_number).value_or(0);
-  measure::ControllerPosture& posture = sample.postures.emplace_back();
-  posture.q = state.q;
-  posture.p = state.X_BT->p;
-  posture.R = state.X_BT->R;
-  posture.angles = VectorFromRotation(posture.R);
+  const auto posture = measure::PostureFromReading(state, config.machine.cell);
+  if (!posture) return std::nullopt;
+  sample.postures.push_back(*posture);
   return UnexplainedDifference(context, sample);
 }
 

@@ -34,6 +34,9 @@ struct ControllerPosture {
   Mat3 R;                 ///< the same as a rotation
   std::optional<loads::Payload> payload{};  ///< absent if unknown
   std::optional<double> temp_C{}, t_s{};
+  int tool = 0;                ///< index of the mounted tool
+  std::optional<Pose> X_FT{};  ///< tool offset that the controller reports, in place of the tool's
+  bool of_flange = false;      ///< the pose is stated to be that of the flange
 };
 
 struct ControllerSample {
@@ -41,9 +44,6 @@ struct ControllerSample {
   /// Index into AngleConventions(); -1: the orientation was given as a quaternion.
   int convention = kRotationVectorAngles;
   bool with_orientation = true;  ///< false: only positions are reported
-  int tool = 0;                  ///< index of the mounted tool
-  std::optional<Pose> X_FT{};  ///< tool offset that the controller reports, in place of the tool's
-  bool of_flange = false;      ///< the pose is stated to be that of the flange
   /// Smallest steps of the numbers: SI. Rounding to them is the noise.
   double joint_step = 0, position_step = 0, angle_step = 0;
 };

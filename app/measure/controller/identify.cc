@@ -26,11 +26,21 @@ constexpr double kScreeningTail = 1e-8;     // probability at which screening re
 constexpr std::size_t kMostPredicted = 40;  // hypotheses with predictions
 constexpr int kTried = 60;                  // postures of a comparison
 constexpr std::size_t kNext = 3;
+constexpr double kSureDeviations = 3.09;  // of a normal distribution: 1 in 1000, one-sided
+constexpr double kLargestCorrelation = 1 - 1e-9;
+constexpr double kFloorOfCorrection_m = 1e-6;  // below it, a cell corrects nothing
 
 bool OfReading(Kind kind) {
   return kind == Kind::kLengthUnit || kind == Kind::kAngleUnit || kind == Kind::kAngleConvention ||
          kind == Kind::kInverseRotation || kind == Kind::kInversePose ||
          kind == Kind::kQuaternionOrder || kind == Kind::kMirroredAxis;
+}
+
+Compensation Compensates(Kind kind) {
+  if (kind == Kind::kCellDeflection || kind == Kind::kJointCompliance)
+    return Compensation::kDeflection;
+  const bool table = kind == Kind::kAdjustedTable || kind == Kind::kFactoryTable;
+  return table ? Compensation::kCalibration : Compensation::kNone;
 }
 
 /// How often a relation of a kind is the cause, relative to others: its places share it.
@@ -52,12 +62,13 @@ class Priors {
   std::array<int, kRelationKinds> counts_{};
 };
 
-/// Postures within the limits of the arm, with the load of the sample's first posture.
+/// Postures within the limits of the arm, with the loads and tools of the sample's.
 std::vector<ControllerPosture> OtherPostures(const RelationContext& context,
                                              const ControllerSample& sample, int count) {
   std::vector<ControllerPosture> all;
   for (const model::JointVector& q : RandomPostures(context.cell.robot, count)) {
-    ControllerPosture& posture = all.emplace_back(sample.postures.front());
+    ControllerPosture& posture =
+        all.emplace_back(sample.postures[all.size() % sample.postures.size()]);
     posture.q = q;
     posture.qd = model::JointVector::Constant(q.size(), 0.1);
   }
@@ -192,24 +203,47 @@ class Search {
     found.unmoved = UnmovedJoints(fitter_.sample());
     found.nominal = fitter_.FitAndPredict({{}});
     found.best = found.nominal;
-    std::vector<Hypothesis> singles, pairs;
+    std::vector<Hypothesis> singles;
     for (const Relation& one : relations_) singles.push_back({one});
-    for (std::size_t i = 0; i < relations_.size(); ++i) {
-      for (std::size_t j = i + 1; j < relations_.size(); ++j) {
-        if (!Exclude(relations_[i], relations_[j]) && !OnCycle(relations_[i], relations_[j]))
-          pairs.push_back({relations_[i], relations_[j]});
-      }
-    }
-    const auto share_of_singles =
-        static_cast<double>(singles.size()) / static_cast<double>(singles.size() + pairs.size());
-    std::vector<HypothesisFit> accepted = AcceptedOf(singles, 0, share_of_singles);
-    if (accepted.empty() && !stopped_) accepted = AcceptedOf(pairs, share_of_singles, 1);
+    constexpr double kShareOfSingles = 0.05;
+    std::vector<HypothesisFit> accepted = AcceptedOf(singles, 0, kShareOfSingles);
+    // Two at once are rivals of one, above all of one with many values.
+    for (HypothesisFit& fit : AcceptedOf(PairsBeside(accepted), kShareOfSingles, 1))
+      accepted.push_back(std::move(fit));
     if (stopped_) return found;
+    const Priors priors(relations_);
+    std::stable_sort(accepted.begin(), accepted.end(),
+                     [&](const HypothesisFit& a, const HypothesisFit& b) {
+                       return ScoreOf(a, priors) > ScoreOf(b, priors);
+                     });
     Decide(accepted, found);
     return found;
   }
 
  private:
+  /// Every two relations but those that only extend an accepted one: beside it, nothing is left to
+  /// explain.
+  std::vector<Hypothesis> PairsBeside(const std::vector<HypothesisFit>& accepted) const {
+    const auto is_accepted = [&](const Relation& one) {
+      return std::any_of(accepted.begin(), accepted.end(),
+                         [&](const HypothesisFit& fit) { return fit.hypothesis.front() == one; });
+    };
+    const bool nominal = is_accepted({});
+    const auto has_values = [&](const Relation& one) {
+      return !ParametersOf(one, fitter_.context(), fitter_.sample()).prior_sd.empty();
+    };
+    std::vector<Hypothesis> pairs;
+    for (std::size_t i = 0; i < relations_.size(); ++i) {
+      for (std::size_t j = i + 1; j < relations_.size(); ++j) {
+        const Relation &a = relations_[i], &b = relations_[j];
+        if (Exclude(a, b) || OnCycle(a, b) || is_accepted(a) || is_accepted(b)) continue;
+        if (nominal && has_values(a) && has_values(b)) continue;
+        pairs.push_back({a, b});
+      }
+    }
+    return pairs;
+  }
+
   /// True if two couplings, with those of the cell, leave a joint without an order.
   bool OnCycle(const Relation& a, const Relation& b) const {
     if (a.kind != Kind::kCoupling || b.kind != Kind::kCoupling) return false;
@@ -332,29 +366,66 @@ bool Identification::IsNominal() const {
 Compensation Identification::compensation() const {
   if (verdict != Verdict::kNamed) return Compensation::kNone;
   Compensation all = Compensation::kNone;
-  for (const Relation& one : best.hypothesis) {
-    if (one.kind == Kind::kCellDeflection || one.kind == Kind::kJointCompliance)
-      return Compensation::kDeflection;
-    if (one.kind == Kind::kAdjustedTable || one.kind == Kind::kFactoryTable)
-      all = Compensation::kCalibration;
-  }
+  for (const Relation& one : best.hypothesis) all = std::max(all, Compensates(one.kind));
   return all;
 }
 
-bool CompensatedTwice(const model::CellModel& cell, const Identification& found) {
-  switch (found.compensation()) {
-    case Compensation::kNone:
-      return false;
-    case Compensation::kCalibration:
-      return !cell.effects.empty();
-    case Compensation::kDeflection:
-      break;
+Overlap OverlapOf(const RelationContext& context, const ControllerSample& sample,
+                  const Identification& found) {
+  Overlap overlap;
+  const std::ptrdiff_t count = std::ssize(sample.postures);
+  if (found.compensation() == Compensation::kNone || count < 5) return overlap;
+  const RelationFitter fitter(context, sample);
+  HypothesisFit nominal, adds;  // `adds`: without what changes frames, joints and units
+  std::vector<double> values;
+  std::ptrdiff_t at = 0;
+  for (const Relation& one : found.best.hypothesis) {
+    const std::ptrdiff_t size = std::ssize(ParametersOf(one, context, sample).prior_sd);
+    if (Compensates(one.kind) != Compensation::kNone) {
+      adds.hypothesis.push_back(one);
+      values.insert(values.end(), found.best.values.data() + at,
+                    found.best.values.data() + at + size);
+    }
+    at += size;
   }
-  return !cell.effects.empty() || cell.any_tool_bends() ||
-         std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                     [](const model::Joint& joint) {
-                       return joint.compliance_rad_per_Nm.value_or(0) != 0;
-                     });
+  adds.values = Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values));
+  Eigen::Matrix3Xd added(3, count), corrected(3, count);
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const ControllerPosture& posture = sample.postures[static_cast<std::size_t>(k)];
+    added.col(k) = fitter.ReportedAt(adds, posture).p - fitter.ReportedAt(nominal, posture).p;
+    effects::Conditions conditions;
+    conditions.temp_C = posture.temp_C;
+    deflection::LoadedState state;
+    if (!context.arm.AtCommanded(posture.q, LoadOf(posture), conditions, state)) return overlap;
+    corrected.col(k) = state.X_BT.p - context.arm.UnloadedTip(posture.q, posture.tool).p;
+  }
+  added.colwise() -= Vec3(added.rowwise().mean());
+  corrected.colwise() -= Vec3(corrected.rowwise().mean());
+  const double size = added.norm() * corrected.norm();
+  if (!(corrected.norm() > kFloorOfCorrection_m * std::sqrt(static_cast<double>(count))) ||
+      !(size > 0)) {
+    return overlap;
+  }
+  overlap.correlation = added.cwiseProduct(corrected).sum() / size;
+  // Fisher's transformation; the three coordinates of a posture count as one observation, because
+  // deflection has one direction.
+  const double z =
+      std::atanh(std::clamp(overlap.correlation, -kLargestCorrelation, kLargestCorrelation));
+  overlap.at_least = std::tanh(z - kSureDeviations / std::sqrt(static_cast<double>(count) - 3));
+  return overlap;
+}
+
+bool CompensatedTwice(const RelationContext& context, const ControllerSample& sample,
+                      const Identification& found) {
+  const double at_least = OverlapOf(context, sample, found).at_least;
+  return at_least > 0 && at_least * at_least > 0.5;
+}
+
+bool Contradicts(const RelationContext& context, const ControllerSample& sample,
+                 const HypothesisFit& fit, const ControllerPosture& posture) {
+  const double degrees = sample.with_orientation ? 6 : 3;
+  return RelationFitter(context, sample).Surprise(fit, posture) >
+         statistics::ChiSquareQuantile(kScreeningTail, degrees);
 }
 
 std::optional<PoseError> UnexplainedDifference(const RelationContext& context,

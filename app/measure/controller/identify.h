@@ -39,8 +39,25 @@ struct Identification {
   Compensation compensation() const;
 };
 
-/// True if the cell corrects what the controller's pose already contains.
-bool CompensatedTwice(const model::CellModel& cell, const Identification& found);
+/// How alike are the tip displacements that a named relation adds and those that the cell corrects,
+/// over the postures of the sample and without their means: correlation, and its lower bound
+/// at 99.9 % by Fisher's transformation. Both 0 if the relation compensates nothing, or the cell
+/// corrects nothing under the conditions of the postures.
+struct Overlap {
+  double correlation = 0, at_least = 0;
+};
+Overlap OverlapOf(const RelationContext& context, const ControllerSample& sample,
+                  const Identification& found);
+
+/// True if the controller's pose already contains what the cell corrects: at least half of the
+/// variance is common, by the lower bound of the overlap.
+bool CompensatedTwice(const RelationContext& context, const ControllerSample& sample,
+                      const Identification& found);
+
+/// True if a posture that is not of the sample is not reported as a relation that was fitted to the
+/// sample predicts, by more than the resolution and the uncertainty of the fit explain.
+bool Contradicts(const RelationContext& context, const ControllerSample& sample,
+                 const HypothesisFit& fit, const ControllerPosture& posture);
 
 /// How far the reported poses are from the cell's rigid table, if rounding does not explain it. One
 /// posture suffices.
@@ -50,11 +67,12 @@ std::optional<PoseError> UnexplainedDifference(const RelationContext& context,
 /// @param progress  called with the share done; returns false to stop, and the verdict is kTooFew
 using IdentifyProgress = std::function<bool(double share, const std::string& doing)>;
 
-/// Names the relation between the poses that a controller reports and a cell: each relation, and
-/// each two if no single one does, is fitted to one half of the postures and has to predict the
-/// other within the resolution of the numbers. Those that do are compared by their evidence; one is
-/// named if it is a thousand times as probable as every other that differs from it in any posture.
-/// Pure.
+/// Names the relation between the poses that a controller reports and a cell. Each relation, and
+/// each two of which none suffices alone, is fitted to one half of the postures; it is accepted if
+/// it predicts the other half within the resolution of the numbers, with values that its prior
+/// allows. The accepted ones are compared by their evidence; one is named if it is a thousand times
+/// as probable as every other accepted one that differs from it in any posture. Two descriptions of
+/// deflection count as one. Pure.
 Identification Identify(const RelationContext& context, const ControllerSample& sample,
                         const IdentifyProgress& progress = {});
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/loads/numbered_load.h"
 #include "firmware-like/machine.h"
 
 namespace plumbline::measure {
@@ -40,11 +41,37 @@ bool PostureCollector::Add(const ControllerPosture& posture) {
   return true;
 }
 
-std::optional<ControllerPosture> ReadingFilter::Observe(const model::RobotState& reading) {
+void PostureCollector::Expire(double before_s) {
+  postures_.erase(std::remove_if(postures_.begin(), postures_.end(),
+                                 [before_s](const ControllerPosture& posture) {
+                                   return posture.t_s && *posture.t_s < before_s;
+                                 }),
+                  postures_.end());
+}
+
+std::optional<ControllerPosture> PostureFromReading(const model::RobotState& reading,
+                                                    const model::CellModel& cell) {
   const bool usable = reading.sequence != 0 && reading.X_BT && reading.q.size() > 0 &&
                       reading.q.allFinite() && reading.X_BT->p.allFinite() &&
                       reading.X_BT->R.allFinite();
-  if (!usable) return std::nullopt;
+  const std::optional<int> tool = loads::ToolIndexOf(cell, reading.tool_number);
+  if (!usable || !tool) return std::nullopt;
+  ControllerPosture posture;
+  posture.q = reading.q;
+  posture.p = reading.X_BT->p;
+  posture.R = reading.X_BT->R;
+  posture.angles = VectorFromRotation(posture.R);
+  posture.temp_C = reading.temp_C;
+  posture.t_s = reading.timestamp_s;
+  posture.tool = *tool;
+  posture.X_FT = reading.X_FT;
+  posture.of_flange = reading.tcp_is_flange;
+  return posture;
+}
+
+std::optional<ControllerPosture> ReadingFilter::Observe(const model::RobotState& reading,
+                                                        const model::CellModel& cell) {
+  if (!PostureFromReading(reading, cell)) return std::nullopt;
   if (!last_.empty()) {
     if (last_.back().sequence == reading.sequence) return std::nullopt;
     if (last_.back().q.size() != reading.q.size()) last_.clear();
@@ -58,15 +85,12 @@ std::optional<ControllerPosture> ReadingFilter::Observe(const model::RobotState&
   const bool at_rest = (after.q - before.q).cwiseAbs().maxCoeff() <= still &&
                        (middle.q - before.q).cwiseAbs().maxCoeff() <= still;
   if ((!at_rest && !moving_) || !(time_s > 0) || time_s > 2) return std::nullopt;
-  ControllerPosture posture;
-  posture.q = middle.q;
-  posture.qd = at_rest ? model::JointVector(model::JointVector::Zero(middle.q.size()))
-                       : model::JointVector((after.q - before.q) / time_s);
-  posture.p = middle.X_BT->p;
-  posture.R = middle.X_BT->R;
-  posture.angles = VectorFromRotation(posture.R);
-  posture.temp_C = middle.temp_C;
-  posture.t_s = middle.timestamp_s;
+  // A tool that is changed between two readings belongs to neither posture.
+  const bool one_tool = before.tool_number == after.tool_number;
+  std::optional<ControllerPosture> posture = PostureFromReading(middle, cell);
+  if (!posture || !one_tool) return std::nullopt;
+  posture->qd = at_rest ? model::JointVector(model::JointVector::Zero(middle.q.size()))
+                        : model::JointVector((after.q - before.q) / time_s);
   return posture;
 }
 

@@ -15,12 +15,19 @@ class PostureCollector {
   /// @return true if the posture was kept
   bool Add(const ControllerPosture& posture);
   void Clear() { postures_.clear(); }
+  /// Forgets postures that were read before a time.
+  void Expire(double before_s);
   const std::vector<ControllerPosture>& postures() const { return postures_; }
 
  private:
   std::size_t most_;
   std::vector<ControllerPosture> postures_;
 };
+
+/// A reading with its tool as a posture, without payload and velocities.
+/// @return  nullopt if it has no finite joints and pose, or a tool that the cell does not declare
+std::optional<ControllerPosture> PostureFromReading(const model::RobotState& reading,
+                                                    const model::CellModel& cell);
 
 /// Finds postures at standstill in a stream of readings, or with `moving` in any motion, in which
 /// joint velocities follow from the readings before and after.
@@ -30,7 +37,8 @@ class ReadingFilter {
 
   /// The posture of an earlier reading, if it can be used; without payload.
   /// @param reading  the newest; one that was passed before is ignored
-  std::optional<ControllerPosture> Observe(const model::RobotState& reading);
+  std::optional<ControllerPosture> Observe(const model::RobotState& reading,
+                                           const model::CellModel& cell);
 
  private:
   bool moving_;

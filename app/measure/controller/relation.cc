@@ -1,5 +1,8 @@
 #include "app/measure/controller/relation.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,16 +45,36 @@ constexpr std::array<const char*, kRelationKinds> kNames = {"nominal",
                                                             "time_shift"};
 
 // Prior standard deviations: how large what happens in practice is.
-constexpr double kTableLength_m = 1.5e-3, kTableAngle = 1.5e-3;  // calibrations of single arms
+constexpr double kTableLength_m = 3e-3, kTableAngle = 3e-3;  // calibrations of single arms
 constexpr double kOneLength_m = 0.05;
-constexpr double kScale = 1e-3;
+constexpr double kScale = 1e-2;
 constexpr double kZero = 1.0;
 constexpr double kRatio = 1.0;
 constexpr double kToolPlace_m = 0.2, kBasePlace_m = 1.0, kFrameTurn = 1.5;
 constexpr double kLead_s = 0.1;
-constexpr double kSag_m = 5e-3;  // tip displacement by one joint's compliance
+constexpr double kSag_m = 1e-2;  // tip displacement by one joint's compliance
 
-constexpr int kTableParameters = 5;  // a, d, alpha, theta, beta of a joint
+constexpr int kTableParameters = 5;    // a, d, alpha, theta, beta of a joint
+constexpr double kParallelAxes = 0.5;  // sine of the angle between two axes: 30 deg
+
+/// Prior standard deviations of a calibrated table: four values of a joint determine the next axis.
+/// Between parallel axes beta takes the place of d, which is that of the next joint; elsewhere beta
+/// is a turn of the joint before or after it [S. Hayati, IEEE CDC (1983) 1477]. The frame beyond
+/// the last axis, or in modified tables before the first one, has no such neighbour and keeps all
+/// five.
+std::vector<double> TablePrior(const model::Robot& robot) {
+  const auto n = robot.joints.size();
+  const bool modified = robot.convention == model::DhConvention::kProximal;
+  std::vector<double> all;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool outermost = modified ? i == 0 : i + 1 == n;
+    const bool parallel = std::abs(std::sin(robot.joints[i].alpha_rad)) < kParallelAxes;
+    all.insert(all.end(),
+               {kTableLength_m, outermost || !parallel ? kTableLength_m : kFixedValue, kTableAngle,
+                kTableAngle, outermost || parallel ? kTableAngle : kFixedValue});
+  }
+  return all;
+}
 
 double Radius(const RelationContext& context) {
   return context.arm.chain().Reach() + deflection::FarthestTip_F(context.cell).norm();
@@ -76,18 +99,12 @@ model::JointVector TorquesAt(const RelationContext& context, const kinematics::C
   return tau;
 }
 
-loads::Payload PayloadOf(const ControllerPosture& posture, const ControllerSample& sample) {
-  loads::Payload payload = posture.payload.value_or(loads::Payload());
-  payload.tool = sample.tool;
-  return payload;
-}
-
 /// Largest torque of each joint in the postures of the sample.
 model::JointVector LargestTorques(const RelationContext& context, const ControllerSample& sample) {
   model::JointVector largest = model::JointVector::Zero(context.cell.robot.size());
   for (const ControllerPosture& posture : sample.postures) {
     const model::JointVector tau =
-        TorquesAt(context, context.arm.chain(), posture.q, PayloadOf(posture, sample));
+        TorquesAt(context, context.arm.chain(), posture.q, LoadOf(posture));
     largest = largest.cwiseMax(tau.cwiseAbs());
   }
   return largest;
@@ -140,6 +157,29 @@ void AddOfJoints(const RelationContext& context, std::vector<Relation>& all) {
 
 }  // namespace
 
+std::string RelationNames(const std::vector<Relation>& relations) {
+  std::vector<std::string> names;
+  for (const Relation& one : relations) {
+    std::string& name = names.emplace_back(NameOf(one.kind));
+    if (one.joint >= 0) name += fmt::format(" {}", one.joint + 1);
+    if (one.other >= 0) name += fmt::format("{}{}", one.joint >= 0 ? " of " : " ", one.other + 1);
+    if (one.value != 0) name += fmt::format(" {:g}", one.value);
+    if (!one.order.empty()) name += fmt::format(" {}", fmt::join(one.order, " "));
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+loads::Payload LoadOf(const ControllerPosture& posture) {
+  loads::Payload payload = posture.payload.value_or(loads::Payload());
+  payload.tool = posture.tool;
+  return payload;
+}
+
+Pose ToolOf(const ControllerPosture& posture, const RelationContext& context) {
+  if (posture.of_flange) return Pose();
+  return posture.X_FT.value_or(context.arm.X_FT(posture.tool));
+}
+
 const char* NameOf(RelationKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
@@ -168,11 +208,18 @@ std::vector<Relation> RelationsOf(const RelationContext& context, const Controll
     all.push_back({.kind = Kind::kJointCompliance});
   all.push_back({.kind = Kind::kHiddenTool});
   all.push_back({.kind = Kind::kBase});
+  const auto in_any = [&](auto&& holds) {
+    return std::any_of(sample.postures.begin(), sample.postures.end(), holds);
+  };
   for (int tool = 0; tool < cell.tools(); ++tool) {
-    if (tool != sample.tool || sample.X_FT || sample.of_flange)
+    if (in_any([tool](const ControllerPosture& posture) {
+          return tool != posture.tool || posture.X_FT || posture.of_flange;
+        })) {
       all.push_back({.kind = Kind::kOtherTool, .other = tool});
+    }
   }
-  if (!sample.of_flange) all.push_back({.kind = Kind::kFlange});
+  if (in_any([](const ControllerPosture& posture) { return !posture.of_flange; }))
+    all.push_back({.kind = Kind::kFlange});
   for (int axis = 0; axis < 3; ++axis) all.push_back({.kind = Kind::kMirroredAxis, .other = axis});
   for (const double factor : {kRadPerDeg, kDegPerRad})
     all.push_back({.kind = Kind::kJointUnit, .value = factor});
@@ -208,11 +255,7 @@ RelationParameters ParametersOf(const Relation& relation, const RelationContext&
     case Kind::kTableValue:
       return {{kOneLength_m}, zeros(1)};
     case Kind::kAdjustedTable: {
-      RelationParameters all;
-      for (int i = 0; i < n; ++i) {
-        all.prior_sd.insert(all.prior_sd.end(), {kTableLength_m, kTableLength_m, kTableAngle,
-                                                 kTableAngle, kTableAngle});
-      }
+      RelationParameters all{TablePrior(context.cell.robot), {}};
       all.starts = zeros(all.prior_sd.size());
       return all;
     }
@@ -223,7 +266,7 @@ RelationParameters ParametersOf(const Relation& relation, const RelationContext&
       RelationParameters all;
       for (int i = 0; i < n; ++i) {
         const bool usable = context.arm.loads().known(i) && largest[i] > 0.5;
-        all.prior_sd.push_back(usable ? kSag_m / Radius(context) / largest[i] : 1e-12);
+        all.prior_sd.push_back(usable ? kSag_m / Radius(context) / largest[i] : kFixedValue);
       }
       all.starts = zeros(all.prior_sd.size());
       return all;
@@ -252,10 +295,9 @@ RelationParameters ParametersOf(const Relation& relation, const RelationContext&
   }
 }
 
-ControllerModel NominalModel(const RelationContext& context, const ControllerSample& sample) {
+ControllerModel NominalModel(const RelationContext& context) {
   ControllerModel model;
   model.robot = context.cell.robot;
-  if (!sample.of_flange) model.X_FT = sample.X_FT.value_or(context.arm.X_FT(sample.tool));
   return model;
 }
 

@@ -57,9 +57,9 @@ struct Relation {
 /// What a controller computes: a cell's robot with everything that relations change.
 struct ControllerModel {
   model::Robot robot;
-  Pose X_RB;  ///< base in the frame of the reported poses
-  Pose X_FH;  ///< a hidden transform between flange and tool
-  Pose X_FT;  ///< the tool
+  Pose X_RB;                 ///< base in the frame of the reported poses
+  Pose X_FH;                 ///< a hidden transform between flange and tool
+  std::optional<Pose> X_FT;  ///< one tool in all postures; absent: that of each posture
   double joint_factor = 1;
   std::vector<int> order;         ///< empty: as they are
   double lead_s = 0;              ///< joints are older than the pose by this time
@@ -84,6 +84,7 @@ struct RelationContext {
 std::vector<Relation> RelationsOf(const RelationContext& context, const ControllerSample& sample);
 
 /// Parameters of a relation: their prior standard deviations, and values to start a fit from.
+inline constexpr double kFixedValue = 1e-12;  ///< standard deviation of one that stays 0
 struct RelationParameters {
   std::vector<double> prior_sd;
   std::vector<std::vector<double>> starts;  ///< at least one
@@ -92,12 +93,20 @@ RelationParameters ParametersOf(const Relation& relation, const RelationContext&
                                 const ControllerSample& sample);
 
 /// The controller's model without any relation.
-ControllerModel NominalModel(const RelationContext& context, const ControllerSample& sample);
+ControllerModel NominalModel(const RelationContext& context);
+
+/// The load of a posture, on its tool; no payload if it is unknown.
+loads::Payload LoadOf(const ControllerPosture& posture);
+/// The tool with which a posture is reported: identity, the controller's own, or the cell's.
+Pose ToolOf(const ControllerPosture& posture, const RelationContext& context);
 
 /// Adds a relation to a model.
 /// @param values  of its parameters
 void Apply(const Relation& relation, std::span<const double> values, const RelationContext& context,
            const ControllerSample& sample, ControllerModel& model);
+
+/// "zero_offset 3, coupling 5 of 2": the relations without values; of choices, their number.
+std::string RelationNames(const std::vector<Relation>& relations);
 
 /// True if the two exclude each other or are of one kind that makes no sense twice.
 bool Exclude(const Relation& a, const Relation& b);

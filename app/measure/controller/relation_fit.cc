@@ -14,7 +14,6 @@ namespace plumbline::measure {
 namespace {
 
 using Kind = RelationKind;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 /// A controller computes with more digits than it shows; below these, agreement is not asked.
 constexpr double kFloor_m = 1e-6, kFloorAngle = 2e-6;
@@ -58,13 +57,12 @@ class ModelPoses {
   /// The flange in the base.
   Pose Flange(const ControllerPosture& posture) const {
     model::JointVector q = JointsOf(posture);
-    loads::Payload payload = posture.payload.value_or(loads::Payload());
-    payload.tool = sample_.tool;
+    const loads::Payload payload = LoadOf(posture);
     if (model_.cell_deflection) {
       deflection::LoadedState state;
       effects::Conditions conditions;
       if (context_.arm.AtCommanded(q, payload, conditions, state))
-        return state.X_BT * context_.arm.X_FT(sample_.tool).Inverse();
+        return state.X_BT * context_.arm.X_FT(posture.tool).Inverse();
     }
     kinematics::Posture at;
     if (model_.compliance.size() == q.size()) {
@@ -81,8 +79,14 @@ class ModelPoses {
     return at.X_BF();
   }
 
-  Pose TipInReported(const Pose& X_BF) const {
-    return model_.X_RB * X_BF * model_.X_FH * model_.X_FT;
+  Pose Tool(const ControllerPosture& posture) const {
+    return model_.X_FT ? *model_.X_FT : ToolOf(posture, context_);
+  }
+  Pose TipInReported(const ControllerPosture& posture, const Pose& X_BF) const {
+    return model_.X_RB * X_BF * model_.X_FH * Tool(posture);
+  }
+  Pose TipInReported(const ControllerPosture& posture) const {
+    return TipInReported(posture, Flange(posture));
   }
 
   /// The reported numbers read as this model has them.
@@ -133,8 +137,7 @@ Vec6 ErrorOf(const Pose& reported, const Pose& predicted) {
 /// Covariance of the error of a posture by the steps of its numbers.
 Mat6 NoiseOf(const ModelPoses& poses, const ControllerSample& sample,
              const ControllerPosture& posture) {
-  const Pose X_BF = poses.Flange(posture);
-  const Pose predicted = poses.TipInReported(X_BF);
+  const Pose predicted = poses.TipInReported(posture);
   const Pose read = poses.Read(posture.p, posture.angles, posture.R, predicted);
   Mat6 noise = Mat6::Zero();
   noise.diagonal() << Vec3::Constant(kFloor_m * kFloor_m),
@@ -161,7 +164,7 @@ Mat6 NoiseOf(const ModelPoses& poses, const ControllerSample& sample,
       constexpr double kSmall = 1e-6;
       ControllerPosture moved = posture;
       moved.q[i] += kSmall;
-      const Vec6 change = ErrorOf(poses.TipInReported(poses.Flange(moved)), predicted) / kSmall;
+      const Vec6 change = ErrorOf(poses.TipInReported(moved), predicted) / kSmall;
       noise += Variance(sample.joint_step) * change * change.transpose();
     }
   }
@@ -196,7 +199,7 @@ std::vector<Mat3> CubeRotations() {
 }  // namespace
 
 bool HypothesisFit::Accepted() const {
-  return held_out_chi_square <= statistics::ChiSquareQuantile(kRejected, degrees);
+  return plausible && held_out_chi_square <= statistics::ChiSquareQuantile(kRejected, degrees);
 }
 
 /// A hypothesis with its parameters in units of their prior standard deviations.
@@ -220,7 +223,7 @@ RelationFitter::RelationFitter(const RelationContext& context, ControllerSample 
 
 ControllerModel RelationFitter::ModelOf(const Hypothesis& hypothesis,
                                         const Eigen::VectorXd& values) const {
-  ControllerModel model = NominalModel(context_, sample_);
+  ControllerModel model = NominalModel(context_);
   std::size_t at = 0;
   for (const Relation& relation : hypothesis) {
     const std::size_t count = ParametersOf(relation, context_, sample_).prior_sd.size();
@@ -236,7 +239,7 @@ ControllerModel ModelWith(const Hypothesis& hypothesis,
                           const std::vector<RelationParameters>& parameters,
                           const Eigen::VectorXd& values, const RelationContext& context,
                           const ControllerSample& sample) {
-  ControllerModel model = NominalModel(context, sample);
+  ControllerModel model = NominalModel(context);
   std::size_t at = 0;
   for (std::size_t k = 0; k < hypothesis.size(); ++k) {
     const std::size_t count = parameters[k].prior_sd.size();
@@ -273,7 +276,7 @@ Eigen::VectorXd RelationFitter::Whitened(const Prepared& prepared, const Eigen::
   Eigen::VectorXd all(size * std::ssize(rows));
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const ControllerPosture& posture = sample_.postures[rows[k]];
-    const Pose predicted = poses.TipInReported(poses.Flange(posture));
+    const Pose predicted = poses.TipInReported(posture);
     const Vec6 error =
         ErrorOf(poses.Read(posture.p, posture.angles, posture.R, predicted), predicted);
     all.segment(static_cast<int>(k) * size, size) = prepared.whiten[rows[k]] * error.head(size);
@@ -285,11 +288,31 @@ Eigen::MatrixXd RelationFitter::JacobianOf(const Prepared& prepared, const Eigen
                                            const Rows& rows, const Eigen::VectorXd& at) const {
   Eigen::MatrixXd J(at.size(), values.size());
   for (int i = 0; i < values.size(); ++i) {
+    if (prepared.prior_sd[i] <= kFixedValue) {
+      J.col(i).setZero();
+      continue;
+    }
     Eigen::VectorXd moved = values;
     moved[i] += kStep * prepared.prior_sd[i];
     J.col(i) = (Whitened(prepared, moved, rows) - at) / kStep;
   }
   return J;
+}
+
+/// True if chance gives values as large as these, by the prior of each relation.
+bool RelationFitter::Plausible(const Prepared& prepared, const Eigen::VectorXd& values) {
+  int at = 0;
+  for (const RelationParameters& parameters : prepared.parameters) {
+    double chi_square = 0, free = 0;
+    for (const double sd : parameters.prior_sd) {
+      const double value = values[at++];
+      if (sd <= kFixedValue) continue;
+      chi_square += value * value / (sd * sd);
+      ++free;
+    }
+    if (free > 0 && chi_square > statistics::ChiSquareQuantile(kRejected, free)) return false;
+  }
+  return true;
 }
 
 /// Values from which Newton's method starts: the best of the starts of all relations. A frame at
@@ -332,13 +355,14 @@ Eigen::VectorXd RelationFitter::StartOf(Prepared& prepared, const Rows& rows) co
         for (const std::size_t row : rows) {
           const ControllerPosture& posture = sample_.postures[row];
           const Pose X_BF = poses.Flange(posture);
-          const Pose predicted = poses.TipInReported(X_BF);
+          const Pose predicted = poses.TipInReported(posture, X_BF);
           const Pose read = poses.Read(posture.p, posture.angles, posture.R, predicted);
           const Pose flange = model.X_RB * X_BF;
-          const Mat3 R_F = read.R * model.X_FT.R.transpose();
+          const Pose X_FT = poses.Tool(posture);
+          const Mat3 R_F = read.R * X_FT.R.transpose();
           tools += flange.R.transpose() * R_F;
-          tool += flange.R.transpose() * (read.p - R_F * model.X_FT.p - flange.p);
-          bases += read.R * (X_BF.R * turn * model.X_FT.R).transpose();
+          tool += flange.R.transpose() * (read.p - R_F * X_FT.p - flange.p);
+          bases += read.R * (X_BF.R * turn * X_FT.R).transpose();
           reported_mean += read.p;
           tip_mean += predicted.p;
         }
@@ -347,7 +371,7 @@ Eigen::VectorXd RelationFitter::StartOf(Prepared& prepared, const Rows& rows) co
           if (!sample_.with_orientation) {
             for (const std::size_t row : rows) {
               const ControllerPosture& posture = sample_.postures[row];
-              const Pose predicted = poses.TipInReported(poses.Flange(posture));
+              const Pose predicted = poses.TipInReported(posture);
               spread += (posture.p - reported_mean / count) *
                         (predicted.p - tip_mean / count).transpose();
             }
@@ -417,6 +441,7 @@ void RelationFitter::FitRows(const Prepared& prepared, const Rows& rows,
   }
   fit.values = values;
   fit.chi_square = residuals.squaredNorm();
+  fit.plausible = Plausible(prepared, values);
   if (count > 0 && !screening) {
     const Eigen::MatrixXd J = JacobianOf(prepared, values, rows, residuals);
     information = J.transpose() * J + Eigen::MatrixXd::Identity(count, count);
@@ -510,7 +535,7 @@ HypothesisFit RelationFitter::FitAndPredict(const Hypothesis& hypothesis) const 
 
 Pose RelationFitter::ReportedAt(const HypothesisFit& fit, const ControllerPosture& posture) const {
   const ModelPoses poses(context_, sample_, ModelOf(fit.hypothesis, fit.values));
-  return poses.TipInReported(poses.Flange(posture));
+  return poses.TipInReported(posture);
 }
 
 Eigen::Matrix<double, 6, Eigen::Dynamic> RelationFitter::Residuals(const HypothesisFit& fit) const {
@@ -518,7 +543,7 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> RelationFitter::Residuals(const Hypothe
   Eigen::Matrix<double, 6, Eigen::Dynamic> all(6, std::ssize(sample_.postures));
   for (std::size_t k = 0; k < sample_.postures.size(); ++k) {
     const ControllerPosture& posture = sample_.postures[k];
-    const Pose predicted = poses.TipInReported(poses.Flange(posture));
+    const Pose predicted = poses.TipInReported(posture);
     all.col(static_cast<int>(k)) =
         ErrorOf(poses.Read(posture.p, posture.angles, posture.R, predicted), predicted);
     if (!sample_.with_orientation) all.col(static_cast<int>(k)).tail<3>().setZero();
@@ -532,11 +557,34 @@ Eigen::VectorXd RelationFitter::WhitenedResiduals(const HypothesisFit& fit) cons
   return Whitened(prepared, fit.values, all_);
 }
 
+double RelationFitter::Surprise(const HypothesisFit& fit, const ControllerPosture& posture) const {
+  const int size = sample_.with_orientation ? 6 : 3;
+  const ModelPoses poses(context_, sample_, ModelOf(fit.hypothesis, fit.values));
+  const Pose predicted = poses.TipInReported(posture);
+  const Vec6 error =
+      ErrorOf(poses.Read(posture.p, posture.angles, posture.R, predicted), predicted);
+  const Mat6 variance = NoiseOf(poses, sample_, posture) + PredictionVariance(fit, posture);
+  return error.head(size).dot(variance.topLeftCorner(size, size).ldlt().solve(error.head(size)));
+}
+
+Mat6 RelationFitter::PredictionVariance(const HypothesisFit& fit,
+                                        const ControllerPosture& posture) const {
+  if (fit.values.size() == 0) return Mat6::Zero();
+  const Eigen::VectorXd sd = fit.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Pose centre = ReportedAt(fit, posture);
+  Eigen::MatrixXd J(6, fit.values.size());
+  for (int i = 0; i < fit.values.size(); ++i) {
+    HypothesisFit moved = fit;
+    const double step = std::max(1e-12, 1e-3 * sd[i]);
+    moved.values[i] += step;
+    J.col(i) = ErrorOf(ReportedAt(moved, posture), centre) / step;
+  }
+  return J * fit.covariance * J.transpose();
+}
+
 double RelationFitter::Separation(const HypothesisFit& a, const HypothesisFit& b,
                                   const ControllerPosture& posture) const {
   const int size = sample_.with_orientation ? 6 : 3;
-  const ModelPoses poses(context_, sample_, ModelOf(a.hypothesis, a.values));
-  Eigen::MatrixXd variance = Mat6::Zero();
   ControllerPosture at = posture;
   const Pose X = ReportedAt(a, posture);
   at.p = X.p;
@@ -544,20 +592,9 @@ double RelationFitter::Separation(const HypothesisFit& a, const HypothesisFit& b
   at.angles = VectorFromRotation(X.R);
   ControllerSample plain = sample_;
   plain.convention = kRotationVectorAngles;
-  const ModelPoses plain_poses(context_, plain, NominalModel(context_, plain));
-  variance = NoiseOf(plain_poses, plain, at);
-  for (const HypothesisFit* fit : {&a, &b}) {
-    const Eigen::VectorXd sd = fit->covariance.diagonal().cwiseMax(0).cwiseSqrt();
-    const Pose centre = ReportedAt(*fit, posture);
-    Eigen::MatrixXd J(6, fit->values.size());
-    for (int i = 0; i < fit->values.size(); ++i) {
-      HypothesisFit moved = *fit;
-      const double step = std::max(1e-12, 1e-3 * sd[i]);
-      moved.values[i] += step;
-      J.col(i) = ErrorOf(ReportedAt(moved, posture), centre) / step;
-    }
-    if (fit->values.size() > 0) variance += J * fit->covariance * J.transpose();
-  }
+  const ModelPoses plain_poses(context_, plain, NominalModel(context_));
+  Mat6 variance = NoiseOf(plain_poses, plain, at);
+  variance += PredictionVariance(a, posture) + PredictionVariance(b, posture);
   const Vec6 difference = ErrorOf(ReportedAt(b, posture), X);
   return difference.head(size).dot(
       variance.topLeftCorner(size, size).ldlt().solve(difference.head(size)));

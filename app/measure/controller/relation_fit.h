@@ -7,6 +7,8 @@
 
 namespace plumbline::measure {
 
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
 /// Relations that hold together: none (nominal), one or two.
 using Hypothesis = std::vector<Relation>;
 
@@ -28,8 +30,11 @@ struct HypothesisFit {
   double degrees = 0;              ///< numbers predicted
   PoseError held_out;
 
-  /// True if the predictions of postures that were held out differ from what is reported by no more
-  /// than the resolution explains.
+  /// True if the values of each relation are within what its prior allows (chi-square at 1e-5).
+  bool plausible = true;
+
+  /// True if the values are plausible, and the predictions of postures that were held out differ
+  /// from what is reported by no more than the resolution explains.
   bool Accepted() const;
 };
 
@@ -54,6 +59,9 @@ class RelationFitter {
   Eigen::Matrix<double, 6, Eigen::Dynamic> Residuals(const HypothesisFit& fit) const;
   /// The same in standard deviations of the reported numbers, stacked.
   Eigen::VectorXd WhitenedResiduals(const HypothesisFit& fit) const;
+  /// Chi-square of a posture that is not of the sample, with the uncertainty of the fit: one degree
+  /// for each number of a pose.
+  double Surprise(const HypothesisFit& fit, const ControllerPosture& posture) const;
   /// Squared difference of two fits in a posture, in units of their variances and the noise.
   double Separation(const HypothesisFit& a, const HypothesisFit& b,
                     const ControllerPosture& posture) const;
@@ -69,6 +77,8 @@ class RelationFitter {
                              const Rows& rows, const Eigen::VectorXd& at) const;
   void FitRows(const Prepared& prepared, const Rows& rows, const Eigen::VectorXd& start,
                HypothesisFit& fit, bool screening = false) const;
+  static bool Plausible(const Prepared& prepared, const Eigen::VectorXd& values);
+  Mat6 PredictionVariance(const HypothesisFit& fit, const ControllerPosture& posture) const;
   Eigen::VectorXd StartOf(Prepared& prepared, const Rows& rows) const;
 
   const RelationContext& context_;

@@ -93,8 +93,9 @@ std::string OneText(const Relation& one, std::span<const double> v, std::span<co
                          kMmPerMetre * now, kMmPerMetre * dev[0]);
     }
     case Kind::kAdjustedTable:
-      return "a table that differs from the nominal one by small amounts in several joints: a "
-             "factory calibration or absolute accuracy that this cell does not have";
+      return "a table that differs from the nominal one by small amounts in several joints, which "
+             "no simpler relation explains: a factory calibration or absolute accuracy that this "
+             "cell does not have";
     case Kind::kLengthScale:
       return fmt::format("all lengths of the table times {:.6f} (± {:.6f})", 1 + v[0], dev[0]);
     case Kind::kCellDeflection:
@@ -219,7 +220,7 @@ std::string RelationText(const HypothesisFit& fit, const RelationContext& contex
 std::vector<CellLines> LinesOf(const HypothesisFit& fit, const RelationContext& context,
                                const ControllerSample& sample, model::CellModel& cell) {
   std::vector<CellLines> all;
-  ControllerModel model = NominalModel(context, sample);
+  ControllerModel model = NominalModel(context);
   for (std::size_t k = 0; k < fit.hypothesis.size(); ++k) {
     const Relation& one = fit.hypothesis[k];
     const std::size_t at = PlaceOf(fit, k, context, sample);
@@ -336,19 +337,27 @@ std::vector<CellLines> LinesOf(const HypothesisFit& fit, const RelationContext& 
     all.push_back({"[robot]", {fmt::format("coupling = {}", CouplingText(cell.robot))}, ""});
   }
   if (Has(fit, Kind::kBase)) {
-    cell.robot.X_WB = model.X_RB;
+    const Vec3 turn = RollPitchYawFromRotation(model.X_RB.R);
     all.push_back(
-        {"[robot]",
-         {fmt::format("base_xyz_mm = {}", MmRow(model.X_RB.p)),
-          fmt::format("base_rpy_deg = {}", DegRow(RollPitchYawFromRotation(model.X_RB.R)))},
-         "the measurement frame is then that of the controller's poses; gravity_m_s2 is "
-         "in that frame, and so are [[frame]] and [[point]]"});
+        {"",
+         {},
+         fmt::format("the controller reports poses in a frame in which the arm's base is at {} mm, "
+                     "turned by {} deg (roll, pitch, yaw): select the robot's own base or world in "
+                     "the controller, or let its program report poses in it. base_xyz_mm and "
+                     "base_rpy_deg of the cell stay as they are: they place the arm in the "
+                     "measurement frame, in which gravity_m_s2 is given",
+                     MmRow(model.X_RB.p), DegRow(turn))});
   }
   if (Has(fit, Kind::kHiddenTool)) {
-    const Pose X_FT = model.X_FH * model.X_FT;
-    model::Tool& tool = cell.ToolAt(sample.tool);
+    const ControllerPosture& first = sample.postures.front();
+    const Pose X_FT = model.X_FH * (model.X_FT ? *model.X_FT : ToolOf(first, context));
+    const bool of_cell = std::all_of(
+        sample.postures.begin(), sample.postures.end(), [&](const ControllerPosture& posture) {
+          return posture.tool == first.tool && !posture.X_FT && !posture.of_flange;
+        });
+    model::Tool& tool = cell.ToolAt(first.tool);
     const double turned = VectorFromRotation(X_FT.R).norm();
-    if (tool.rigid && turned < kNoTurn && !sample.X_FT) {
+    if (tool.rigid && turned < kNoTurn && of_cell) {
       tool.tcp_F = X_FT.p;
       all.push_back({"[tool]", {fmt::format("tcp_mm = {}", MmRow(X_FT.p))}, ""});
     } else {
@@ -363,6 +372,10 @@ std::vector<CellLines> LinesOf(const HypothesisFit& fit, const RelationContext& 
     }
   }
   return all;
+}
+
+bool CellCanHold(const HypothesisFit& fit) {
+  return !Has(fit, Kind::kBase);
 }
 
 std::string FindingText(const Identification& found, const RelationContext& context) {

@@ -18,10 +18,14 @@ struct CellLines {
 /// "joint 3 counted against joint 2 (1.000 ± 0.001)"; relations joined by " and ".
 std::string RelationText(const HypothesisFit& fit, const RelationContext& context);
 
-/// The changes that make the relation nominal.
+/// The changes that make the relation nominal. A frame of the reported poses is none of the cell's:
+/// it is to be changed in the controller.
 /// @param cell  receives the changed robot and tool
 std::vector<CellLines> LinesOf(const HypothesisFit& fit, const RelationContext& context,
                                const ControllerSample& sample, model::CellModel& cell);
+
+/// True if a cell can hold all of the relation: changed lines alone make it nominal.
+bool CellCanHold(const HypothesisFit& fit);
 
 /// What was found, in one sentence: "the controller uses ..".
 std::string FindingText(const Identification& found, const RelationContext& context);

@@ -50,12 +50,16 @@ struct Watched {
   }
 
   /// @param deflects  the controller's pose contains the deflection
-  void Visit(const model::CellModel& cell, bool deflects) {
+  /// @param skip      postures that are left out
+  void Visit(const model::CellModel& cell, bool deflects, int skip = 0) {
     const deflection::LoadedArm arm(cell);
+    const bool before = watch.answered();
     snapshot.input_fault = InputFault::kOk;
     snapshot.payload_valid = true;
     snapshot.payload.cog_F = *cell.payload_cog_F;
-    for (const model::JointVector& q : measure::RandomPostures(cell.robot, 14)) {
+    std::vector<model::JointVector> postures = measure::RandomPostures(cell.robot, 14 + skip);
+    postures.erase(postures.begin(), postures.begin() + skip);
+    for (const model::JointVector& q : postures) {
       snapshot.payload.mass_kg = snapshot.payload.mass_kg > 0 ? 0 : 5;
       deflection::LoadedState state;
       REQUIRE(arm.AtCommanded(q, snapshot.payload, {}, state));
@@ -65,8 +69,7 @@ struct Watched {
     }
     for (int k = 0; k < 3000; ++k) {
       Next();
-      const bool answered = watch.answered();
-      if (answered) return;
+      if (watch.answered() && !(before && events.empty())) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
@@ -96,6 +99,43 @@ TEST_CASE("a controller with the cell's rigid table is not mentioned") {
   Watched watched(cell);
   watched.Visit(cell, false);
   CHECK_FALSE(watched.watch.compensated_twice());
+  CHECK(watched.events.empty());
+}
+
+TEST_CASE("a controller that changes is judged by postures after the change") {
+  const model::CellModel cell = Cell();
+  Watched watched(cell);
+  watched.Visit(cell, true);
+  REQUIRE(watched.watch.compensated_twice());
+  watched.events.clear();
+  SECTION("while it goes on reporting") {}
+  SECTION("after its link was lost") {
+    watched.snapshot.now_s += 60;
+  }
+  watched.Visit(cell, false);
+  CHECK_FALSE(watched.watch.compensated_twice());
+  REQUIRE(watched.events.size() == 1);
+  CHECK(watched.events[0] == log::Event::kControllerAgrees);
+}
+
+TEST_CASE("each posture has the tool offset that was reported with it") {
+  model::CellModel cell = Cell();
+  const deflection::LoadedArm arm(cell);
+  Watched watched(cell);
+  watched.snapshot.input_fault = InputFault::kOk;
+  int posture = 0;
+  for (const model::JointVector& q : measure::RandomPostures(cell.robot, 12)) {
+    const Pose X_FT{Mat3::Identity(), Vec3(0, 0, 0.1 + 0.02 * (++posture % 3))};
+    watched.snapshot.reading.q = q;
+    watched.snapshot.reading.X_FT = X_FT;
+    watched.snapshot.reading.X_BT = arm.UnloadedTip(q) * arm.X_FT().Inverse() * X_FT;
+    for (int k = 0; k < 3; ++k) watched.Next();
+  }
+  for (int k = 0; k < 3000 && !watched.watch.answered(); ++k) {
+    watched.Next();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  CHECK(watched.watch.answered());
   CHECK(watched.events.empty());
 }
 

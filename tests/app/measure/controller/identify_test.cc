@@ -37,10 +37,11 @@ model::CellModel Cell() {
   return cell;
 }
 
-/// What a controller reports that differs from the cell by a relation, rounded to 1 um and 1e-5
+/// What a controller reports that differs from the cell by relations, rounded to 1 um and 1e-5
 /// rad.
-measure::ControllerSample Reported(const model::CellModel& cell, const measure::Relation& relation,
-                                   std::vector<double> values, int count = 14) {
+measure::ControllerSample Reported(const model::CellModel& cell,
+                                   const measure::Hypothesis& relations, std::vector<double> values,
+                                   int count = 14) {
   const measure::RelationContext context(cell);
   measure::ControllerSample sample;
   for (const model::JointVector& q : measure::RandomPostures(cell.robot, count)) {
@@ -52,7 +53,7 @@ measure::ControllerSample Reported(const model::CellModel& cell, const measure::
     posture.payload = payload;
   }
   measure::HypothesisFit truth;
-  truth.hypothesis = {relation};
+  truth.hypothesis = relations;
   truth.values = Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values));
   const measure::RelationFitter controller(context, sample);
   const auto rounded = [](double value, double step) { return step * std::round(value / step); };
@@ -79,7 +80,7 @@ RelationKind KindOf(const Identification& found) {
 TEST_CASE("a controller with the cell's own table is nominal, and its difference is rounding") {
   const model::CellModel cell = Cell();
   const measure::RelationContext context(cell);
-  const auto sample = Reported(cell, {}, {});
+  const auto sample = Reported(cell, {{}}, {});
   const Identification found = Identify(context, sample);
   CHECK(KindOf(found) == RelationKind::kNominal);
   CHECK(found.IsNominal());
@@ -91,7 +92,7 @@ TEST_CASE("a controller with the cell's own table is nominal, and its difference
 TEST_CASE("a joint counted against another is named, and its line makes the cell nominal") {
   const model::CellModel cell = Cell();
   const auto sample =
-      Reported(cell, {.kind = RelationKind::kCoupling, .joint = 2, .other = 1}, {-1.0});
+      Reported(cell, {{.kind = RelationKind::kCoupling, .joint = 2, .other = 1}}, {-1.0});
   const measure::RelationContext context(cell);
   CHECK(UnexplainedDifference(context, sample));
   const Identification found = Identify(context, sample);
@@ -107,7 +108,7 @@ TEST_CASE("a joint counted against another is named, and its line makes the cell
   CHECK(Identify(measure::RelationContext(changed), sample).IsNominal());
 }
 
-TEST_CASE("zero, sign, length and base of a joint are written as the line that makes it nominal") {
+TEST_CASE("zero, sign and length of a joint are written as the line that makes it nominal") {
   const model::CellModel cell = Cell();
   const measure::RelationContext context(cell);
   struct Case {
@@ -118,12 +119,9 @@ TEST_CASE("zero, sign, length and base of a joint are written as the line that m
   const Case cases[] = {
       {{.kind = RelationKind::kZeroOffset, .joint = 2}, {0.2}, "theta_offset_deg = 11.459"},
       {{.kind = RelationKind::kAxisSign, .joint = 3}, {}, "sign = -1"},
-      {{.kind = RelationKind::kTableValue, .joint = 1, .other = 0}, {-0.004}, "a_mm = -616.7"},
-      {{.kind = RelationKind::kBase},
-       {0.1, 0.2, 0.9, std::numbers::pi, 0, 0},
-       "base_xyz_mm = [100.0"}};
+      {{.kind = RelationKind::kTableValue, .joint = 1, .other = 0}, {-0.004}, "a_mm = -616.7"}};
   for (const Case& one : cases) {
-    const auto sample = Reported(cell, one.relation, one.values);
+    const auto sample = Reported(cell, {one.relation}, one.values);
     const Identification found = Identify(context, sample);
     INFO(NameOf(one.relation.kind) << ": " << FindingText(found, context));
     REQUIRE(KindOf(found) == one.relation.kind);
@@ -140,19 +138,99 @@ TEST_CASE("deflection in the controller's pose is compensated twice only if the 
   model::CellModel compliant = Cell();
   compliant.robot.joints[1].compliance_rad_per_Nm = 2e-5;
   compliant.robot.joints[2].compliance_rad_per_Nm = 3e-5;
-  const auto sample = Reported(compliant, {.kind = RelationKind::kCellDeflection}, {});
+  const auto sample = Reported(compliant, {{.kind = RelationKind::kCellDeflection}}, {});
   const Identification found = Identify(measure::RelationContext(compliant), sample);
   CHECK(KindOf(found) == RelationKind::kCellDeflection);
   CHECK(found.compensation() == measure::Compensation::kDeflection);
-  CHECK(CompensatedTwice(compliant, found));
-  const Identification plain = Identify(measure::RelationContext(rigid), sample);
+  const measure::RelationContext context(compliant), without(rigid);
+  CHECK(CompensatedTwice(context, sample, found));
+  CHECK(OverlapOf(context, sample, found).correlation > 0.99);
+  const Identification plain = Identify(without, sample);
   CHECK(KindOf(plain) == RelationKind::kJointCompliance);
-  CHECK_FALSE(CompensatedTwice(rigid, plain));
+  CHECK_FALSE(CompensatedTwice(without, sample, plain));
+}
+
+TEST_CASE("a calibration of the controller is not what a cell corrects as deflection") {
+  model::CellModel cell = Cell();
+  model::WrittenEffect& effect = cell.effects.emplace_back();
+  effect.id = "joint_compliance";
+  effect.parameters.push_back({.name = "q2", .value = 1e-5});
+  std::vector<double> values;
+  for (int k = 0; k < 30; ++k) values.push_back(1e-3 * std::sin(2.3 * k + 0.4));
+  const auto sample = Reported(cell, {{.kind = RelationKind::kAdjustedTable}}, values);
+  const measure::RelationContext context(cell);
+  const Identification found = Identify(context, sample);
+  REQUIRE(KindOf(found) == RelationKind::kAdjustedTable);
+  CHECK(found.compensation() == measure::Compensation::kCalibration);
+  CHECK_FALSE(CompensatedTwice(context, sample, found));
+}
+
+TEST_CASE("deflection in the controller's pose is not what a cell corrects as another cause") {
+  model::CellModel compliant = Cell(), cell = Cell();
+  compliant.robot.joints[1].compliance_rad_per_Nm = 2e-5;
+  const auto sample = Reported(compliant, {{.kind = RelationKind::kCellDeflection}}, {});
+  cell.robot.joints[4].compliance_rad_per_Nm = 5e-4;
+  const measure::RelationContext context(cell);
+  const Identification found = Identify(context, sample);
+  REQUIRE(KindOf(found) == RelationKind::kJointCompliance);
+  CHECK_FALSE(CompensatedTwice(context, sample, found));
+}
+
+TEST_CASE("two zeros are named as two zeros, not as a calibration") {
+  const model::CellModel cell = Cell();
+  const measure::RelationContext context(cell);
+  for (const double zero : {0.035, 0.004}) {
+    const auto sample = Reported(cell,
+                                 {{.kind = RelationKind::kZeroOffset, .joint = 0},
+                                  {.kind = RelationKind::kZeroOffset, .joint = 5}},
+                                 {zero, -1.5 * zero});
+    const Identification found = Identify(context, sample);
+    INFO(FindingText(found, context));
+    REQUIRE(found.verdict == Identification::Verdict::kNamed);
+    REQUIRE(found.best.hypothesis.size() == 2);
+    CHECK(found.best.hypothesis[0] ==
+          measure::Relation{.kind = RelationKind::kZeroOffset, .joint = 0});
+    CHECK(found.best.hypothesis[1] ==
+          measure::Relation{.kind = RelationKind::kZeroOffset, .joint = 5});
+    model::CellModel changed;
+    const auto lines = LinesOf(found.best, context, sample, changed);
+    REQUIRE(lines.size() == 2);
+    CHECK(lines[0].place == "[robot], joint 1");
+    CHECK(lines[1].place == "[robot], joint 6");
+    CHECK(changed.robot.joints[0].beta_rad == 0);
+  }
+}
+
+TEST_CASE("a table is no calibration if no prior allows its values") {
+  const model::CellModel cell = Cell();
+  const measure::RelationContext context(cell);
+  const auto sample = Reported(cell,
+                               {{.kind = RelationKind::kZeroOffset, .joint = 1},
+                                {.kind = RelationKind::kZeroOffset, .joint = 2},
+                                {.kind = RelationKind::kZeroOffset, .joint = 4}},
+                               {0.04, -0.05, 0.06});
+  CHECK(Identify(context, sample).verdict == Identification::Verdict::kNone);
+}
+
+TEST_CASE("another base is the controller's: the cell keeps its place and its gravity") {
+  model::CellModel cell = Cell();
+  cell.robot.X_WB.p = Vec3(0.4, -0.3, 0.8);
+  const measure::RelationContext context(cell);
+  const auto sample = Reported(cell, {{.kind = RelationKind::kBase}}, {0.1, 0.2, 0.9, 1.2, 0.3, 0});
+  const Identification found = Identify(context, sample);
+  REQUIRE(KindOf(found) == RelationKind::kBase);
+  CHECK_FALSE(CellCanHold(found.best));
+  model::CellModel changed;
+  const auto lines = LinesOf(found.best, context, sample, changed);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines.front().lines.empty());
+  CHECK(changed.robot.X_WB.p == cell.robot.X_WB.p);
+  CHECK(changed.robot.X_WB.R == cell.robot.X_WB.R);
 }
 
 TEST_CASE("a pose that no relation explains is given no name") {
   const model::CellModel cell = Cell();
-  auto sample = Reported(cell, {}, {});
+  auto sample = Reported(cell, {{}}, {});
   double travel_m = 0.1;
   for (measure::ControllerPosture& posture : sample.postures) {
     posture.p.x() += travel_m;
@@ -166,9 +244,9 @@ TEST_CASE("a pose that no relation explains is given no name") {
 TEST_CASE("few postures, or an arm that hardly moved, give no answer") {
   const model::CellModel cell = Cell();
   const measure::RelationContext context(cell);
-  const auto few = Reported(cell, {}, {}, 5);
+  const auto few = Reported(cell, {{}}, {}, 5);
   CHECK(Identify(context, few).verdict == Identification::Verdict::kTooFew);
-  auto still = Reported(cell, {}, {});
+  auto still = Reported(cell, {{}}, {});
   for (measure::ControllerPosture& posture : still.postures) posture = still.postures.front();
   CHECK(Identify(context, still).verdict == Identification::Verdict::kTooFew);
 }
@@ -195,18 +273,45 @@ TEST_CASE("a full collector keeps the postures that are farthest apart") {
   CHECK(measure::DistanceToNearest(collector.postures(), at(2.0).q) == 0);
 }
 
+TEST_CASE("a reading with a tool that the cell does not declare is no posture") {
+  model::CellModel cell;
+  cell.tool.number = 1;
+  model::RobotState reading;
+  reading.sequence = 1;
+  reading.q = model::JointVector::Zero(2);
+  reading.X_BT = Pose();
+  reading.tool_number = 7;
+  CHECK_FALSE(measure::PostureFromReading(reading, cell));
+  reading.tool_number = 1;
+  CHECK(measure::PostureFromReading(reading, cell));
+}
+
+TEST_CASE("postures expire") {
+  measure::PostureCollector collector;
+  for (const double t_s : {10.0, 20.0}) {
+    measure::ControllerPosture posture;
+    posture.q = model::JointVector::Constant(1, 0.1 * t_s);
+    posture.t_s = t_s;
+    collector.Add(posture);
+  }
+  collector.Expire(15);
+  REQUIRE(collector.postures().size() == 1);
+  CHECK(collector.postures().front().t_s == 20);
+}
+
 TEST_CASE("readings become a posture at standstill only, or with their velocity") {
   model::RobotState reading;
   reading.q = model::JointVector::Zero(2);
   reading.X_BT = Pose();
+  const model::CellModel cell;
   measure::ReadingFilter still(false), moving(true);
   std::optional<measure::ControllerPosture> rest, motion;
   for (int k = 1; k <= 3; ++k) {
     reading.sequence = static_cast<std::uint64_t>(k);
     reading.timestamp_s = 0.1 * k;
     reading.q[0] = 0.02 * k;
-    rest = still.Observe(reading);
-    motion = moving.Observe(reading);
+    rest = still.Observe(reading, cell);
+    motion = moving.Observe(reading, cell);
   }
   CHECK_FALSE(rest);
   REQUIRE(motion);
@@ -215,7 +320,7 @@ TEST_CASE("readings become a posture at standstill only, or with their velocity"
   for (int k = 4; k <= 6; ++k) {
     reading.sequence = static_cast<std::uint64_t>(k);
     reading.timestamp_s = 0.1 * k;
-    rest = still.Observe(reading);
+    rest = still.Observe(reading, cell);
   }
   CHECK(rest);
 }
