@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/programs/correction/motion_path.h"
+#include "app/programs/correction/path_corrector.h"
 #include "app/programs/correction/program_arm.h"
 
 namespace plumbline::programs {

@@ -262,7 +262,7 @@ TEST_CASE("points that are read or handed to unknown routines are used otherwise
   CHECK_THAT(ReasonFor(program, "p10"), Contains("calculation"));
   CHECK_THAT(ReasonFor(program, "p20"), Contains("Glue"));
   CHECK_FALSE(ReasonFor(program, "p30").empty());
-  CHECK(StepsOf(program, StepKind::kPostureLost).size() == 1);
+  CHECK(StepsOf(program, StepKind::kCall).size() == 1);
   REQUIRE(program.remarks.size() == 1);
   CHECK_THAT(program.remarks[0].text, Contains("Glue"));
 }
