@@ -20,7 +20,7 @@ namespace plumbline::programs {
 /// Digits of a number that replaces another.
 struct NumberStyle {
   /// The least number of significant digits and of decimals; the digits of the old number
-  /// otherwise.
+  /// otherwise. Without significant digits (0), only decimals count.
   int least_significant = 6;
   int least_decimals = 3;
   /// Write exactly `least_decimals` decimals, right-aligned in the width of the old number with its

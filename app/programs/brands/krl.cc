@@ -49,14 +49,12 @@ class Krl final : public Brand {
   std::string_view name() const override { return "KUKA KRL"; }
 
   const Conventions& conventions() const override {
-    // Six significant digits of a millimetre value are not enough for a part on a long track;
-    // 1e-5 deg moves the tip of a 1 m tool by 0.2 um.
+    // Rounding to a thousandth of a degree moves the tip of a 1 m tool by at most 9 um.
     static const Conventions kConventions = [] {
       Conventions conventions;
-      conventions.length.least_significant = 7;
-      conventions.length.least_decimals = 4;
-      conventions.angle.least_significant = 7;
-      conventions.angle.least_decimals = 5;
+      conventions.length.least_significant = 0;
+      conventions.length.least_decimals = 3;
+      conventions.angle = conventions.length;
       conventions.turn = 360;
       conventions.rotation = RotationFromAbcDegrees;
       conventions.numbers = AbcDegreesNear;

@@ -86,7 +86,9 @@ std::string WithExponent(const Written& old, double value, const NumberStyle& st
 std::string Plain(const Written& old, double value, const NumberStyle& style) {
   int decimals = std::max(old.exponent == 0 ? old.decimals : 0, style.least_decimals);
   const int significant =
-      std::max(old.exponent == 0 ? 0 : old.significant, style.least_significant);
+      style.least_significant == 0
+          ? 0
+          : std::max(old.exponent == 0 ? 0 : old.significant, style.least_significant);
   decimals = std::max(decimals, significant - std::max(WholeDigits(value), 1));
   std::string text = WithoutMinusZero(fmt::format("{:.{}f}", value, std::min(decimals, 17)));
   const bool leads = old.zero_leads || !old.below_one || old.exponent != 0;

@@ -47,6 +47,14 @@ TEST_CASE("an exponent stays where plain digits would hide the value") {
   CHECK(Written("1.5e3", 1500, 1234.5678) == "1234.568");
 }
 
+TEST_CASE("without significant digits in the style, only decimals count") {
+  const NumberStyle decimals{.least_significant = 0, .least_decimals = 3};
+  CHECK(Written("500.000", 500, 500.37581, decimals) == "500.376");
+  CHECK(Written("500.000", 500, 99.37581, decimals) == "99.376");
+  CHECK(Written("0.0", 0, -4.155999, decimals) == "-4.156");
+  CHECK(Written("1.12345", 1.12345, 1.5, decimals) == "1.50000");
+}
+
 TEST_CASE("fixed numbers keep their decimals and the style of small ones") {
   const NumberStyle fixed{.least_significant = 1, .least_decimals = 3, .fixed = true};
   CHECK(Written(".968", .968, .9691, fixed) == ".969");
