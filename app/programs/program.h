@@ -121,6 +121,7 @@ struct Offset {
 struct Target {
   std::optional<std::size_t> point;  ///< index in Program::points
   std::string computed;              ///< without a point: the expression, for the report
+  std::string missing{};  ///< not empty: no file declares the point, and which file to give
   Offset offset{};
 };
 
@@ -185,6 +186,8 @@ struct Routine {
 struct Remark {
   Place place;
   std::string text;
+  /// The grammar could not parse it, so that what it does is not known.
+  bool unread = false;
 };
 
 struct Program {

@@ -115,7 +115,7 @@ class Lowering {
     }
     if (const auto letter = MotionLetter(text)) return Motions(*letter, text);
     if (depth > kMaxNesting) {
-      program_.remarks.push_back({statement_->place, "nested too deeply"});
+      program_.remarks.push_back({statement_->place, "nested too deeply", true});
       return Call(text.substr(0, 40));
     }
     SourceCursor at(text, 0);

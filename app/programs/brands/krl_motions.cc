@@ -171,7 +171,7 @@ std::vector<Target> RoutineReader::TargetsOf(const Statement& statement, std::si
   }
   if (other) targets.push_back(computed);
   if (!reference.variable && !reference.name.starts_with('$')) {
-    targets.front().computed += ", which is not declared in these files";
+    targets.front().missing = "no file declares it; give the .dat that does";
   }
   return targets;
 }
@@ -242,7 +242,7 @@ void RoutineReader::ReadMotion(const Statement& statement, const MotionStatement
   if (form.with) ReadWith(statement, *form.with + 1, motion);
   const bool circle = form.kind == MotionKind::kCircular;
   if (form.targets.size() != (circle ? 2 : 1)) {
-    program_.remarks.push_back({statement.place(), "a motion that is not understood"});
+    program_.remarks.push_back({statement.place(), "a motion that is not understood", true});
     Use(statement, 1, statement.size(), "the motion is not understood");
     Emit(StepKind::kPostureLost, statement.place());
     return;

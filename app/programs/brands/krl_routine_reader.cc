@@ -58,7 +58,7 @@ void RoutineReader::CloseRoutine() {
   blocks_.clear();
   Emit(StepKind::kReturn, end);
   if (!broken_.empty()) {
-    program_.remarks.push_back({end, broken_});
+    program_.remarks.push_back({end, broken_, true});
     std::vector<Step> uses;
     for (const Step& step : routine.steps) {
       if (step.kind != StepKind::kMotion) continue;

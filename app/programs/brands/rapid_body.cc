@@ -295,7 +295,7 @@ void Body::Simple(Range statement) {
     Instruction(statement);
   } else {
     UseAll(statement, "in a statement that is not understood");
-    lowering_.Remark(place_, "a statement that is not understood");
+    lowering_.Remark(place_, "a statement that is not understood", true);
   }
 }
 

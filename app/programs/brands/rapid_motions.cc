@@ -132,7 +132,8 @@ void Body::Move(const MotionInstruction& instruction, Range statement,
   if (required.size() < after_targets) {
     UseAll(statement, "in a motion that is not understood");
     lowering_.Remark(
-        place_, fmt::format("{}: arguments that are not understood", file_.Text(statement.begin)));
+        place_, fmt::format("{}: arguments that are not understood", file_.Text(statement.begin)),
+        true);
     Add(StepKind::kPostureLost, place_);
     return;
   }

@@ -60,10 +60,10 @@ bool Lowering::Uses(std::string_view instruction) const {
   return instructions_.count(std::string(instruction)) > 0;
 }
 
-void Lowering::Remark(const Place& place, const std::string& text) {
+void Lowering::Remark(const Place& place, const std::string& text, bool unread) {
   constexpr std::size_t kMostRemarks = 1000;
   if (remarked_.size() < kMostRemarks && remarked_.insert(text).second) {
-    program_.remarks.push_back({place, text});
+    program_.remarks.push_back({place, text, unread});
   }
 }
 

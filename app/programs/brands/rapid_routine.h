@@ -35,7 +35,7 @@ class Lowering {
   /// Adds a use of a point, once for each reason.
   void Use(std::size_t point, const Place& place, const std::string& reason,
            std::vector<Step>& steps);
-  void Remark(const Place& place, const std::string& text);
+  void Remark(const Place& place, const std::string& text, bool unread = false);
   bool Uses(std::string_view instruction) const;
 
   const Declarations& declarations_;

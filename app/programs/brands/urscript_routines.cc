@@ -218,7 +218,7 @@ bool Lowering::Moves(const Expr& call) {
   const std::size_t end_at = Argument(call, motion->targets[circle ? 1 : 0], circle ? 1 : 0);
   const std::size_t via_at = circle ? Argument(call, motion->targets[0], 0) : kNone;
   if (end_at == kNone) {
-    program_.remarks.push_back({{file_, call.line}, "a motion without a target"});
+    program_.remarks.push_back({{file_, call.line}, "a motion without a target", true});
     return true;
   }
   using Destinations = std::vector<std::optional<Destination>>;

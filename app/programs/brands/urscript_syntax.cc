@@ -379,8 +379,9 @@ void Parser::ReadRoutine(Statement statement, bool thread) {
   const std::size_t inner = syntax_.routines.size();
   syntax_.routines.push_back(std::move(head));
   const std::size_t outer = std::exchange(routine_, inner);
+  bool closed = true;
   if (Take("(")) {
-    while (!Take(")") && !AtStatementEnd()) {
+    while (!(closed = Take(")")) && !AtStatementEnd()) {
       if (Now().kind != TokenKind::kWord) {
         ++next_;
         continue;
@@ -393,6 +394,10 @@ void Parser::ReadRoutine(Statement statement, bool thread) {
       Take(",");
       if (failed_) break;
     }
+  }
+  if (failed_ || !closed) {
+    syntax_.remarks.push_back(
+        {{file_, statement.line}, "the head of this routine is not understood", true});
   }
   if (failed_) SkipStatement();
   Take(":");
@@ -419,7 +424,7 @@ void Parser::ReadStatement() {
       const std::size_t rest = SkipStatement();
       if (statement.expr != kNone) syntax_.exprs[rest].parts.push_back(statement.expr);
       statement.expr = rest;
-      syntax_.remarks.push_back({{file_, statement.line}, "not understood, left as it is"});
+      syntax_.remarks.push_back({{file_, statement.line}, "not understood, left as it is", true});
     }
     statement.end = End();
     syntax_.statements.push_back(statement);

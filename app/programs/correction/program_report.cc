@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/base/text/text.h"
 #include "app/measure/report/html.h"
@@ -68,6 +69,7 @@ std::vector<LeftMotion> LeftMotionsOf(const ReportInput& input) {
   for (const MotionAt& at : input.correction.flow.motions) {
     if (at.motion->end.point) continue;
     std::string reason = at.motion->special;
+    if (reason.empty()) reason = at.motion->end.missing;
     if (reason.empty()) reason = at.motion->end.offset.unknown;
     if (reason.empty()) reason = "its target is computed while the program runs";
     list.push_back({at.place, text::Visible(at.motion->end.computed), std::move(reason)});
@@ -105,12 +107,38 @@ std::vector<Left> LeftOf(const ReportInput& input) {
   return list;
 }
 
+/// What was assumed about tools, a line for each.
+std::vector<std::string> ToolAssumptionsOf(const ReportInput& input) {
+  std::set<std::string> texts;
+  for (const PointCorrection& point : input.correction.points) {
+    if (point.reason.empty() && !point.context.tool_assumption.empty()) {
+      texts.insert(text::Visible(point.context.tool_assumption));
+    }
+  }
+  return {texts.begin(), texts.end()};
+}
+
 double LargestBetween(const ProgramCorrection& correction) {
   double largest_m = 0;
   for (const SegmentDeviation& segment : correction.segments) {
     largest_m = std::max(largest_m, segment.largest_m);
   }
   return largest_m;
+}
+
+/// A line for each motion whose path could not be refined.
+std::vector<std::string> UnrefinedOf(const ReportInput& input) {
+  std::vector<std::string> lines;
+  for (const SegmentDeviation& segment : input.correction.segments) {
+    if (segment.note.empty()) continue;
+    const MotionAt& motion = input.correction.flow.motions[segment.motion];
+    lines.push_back(fmt::format(
+        "{}: this {} leaves its path by {:.3f} mm{}: {}", PlaceText(input.program, motion.place),
+        motion.motion->kind == MotionKind::kCircular ? "circular motion" : "motion",
+        kMmPerMetre * segment.largest_m, segment.inserted > 0 ? " after insertion" : "",
+        segment.note));
+  }
+  return lines;
 }
 
 std::string SegmentsText(const ReportInput& input) {
@@ -160,6 +188,8 @@ ReportCounts CountsOf(const ReportInput& input) {
     const Motion& one = *motion.motion;
     counts.motions_left += left(one.end) || (one.via && left(*one.via)) ? 1 : 0;
   }
+  counts.unread = static_cast<std::size_t>(
+      std::ranges::count_if(input.program.remarks, [](const Remark& one) { return one.unread; }));
   return counts;
 }
 
@@ -186,6 +216,7 @@ std::string ReportText(const ReportInput& input, bool every) {
   if (corrected > shown) {
     text += fmt::format("    {} more; --all, --json and --report list them\n", corrected - shown);
   }
+  for (const std::string& assumption : ToolAssumptionsOf(input)) text += assumption + '\n';
   for (const Refusal& refusal : input.refusals) {
     text += fmt::format("{}: stays as it is: {}; {}\n",
                         PlaceText(input.program, {refusal.file, refusal.line}), refusal.what,
@@ -212,7 +243,12 @@ std::string ReportText(const ReportInput& input, bool every) {
         fmt::format("{}: {}\n", PlaceText(input.program, remark.place), text::Visible(remark.text));
   }
   const ReportCounts counts = CountsOf(input);
+  if (input.correction.flow.motions.empty()) text += "no motion was found in these files\n";
   text += SegmentsText(input);
+  shown = 0;
+  for (const std::string& line : UnrefinedOf(input)) {
+    if (every || shown++ < kFirst) text += line + '\n';
+  }
   text += fmt::format(
       "{} of {}: {} corrected ({} with other digits), {} left by choice, {} not used, {} left "
       "with a reason; {} not to a corrected point\n",
@@ -312,7 +348,8 @@ nlohmann::json ReportJson(const ReportInput& input) {
   for (const Remark& remark : input.program.remarks) {
     remarks.push_back({{"file", file_of(remark.place)},
                        {"line", remark.place.line},
-                       {"text", text::Visible(remark.text)}});
+                       {"text", text::Visible(remark.text)},
+                       {"unread", remark.unread}});
   }
   for (const Refusal& refusal : input.refusals) {
     refusals.push_back({{"file", file_of({refusal.file, 0})},
@@ -333,7 +370,9 @@ nlohmann::json ReportJson(const ReportInput& input) {
             {"left", counts.left},
             {"left_by_choice", counts.by_choice},
             {"unused", counts.unused},
-            {"motions_left", counts.motions_left}}},
+            {"motions_left", counts.motions_left},
+            {"unread", counts.unread}}},
+          {"tool_assumptions", ToolAssumptionsOf(input)},
           {"largest_error_before_mm", kMmPerMetre * counts.largest_before_m},
           {"largest_error_after_mm", kMmPerMetre * counts.largest_after_m},
           {"largest_rounding_mm", kMmPerMetre * counts.largest_rounding_m},
@@ -374,6 +413,8 @@ std::string ReportPage(const ReportInput& input) {
   if (const std::string between = SegmentsText(input); !between.empty()) {
     page += "<p>" + Escape(between) + "</p>\n";
   }
+  for (const std::string& line : UnrefinedOf(input)) page += "<p>" + Escape(line) + "</p>\n";
+  for (const std::string& line : ToolAssumptionsOf(input)) page += "<p>" + Escape(line) + "</p>\n";
   page += PathPicture(input.correction);
   measure::HtmlTable table({"point", "line", "taught, mm", "corrected, mm", "turn, deg",
                             "95 % radius, mm", "basis", "load", "nearest limit",

@@ -28,7 +28,8 @@ struct ReportCounts {
   std::size_t left = 0;          ///< points that a motion uses and that could not be corrected
   std::size_t by_choice = 0;     ///< joint targets without --joints, points corrected before
   std::size_t unused = 0;        ///< points that no motion uses: free ones, features, offsets
-  std::size_t motions_left = 0;  ///< motions to a computed target, or to a point of `left`
+  std::size_t motions_left = 0;  ///< motions to no point of the files, or to one of `left`
+  std::size_t unread = 0;        ///< texts that the grammar could not parse
   double largest_before_m = 0, largest_after_m = 0, largest_rounding_m = 0;
 };
 ReportCounts CountsOf(const ReportInput& input);

@@ -109,6 +109,11 @@ Result<void> ContextResolver::AddTool(const SettingAt& tool, MotionContext& cont
           "cell's [[tool]], and --frames if its tool point is not that tool's tip",
           tool.key, tool.key)};
     }
+    context.tool_assumption = fmt::format(
+        "tool {}: its values are in none of the files; it is taken to be the cell's [[tool]] {} by "
+        "its number, and its tool point to be that tool's tip. If not, give --tool '{}=NUMBER', or "
+        "--frames with its pose",
+        tool.key, *number, tool.key);
   }
   if (number) {
     const std::optional<int> index = loads::ToolIndexOf(cell_, number);

@@ -38,6 +38,7 @@ struct MotionContext {
   Pose X_BU;     ///< the base of the program, user frame U, in the robot's base B
   loads::Payload payload;
   std::string tool_text, base_text, load_text;  ///< for the report
+  std::string tool_assumption;  ///< why this tool, if only the number in its key names it
 
   bool Agrees(const MotionContext& other) const;
 };

@@ -309,8 +309,7 @@ TEST_CASE("an interrupt may run, and one with RESUME may end a motion") {
       "DEF WELD( )\nINTERRUPT DECL 5 WHEN $IN[1] DO AWAY( )\nINTERRUPT ON 5\nLIN XP1\nEND\n"
       "DEF AWAY( )\n$TOOL=TOOL_DATA[2]\nEND\n",
       "DEFDAT WELD\n" + kP1 + "ENDDAT\n");
-  CHECK(Steps(reading, StepKind::kEnableInterrupt).at(0).label ==
-        reading.program.routines[1].name);
+  CHECK(Steps(reading, StepKind::kEnableInterrupt).at(0).label == reading.program.routines[1].name);
   CHECK_FALSE(reading.program.routines[1].starts);
 
   const Reading search = ReadWith(
@@ -454,6 +453,28 @@ TEST_CASE("bit strings are written as they were") {
   }
   CHECK(krl::WholeNumberLike("'B0010'", 18) == "'B10010'");
   CHECK(krl::WholeNumberLike("7", 34) == "34");
+}
+
+TEST_CASE("a motion to a point that no file declares asks for the .dat") {
+  const Reading reading = Weld("LIN XP9\n");
+  const auto motions = Steps(reading, StepKind::kMotion);
+  REQUIRE(motions.size() == 1);
+  CHECK_FALSE(motions[0].motion.end.point);
+  CHECK(motions[0].motion.end.computed == "XP9");
+  CHECK_THAT(motions[0].motion.end.missing, Catch::Contains("give the .dat"));
+}
+
+TEST_CASE("numbers of KRL need three decimals, and no significant digits") {
+  for (const NumberStyle& style :
+       {KrlBrand().conventions().length, KrlBrand().conventions().angle}) {
+    CHECK(style.least_significant == 0);
+    CHECK(style.least_decimals == 3);
+  }
+}
+
+TEST_CASE("a block that is not closed counts as not read") {
+  const Reading reading = Weld("LOOP\nLIN XP1\n", kP1);
+  CHECK(std::ranges::any_of(reading.program.remarks, &Remark::unread));
 }
 
 TEST_CASE("large and deeply nested inputs are read in bounded time") {

@@ -328,6 +328,13 @@ TEST_CASE("a mark is found again") {
   CHECK(UniversalRobots().Read({file}).program.marks[0] == "plumbline program 1234");
 }
 
+TEST_CASE("the head of a routine that cannot be parsed is a remark with its line") {
+  const Program program = Read("x = 1\ndef a(:\n movel(p[1,2\n");
+  REQUIRE_FALSE(program.remarks.empty());
+  CHECK(program.remarks[0].place.line == 2);
+  CHECK(program.remarks[0].unread);
+}
+
 TEST_CASE("points are inserted in the style of the motion, in its feature") {
   const std::vector<double> numbers = {.1, .2, .3, 0, 3, 0};
   const Program program = Read(
