@@ -8,6 +8,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/base/service/utc_clock.h"
 #include "app/base/terminal/terminal_output.h"
@@ -57,17 +58,54 @@ std::vector<std::string> FilesBelow(const std::string& path) {
   return list;
 }
 
+using Inputs = std::vector<ProgramInput>;
+
+std::string FileNameOf(const ProgramInput& input) {
+  return fs::path(input.given).filename().string();
+}
+
+/// Of two folders, keeps the files that both have, so that those of one name have one index.
+/// @return  names of the programs that only one folder has; other files there do not count
+std::vector<programs::OtherDifference> KeepCommon(const programs::Brand& brand, Inputs& old_inputs,
+                                                  Inputs& new_inputs) {
+  std::vector<programs::OtherDifference> lone;
+  const auto names_of = [](const Inputs& inputs) {
+    std::set<std::string> names;
+    for (const ProgramInput& input : inputs) names.insert(FileNameOf(input));
+    return names;
+  };
+  const auto old_names = names_of(old_inputs), new_names = names_of(new_inputs);
+  const auto keep = [&](Inputs& inputs, const std::set<std::string>& others) {
+    std::erase_if(inputs, [&](const ProgramInput& input) {
+      if (others.contains(FileNameOf(input))) return false;
+      if (brand.Recognises(input.file)) {
+        lone.push_back({input.file.name, 0, "only one version has this file"});
+      }
+      return true;
+    });
+  };
+  keep(old_inputs, new_names);
+  keep(new_inputs, old_names);
+  return lone;
+}
+
 /// Compares two versions of a program.
 int Check(const ProgramOptions& options) {
-  const auto old_inputs = ReadProgramInputs(FilesBelow(options.check[0])),
-             new_inputs = ReadProgramInputs(FilesBelow(options.check[1]));
+  auto old_inputs = ReadProgramInputs(FilesBelow(options.check[0])),
+       new_inputs = ReadProgramInputs(FilesBelow(options.check[1]));
   if (!old_inputs || !new_inputs) return kExitUsage;
   const Result<const programs::Brand*> brand =
       programs::BrandOf(FilesOf(*old_inputs), options.brands);
   if (!brand) return Fail(brand.error(), kExitUsage);
+  std::vector<programs::OtherDifference> lone;
+  std::error_code failed;
+  if (fs::is_directory(options.check[0], failed) && fs::is_directory(options.check[1], failed)) {
+    lone = KeepCommon(**brand, *old_inputs, *new_inputs);
+  }
   const programs::Program before = (*brand)->Read(FilesOf(*old_inputs)).program,
                           after = (*brand)->Read(FilesOf(*new_inputs)).program;
-  const programs::ProgramComparison comparison = programs::Compare(**brand, before, after);
+  programs::ProgramComparison comparison = programs::Compare(**brand, before, after);
+  comparison.others.insert(comparison.others.end(), lone.begin(), lone.end());
   if (options.json) {
     nlohmann::json points = nlohmann::json::array(), others = nlohmann::json::array();
     for (const auto& point : comparison.points) {
@@ -177,7 +215,7 @@ int Run(const ProgramOptions& options) {
     return Fail("plumbline program: " + applied.error(), kExitUsage);
   }
   const ProgramOutput output{options.output, options.again, options.force};
-  const auto paths = OutputPathsOf(output, *inputs, *before);
+  auto paths = OutputPathsOf(output, *inputs, *before);
   if (!paths) return kExitUsage;
   Interruption interruption;
   Progress progress(std::cerr, options.json);
@@ -216,7 +254,14 @@ int Run(const ProgramOptions& options) {
       fs::exists(options.report, unknown) && !fs::is_regular_file(options.report, unknown);
   const bool apart = options.dry_run || device;
   if (apart && !page.empty() && !WriteOutput(options.report, page, "--report")) return kExitUsage;
-  if (!options.dry_run) {
+  const bool new_digits =
+      std::ranges::any_of(rewritten->changed, [](bool changed) { return changed; });
+  if (!options.dry_run && !new_digits) {
+    std::cerr << "no digit changes: no program is written\n";
+    if (!apart && !page.empty() && !WriteOutput(options.report, page, "--report")) {
+      return kExitUsage;
+    }
+  } else if (!options.dry_run) {
     if (!WriteProgram(output, *paths, *inputs, program, correction, *rewritten,
                       {apart ? "" : options.report, page})) {
       return kExitUsage;
@@ -227,8 +272,8 @@ int Run(const ProgramOptions& options) {
     RememberUnmarked(options.cell, brand, *paths, *rewritten);
   }
   const programs::ReportCounts counts = programs::CountsOf(report);
-  return counts.left > 0 || counts.motions_left > 0 || !reading.refusals.empty() ? kExitFault
-                                                                                 : kExitOk;
+  const bool all_read = reading.refusals.empty() && counts.unread == 0;
+  return counts.left > 0 || counts.motions_left > 0 || !all_read ? kExitFault : kExitOk;
 }
 
 }  // namespace
@@ -340,8 +385,9 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
       "Exit codes: 0 every motion's point is corrected, or left by choice: joint targets without\n"
       "--joints, points that no motion uses, files corrected before; 1 a motion's point had to "
       "stay\n"
-      "as it is, with its reason (with --check: bytes other than numbers differ); 2 error, and\n"
-      "nothing was written.");
+      "as it is, or a text could not be parsed, with its line and reason (with --check: bytes "
+      "other\n"
+      "than numbers differ); 2 error, and nothing was written.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -157,8 +157,14 @@ std::optional<std::vector<std::string>> OutputPathsOf(const ProgramOutput& outpu
     if (corrected_before[f]) continue;
     const ProgramInput& input = inputs[f];
     const fs::path file(input.file.name);
-    const fs::path folder =
-        output.folder.empty() ? file.parent_path() / "corrected" : fs::path(output.folder);
+    const bool beside_corrected =
+        output.again && std::ranges::any_of(inputs, [&](const ProgramInput& other) {
+          return other.file.name != other.given &&
+                 fs::path(other.given).parent_path() == file.parent_path();
+        });
+    const fs::path folder = !output.folder.empty() ? fs::path(output.folder)
+                            : beside_corrected     ? file.parent_path()
+                                                   : file.parent_path() / "corrected";
     const std::string path = (folder / file.filename()).string();
     for (const ProgramInput& other : inputs) {
       if (!SameFile(path, other.file.name) && !SameFile(path, other.given)) continue;
@@ -177,7 +183,7 @@ std::optional<std::vector<std::string>> OutputPathsOf(const ProgramOutput& outpu
   return paths;
 }
 
-bool WriteProgram(const ProgramOutput& output, const std::vector<std::string>& paths,
+bool WriteProgram(const ProgramOutput& output, std::vector<std::string>& paths,
                   const std::vector<ProgramInput>& inputs, const programs::Program& program,
                   const programs::ProgramCorrection& correction,
                   const programs::Rewritten& rewritten,
@@ -185,6 +191,16 @@ bool WriteProgram(const ProgramOutput& output, const std::vector<std::string>& p
   std::vector<files::NewFile> list;
   bool may = true;
   for (std::size_t f = 0; f < paths.size(); ++f) {
+    // With --again, a file beside corrected ones whose own original is not known.
+    if (SameFile(paths[f], inputs[f].file.name)) {
+      if (rewritten.changed[f]) {
+        std::cerr << paths[f]
+                  << ": would be replaced by its own correction, as no record names an original. "
+                     "Nothing is written; correct it without --again, or choose another --output\n";
+        return false;
+      }
+      paths[f].clear();
+    }
     if (paths[f].empty()) continue;
     const std::string& bytes = rewritten.files[f].bytes;
     may = MayReplace(output, paths[f], inputs[f], bytes) && may;
@@ -202,7 +218,13 @@ bool WriteProgram(const ProgramOutput& output, const std::vector<std::string>& p
   if (!report.first.empty()) list.push_back({report.first, report.second});
   for (const std::string& path : paths) {
     std::error_code failed;
-    if (!path.empty()) fs::create_directories(fs::path(path).parent_path(), failed);
+    const fs::path folder = fs::path(path).parent_path();
+    if (!folder.empty()) fs::create_directories(folder, failed);
+    if (failed) {
+      std::cerr << folder.string() << ": this folder cannot be made: " << failed.message()
+                << ". Nothing is written; choose another --output\n";
+      return false;
+    }
   }
   const Result<void> written = files::ReplaceFiles(list);
   if (!written) {

@@ -47,9 +47,10 @@ std::optional<std::vector<std::string>> OutputPathsOf(const ProgramOutput& outpu
                                                       const std::vector<bool>& corrected_before);
 
 /// Writes all files or none: the program, a record beside each file, and the report.
-/// Existing files are replaced if they are byte for byte what an earlier run wrote.
+/// Existing files are replaced if they are byte for byte what an earlier run wrote. An input that
+/// is its own output and does not change is not written; its path is cleared.
 /// @param report  path and text of the report; no path: none
-bool WriteProgram(const ProgramOutput& output, const std::vector<std::string>& paths,
+bool WriteProgram(const ProgramOutput& output, std::vector<std::string>& paths,
                   const std::vector<ProgramInput>& inputs, const programs::Program& program,
                   const programs::ProgramCorrection& correction,
                   const programs::Rewritten& rewritten,

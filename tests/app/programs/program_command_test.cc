@@ -312,6 +312,76 @@ TEST_CASE("a tool without a pose has its tool point at the tip of the cell's too
   CHECK(points(FileText(program.corrected)) == points(corrected));
 }
 
+TEST_CASE("two folders are compared by the names of their files, and other files do not count") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string old_folder = program.folder.path() + "/old";
+  std::filesystem::create_directories(old_folder);
+  std::filesystem::copy_file(program.file, old_folder + "/a.toy");
+  REQUIRE(files::WriteTextFile(old_folder + "/Notes.txt", "by hand"));
+  const std::string check =
+      "program --check " + old_folder + " " + program.folder.path() + "/corrected";
+  const Answer same = test::RunCommand(AddToyCommand, check);
+  INFO(same.out << same.err);
+  CHECK(same.exit_code == 0);
+  CHECK_THAT(same.out, Contains("2 of 2 points differ") && Contains("nothing else differs"));
+  std::filesystem::copy_file(program.file, old_folder + "/0.toy");
+  const Answer lone = test::RunCommand(AddToyCommand, check);
+  CHECK(lone.exit_code == 1);
+  CHECK_THAT(lone.out, Contains("0.toy:0: only one version has this file") &&
+                           !Contains("bytes beside the numbers"));
+}
+
+TEST_CASE("a folder that cannot be made is named with the reason") {
+  const Program program;
+  const std::string folder = program.folder.path() + "/link";
+  std::filesystem::create_symlink(program.folder.path() + "/none", folder);
+  const Answer answer = program.Run("--load 5 --output " + folder);
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("link: this folder cannot be made: "));
+}
+
+TEST_CASE("a tool that only its number names is told") {
+  Program program;
+  std::string& text = program.text;
+  text.erase(0, text.find('\n') + 1);  // the line of the tool
+  program.Replace("use t\n", "use TOOL1\n");
+  std::string cell = FileText(program.cell);
+  cell.insert(cell.find("[tool]") + 6, "\nnumber = 1");
+  REQUIRE(files::WriteTextFile(program.cell, cell));
+  const Answer assumed = program.Run();
+  INFO(assumed.out << assumed.err);
+  CHECK(assumed.exit_code == 0);
+  CHECK_THAT(assumed.out, Contains("taken to be the cell's [[tool]] 1 by its number"));
+  CHECK_THAT(program.Run("--load 5 --tool TOOL1=1").out, !Contains("by its number"));
+}
+
+TEST_CASE("a run that changes no digit writes no program") {
+  const Program program;
+  const Answer answer = program.Run("");
+  CHECK_THAT(answer.err, Contains("no program is written"));
+  CHECK(FileText(program.corrected).empty());
+}
+
+TEST_CASE("--insert lists the circles, which are not refined, with what remains") {
+  const Program circle("C p+base:0,5,5 p+base:0,0,40\n");
+  const Answer answer = circle.Run("--load 5 --insert 0.001 --offset-bound 10");
+  CHECK_THAT(answer.out, Contains("this circular motion leaves its path by") &&
+                             Contains("only linear motions are refined"));
+}
+
+TEST_CASE("--again writes nothing below the corrected files") {
+  const Program program;
+  REQUIRE(program.Run().exit_code == 0);
+  const std::string folder = program.folder.path() + "/corrected", other = folder + "/other.toy";
+  REQUIRE(files::WriteTextFile(other, "sub other\nend\n"));
+  const Answer answer = program.Run("--load 5 --again", program.corrected + " " + other);
+  INFO(answer.err);
+  CHECK(answer.exit_code == 0);
+  CHECK_FALSE(std::filesystem::exists(folder + "/corrected"));
+  CHECK(FileText(other) == "sub other\nend\n");
+}
+
 TEST_CASE("a file of no language is named") {
   const Program program;
   const Answer answer = program.Run("", program.cell);
