@@ -124,6 +124,7 @@ std::optional<measure::ControllerSample> ReadControllerSample(const std::string&
     }
     sample.joint_step = std::max(sample.joint_step, row.q_step_rad.value_or(0));
     measure::ControllerPosture& posture = sample.postures.emplace_back();
+    posture.line = row.line;
     posture.q = row.q;
     posture.tool = *tool;
     posture.qd = row.qd;

@@ -135,6 +135,12 @@ std::string ReportJson(const Report& report, const measure::RelationContext& con
     }
     json["next_postures"] = next;
     json["follows"] = found.follows;
+    nlohmann::ordered_json outlying = nlohmann::ordered_json::array();
+    for (const measure::OutlyingRow& one : found.outlying) {
+      outlying.push_back(
+          {{"row", one.row + 1}, {"line", one.line}, {"error", ErrorJson(one.error)}});
+    }
+    json["outlying"] = outlying;
     std::vector<int> unmoved;
     for (const int joint : found.unmoved) unmoved.push_back(joint + 1);
     json["unmoved"] = unmoved;
@@ -148,6 +154,27 @@ std::string ErrorText(const measure::PoseError& error, bool with_orientation) {
                           : length;
 }
 
+/// What was compared with a difference that follows nothing, and what could not be.
+std::string NothingFollowed(const measure::ControllerSample& sample) {
+  std::vector<std::string> compared = {"the joints"}, missing;
+  const auto sort = [&](const char* signal, const char* column, auto has) {
+    const bool all = std::all_of(sample.postures.begin(), sample.postures.end(), has);
+    (all ? compared : missing).emplace_back(all ? signal : column);
+  };
+  using Posture = measure::ControllerPosture;
+  sort("the payload", "payload_kg", [](const Posture& one) { return one.payload.has_value(); });
+  sort("the temperature", "temp_C", [](const Posture& one) { return one.temp_C.has_value(); });
+  sort("the time", "t_s", [](const Posture& one) { return one.t_s.has_value(); });
+  std::string text = fmt::format("the difference follows none of: {}\n", fmt::join(compared, ", "));
+  if (!missing.empty()) {
+    text +=
+        fmt::format("not compared, because not every row has it: {}\n", fmt::join(missing, ", "));
+  }
+  return text +
+         "compare at standstill: joints and pose of different times differ by the motion between "
+         "them; then check the noise (--noise-mm) and external axes\n";
+}
+
 std::string ReportText(const Report& report, const measure::RelationContext& context,
                        const measure::ControllerSample& sample) {
   const Identification& found = report.found;
@@ -159,8 +186,11 @@ std::string ReportText(const Report& report, const measure::RelationContext& con
         "COMPENSATED TWICE: the controller's pose already contains what this cell corrects. "
         "Use one of the two\n";
   }
-  for (const measure::HypothesisFit& same : found.same_as)
-    text += fmt::format("the same in every posture: {}\n", RelationText(same, context));
+  // Beside the cell's own table, other descriptions of the same are of no use.
+  for (std::size_t k = 0; k < found.same_as.size() && !found.IsNominal(); ++k)
+    text += fmt::format("the same in every posture: {}\n", RelationText(found.same_as[k], context));
+  if (!sample.with_orientation)
+    text += "position only: without reported orientations, nothing is known of the orientation\n";
   const bool turned = sample.with_orientation;
   text += fmt::format("postures held out: {} from the cell's table, {} from this ({} postures)\n",
                       ErrorText(found.nominal.held_out, turned),
@@ -168,10 +198,15 @@ std::string ReportText(const Report& report, const measure::RelationContext& con
   if (found.verdict == Identification::Verdict::kNone) {
     text += fmt::format("nearest: {}; it does not explain the rest\n",
                         RelationText(found.best, context));
+    measure::ControllerSample positions = sample;
+    positions.with_orientation = false;
+    if (turned && measure::RelationFitter(context, positions).FitAndPredict({{}}).Accepted()) {
+      text +=
+          "the positions agree with the cell: only the unit or the form of the orientation can be "
+          "wrong. Check the names of its columns, or state its form: --orientation\n";
+    }
     text += found.follows.empty()
-                ? std::string(
-                      "the difference follows neither a joint nor the load, temperature or "
-                      "time: check the noise (--noise-mm), or external axes\n")
+                ? NothingFollowed(sample)
                 : fmt::format("the difference follows {}\n", fmt::join(found.follows, " and "));
   }
   if (!found.unmoved.empty()) {
@@ -291,6 +326,11 @@ int RunIdentify(const IdentifyOptions& options) {
   if (named && !options.output.empty()) {
     const auto changed = ChangedCellText(*text, *cell, report.changed);
     if (!changed) return Fail(options.output + " is not written: " + changed.error());
+    if (*changed == *text && !found.IsNominal()) {
+      return Fail(options.output +
+                  " is not written: it would be the same as the cell. What differs is not in the "
+                  "cell: see the lines above");
+    }
     if (!PrintOrWriteOutput(options.output, *changed, "--output")) return kExitUsage;
   }
   return found.IsNominal() && !report.twice ? kExitOk : kExitFault;

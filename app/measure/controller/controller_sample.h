@@ -36,6 +36,7 @@ struct ControllerPosture {
   std::optional<double> temp_C{}, t_s{};
   int tool = 0;                ///< index of the mounted tool
   std::optional<Pose> X_FT{};  ///< tool offset that the controller reports, in place of the tool's
+  int line = 0;                ///< of its file; 0: none
   bool of_flange = false;      ///< the pose is stated to be that of the flange
 };
 

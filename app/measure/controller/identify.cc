@@ -185,6 +185,23 @@ std::vector<std::string> SignalsOf(const RelationFitter& fitter, const Hypothesi
   return names;
 }
 
+/// Joints that hardly moved may be radians that were read as degrees.
+Identification OfJointUnit(const RelationContext& context, const ControllerSample& sample) {
+  Identification found;
+  found.postures = sample.postures.size();
+  ControllerSample moved = sample;
+  for (ControllerPosture& posture : moved.postures) posture.q *= kDegPerRad;
+  if (std::ssize(UnmovedJoints(moved)) == sample.postures.front().q.size()) return found;
+  const RelationFitter fitter(context, sample);
+  const HypothesisFit fit = fitter.FitAndPredict({{.kind = Kind::kJointUnit, .value = kDegPerRad}});
+  found.nominal = fitter.FitAndPredict({{}});
+  if (!fit.Accepted() || found.nominal.Accepted()) return found;
+  found.best = fit;
+  found.verdict = Verdict::kNamed;
+  found.unmoved = UnmovedJoints(moved);
+  return found;
+}
+
 /// The search for the relation.
 class Search {
  public:
@@ -219,6 +236,27 @@ class Search {
     Decide(accepted, found);
     return found;
   }
+
+  /// Postures without which the others have a relation in common; none if a relation that was found
+  /// explains all postures with fewer values than those few have numbers.
+  std::vector<OutlyingRow> OutlyingRows(const Identification& found) {
+    const bool none = found.verdict == Verdict::kNone;
+    const std::vector<Relation> nominal = {{}};
+    const auto rows = FindOutlyingRows(fitter_, none ? relations_ : nominal, [this](double share) {
+      stopped_ = stopped_ || (progress_ && !progress_(share, "postures that do not fit"));
+      return !stopped_;
+    });
+    const auto numbers = std::ssize(rows) * (fitter_.sample().with_orientation ? 6 : 3);
+    const auto explains = [numbers](const HypothesisFit& fit) {
+      return fit.values.size() < numbers;
+    };
+    const bool explained =
+        !none &&
+        (explains(found.best) || std::any_of(found.rivals.begin(), found.rivals.end(), explains));
+    return explained ? std::vector<OutlyingRow>() : rows;
+  }
+
+  bool stopped() const { return stopped_; }
 
  private:
   /// Every two relations but those that only extend an accepted one: beside it, nothing is left to
@@ -311,6 +349,7 @@ class Search {
       if (same && !OfModels(other)) found.same_as.push_back(other);
       if (near && !same && !SameAnswer(found.best, other)) found.rivals.push_back(other);
     }
+    PreferFrames(found);
     found.verdict = found.rivals.empty() ? Verdict::kNamed : Verdict::kNotClear;
     if (!found.rivals.empty()) ProposePostures(found);
   }
@@ -328,6 +367,21 @@ class Search {
                                             fit.hypothesis[0].kind == Kind::kJointCompliance);
     };
     return of_deflection(a) && of_deflection(b);
+  }
+
+  /// Of relations that are the same in every posture, one with fewer dimensions of the arm is the
+  /// better name: tools and bases are set by hand, arms are not.
+  static void PreferFrames(Identification& found) {
+    const auto dimensions = [](const HypothesisFit& fit) {
+      return std::count_if(fit.hypothesis.begin(), fit.hypothesis.end(),
+                           [](const Relation& one) { return one.kind == Kind::kTableValue; });
+    };
+    for (HypothesisFit& same : found.same_as) {
+      if (same.hypothesis.size() <= found.best.hypothesis.size() &&
+          dimensions(same) < dimensions(found.best)) {
+        std::swap(same, found.best);
+      }
+    }
   }
 
   /// Postures in which the best explanation and the next one differ most, apart from one another.
@@ -449,8 +503,21 @@ Identification Identify(const RelationContext& context, const ControllerSample& 
   Identification found;
   found.postures = sample.postures.size();
   if (sample.postures.size() < kFewestPostures) return found;
-  if (std::ssize(UnmovedJoints(sample)) == sample.postures.front().q.size()) return found;
-  return Search(context, sample, progress).Run();
+  if (std::ssize(UnmovedJoints(sample)) == sample.postures.front().q.size())
+    return OfJointUnit(context, sample);
+  Search search(context, sample, progress);
+  found = search.Run();
+  if (found.verdict == Verdict::kTooFew || found.IsNominal()) return found;
+  const std::vector<OutlyingRow> outlying = search.OutlyingRows(found);
+  if (search.stopped()) found.verdict = Verdict::kTooFew;
+  if (search.stopped() || outlying.empty()) return found;
+  const ControllerSample others = Without(sample, outlying);
+  if (std::ssize(UnmovedJoints(others)) < others.postures.front().q.size())
+    found = Search(context, others, progress).Run();
+  else
+    found.verdict = Verdict::kNotClear;
+  found.outlying = outlying;
+  return found;
 }
 
 }  // namespace plumbline::measure

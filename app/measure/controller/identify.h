@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/controller/relation_fit.h"
+#include "app/measure/controller/outlying_rows.h"
 
 namespace plumbline::measure {
 
@@ -32,7 +32,9 @@ struct Identification {
   /// Of kNone: signals that the remaining residual follows, strongest first.
   std::vector<std::string> follows;
   std::vector<int> unmoved;  ///< joints that hardly moved, so that nothing is known of them
-  std::size_t postures = 0;
+  /// Postures that do not fit the others: everything else is about the others.
+  std::vector<OutlyingRow> outlying;
+  std::size_t postures = 0;  ///< without those
 
   bool IsNominal() const;
   /// What the named relation adds to the cell's rigid table.
@@ -72,7 +74,8 @@ using IdentifyProgress = std::function<bool(double share, const std::string& doi
 /// it predicts the other half within the resolution of the numbers, with values that its prior
 /// allows. The accepted ones are compared by their evidence; one is named if it is a thousand times
 /// as probable as every other accepted one that differs from it in any posture. Two descriptions of
-/// deflection count as one. Pure.
+/// deflection count as one. If none is accepted, or only one with as many values as a few postures
+/// have numbers, those few are left out where the others have a relation in common. Pure.
 Identification Identify(const RelationContext& context, const ControllerSample& sample,
                         const IdentifyProgress& progress = {});
 

@@ -378,7 +378,9 @@ bool CellCanHold(const HypothesisFit& fit) {
   return !Has(fit, Kind::kBase);
 }
 
-std::string FindingText(const Identification& found, const RelationContext& context) {
+namespace {
+
+std::string FindingOfRows(const Identification& found, const RelationContext& context) {
   switch (found.verdict) {
     case Identification::Verdict::kTooFew:
       return fmt::format(
@@ -402,6 +404,23 @@ std::string FindingText(const Identification& found, const RelationContext& cont
       break;
   }
   return fmt::format("the controller's pose is {}", RelationText(found.best, context));
+}
+
+}  // namespace
+
+std::string FindingText(const Identification& found, const RelationContext& context) {
+  std::string text = FindingOfRows(found, context);
+  if (found.outlying.empty()) return text;
+  std::vector<std::string> rows;
+  for (const OutlyingRow& one : found.outlying) {
+    rows.push_back(fmt::format("row {}{} ({:.2f} mm, {:.3f} deg)", one.row + 1,
+                               one.line > 0 ? fmt::format(" in line {}", one.line) : "",
+                               kMmPerMetre * one.error.distance_m,
+                               kDegPerRad * one.error.angle_rad));
+  }
+  return text + fmt::format("; this is about the other {} rows, which {} not fit: {}",
+                            found.postures, rows.size() > 1 ? "these do" : "this one does",
+                            fmt::join(rows, ", "));
 }
 
 std::string FindingRemedy(const Identification& found, const RelationContext& context,

@@ -154,7 +154,9 @@ TEST_CASE("a calibration of the controller is not what a cell corrects as deflec
   model::CellModel cell = Cell();
   model::WrittenEffect& effect = cell.effects.emplace_back();
   effect.id = "joint_compliance";
-  effect.parameters.push_back({.name = "q2", .value = 1e-5});
+  model::EffectParameter& stiffness = effect.parameters.emplace_back();
+  stiffness.name = "q2";
+  stiffness.value = 1e-5;
   std::vector<double> values;
   for (int k = 0; k < 30; ++k) values.push_back(1e-3 * std::sin(2.3 * k + 0.4));
   const auto sample = Reported(cell, {{.kind = RelationKind::kAdjustedTable}}, values);
@@ -323,6 +325,67 @@ TEST_CASE("readings become a posture at standstill only, or with their velocity"
     rest = still.Observe(reading, cell);
   }
   CHECK(rest);
+}
+
+TEST_CASE("a row that does not fit the others is named, and the answer is about the others") {
+  const model::CellModel cell = Cell();
+  const measure::RelationContext context(cell);
+  const measure::Relation coupling{.kind = RelationKind::kCoupling, .joint = 2, .other = 1};
+  for (const bool coupled : {false, true}) {
+    auto sample = coupled ? Reported(cell, {coupling}, {-1.0}, 16) : Reported(cell, {}, {}, 16);
+    sample.postures[5].line = 7;
+    for (const double travel_m : {0.03, 0.0005}) {
+      auto moved = sample;
+      moved.postures[5].p.x() += travel_m;
+      const Identification found = Identify(context, moved);
+      INFO(FindingText(found, context));
+      REQUIRE(KindOf(found) == (coupled ? RelationKind::kCoupling : RelationKind::kNominal));
+      REQUIRE(found.outlying.size() == 1);
+      CHECK(found.outlying.front().row == 5);
+      CHECK(found.outlying.front().error.distance_m == Approx(travel_m).margin(2e-5));
+      CHECK(found.postures == 15);
+      CHECK(FindingText(found, context).find("row 6 in line 7") != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("several rows that do not fit are named, but no more than one in four") {
+  const model::CellModel cell = Cell();
+  const measure::RelationContext context(cell);
+  auto sample = Reported(cell, {{.kind = RelationKind::kHiddenTool}}, {0.08, 0, 0, 0, 0, 0}, 16);
+  for (const std::size_t row : {std::size_t{2}, std::size_t{9}, std::size_t{14}})
+    sample.postures[row].p += 0.001 * static_cast<double>(row) * Vec3(1, -2, 0.5);
+  const Identification found = Identify(context, sample);
+  INFO(FindingText(found, context));
+  CHECK(KindOf(found) == RelationKind::kHiddenTool);
+  REQUIRE(found.outlying.size() == 3);
+  CHECK(found.outlying[0].row == 2);
+  CHECK(found.outlying[1].row == 9);
+  CHECK(found.outlying[2].row == 14);
+}
+
+TEST_CASE("rows that fit are never left out") {
+  const model::CellModel cell = Cell();
+  const measure::RelationContext context(cell);
+  const measure::RelationFitter fitter(context, Reported(cell, {}, {}, 16));
+  CHECK(FindOutlyingRows(fitter, {{}}, [](double) { return true; }).empty());
+}
+
+TEST_CASE(
+    "of relations that are the same everywhere, the tool comes before a dimension of the arm") {
+  const model::CellModel cell = Cell();
+  const auto sample = Reported(cell, {{.kind = RelationKind::kHiddenTool}}, {0, 0, 0.005, 0, 0, 0});
+  const Identification found = Identify(measure::RelationContext(cell), sample);
+  CHECK(KindOf(found) == RelationKind::kHiddenTool);
+}
+
+TEST_CASE("joints in radians that were read as degrees are no arm that hardly moved") {
+  const model::CellModel cell = Cell();
+  auto sample = Reported(cell, {}, {});
+  for (measure::ControllerPosture& posture : sample.postures) posture.q *= kRadPerDeg;
+  sample.joint_step = 1e-12;
+  const Identification found = Identify(measure::RelationContext(cell), sample);
+  CHECK(KindOf(found) == RelationKind::kJointUnit);
 }
 
 }  // namespace plumbline::controller_test
