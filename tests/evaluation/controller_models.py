@@ -302,7 +302,7 @@ def joint_unit(c, rng, size):
 
 
 def length_unit(c, rng, size):
-    c.length_factor = float(rng.choice([1e3, 1e-3, 25.4, 10.0]))
+    c.length_factor = float(rng.choice([1e3, 1e-3, 25.4, 1 / 25.4]))
     return [("length_unit", 0)]
 
 
