@@ -75,7 +75,7 @@ void ControllerWatch::Observe(const Snapshot& snapshot) {
     answered_ = true;
     if (found) Take(*found);
   }
-  if (Ended(abandoned_)) abandoned_.get();
+  if (Ended(abandoned_)) abandoned_ = {};
   StartIfDue(snapshot.now_s);
 }
 

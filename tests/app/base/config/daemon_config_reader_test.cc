@@ -542,14 +542,14 @@ TEST_CASE("corrections inside the motion need a control cycle that reports often
       "[motion]\nenabled = true\nonly_taught_targets = true\nrobot = \"192.168.1.10\"\n"
       "timeout_ms = 120\n";
   const auto faults = [&](const std::string& period_ms) {
-    FaultList faults;
+    FaultList found;
     ReadWith(kFiles,
              "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\nhost = \"r\"\n"
              "[cycle]\nperiod_ms = " +
                  period_ms + "\n" + motion,
-             faults);
+             found);
     std::string all;
-    for (const std::string& text : Texts(faults, Fault::Severity::kFault)) all += text + "\n";
+    for (const std::string& text : Texts(found, Fault::Severity::kFault)) all += text + "\n";
     return all;
   };
   CHECK(faults("101").find("cycle.period_ms: 101 must be at most 100") != std::string::npos);
