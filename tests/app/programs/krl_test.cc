@@ -363,7 +363,7 @@ TEST_CASE("a motion that is inserted looks like its original") {
   const auto motions = Steps(reading, StepKind::kMotion);
   const std::vector<double> numbers = {1, 2.5, -0.00004, 10.00001, 0, -179.5};
   const auto text = [&](std::size_t i) {
-    return KrlBrand().InsertedMotion(reading.program, motions.at(i).motion, numbers);
+    return KrlBrand().InsertedMotion(reading.program, motions.at(i).motion, numbers, 0.1);
   };
   CHECK(text(0) ==
         "SLIN {X 1.0,Y 2.5,Z 0.0,A 10.00001,B 0.0,C -179.5} WITH $TOOL=STOOL2(FP1) C_SPL\r\n  ");
