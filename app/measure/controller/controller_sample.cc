@@ -47,7 +47,8 @@ double StepOf(const std::vector<double>& values, double unit) {
     const double step = unit * std::pow(10.0, power);
     const bool multiples = std::all_of(values.begin(), values.end(), [&](double value) {
       const double count = value / step;
-      return std::abs(count - std::round(count)) <= std::max(1e-6, kRounding * std::abs(count));
+      const double rounding = std::clamp(kRounding * std::abs(count), 1e-6, 0.05);
+      return std::abs(count - std::round(count)) <= rounding;
     });
     if (multiples) return step;
   }

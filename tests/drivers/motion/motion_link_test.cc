@@ -33,6 +33,7 @@ MotionSettings Settings() {
   settings.port = 0;
   settings.limits.timeout_s = 0.2;
   settings.limits.max_jump_m = 0.005;
+  settings.limits.max_jump_rad = 0.05;
   settings.limits.max_lost = 50;
   return settings;
 }
