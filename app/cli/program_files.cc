@@ -74,9 +74,9 @@ bool TakeOriginal(ProgramInput& input) {
 
 /// True if an existing file is byte for byte what an earlier run wrote.
 bool WrittenByEarlierRun(const std::string& path, std::string_view bytes) {
-  const auto record = nlohmann::json::parse(TextIfAny(RecordPath(path)), nullptr, false);
-  return record.is_object() && record.contains("corrected_sha256") &&
-         record["corrected_sha256"] == text::Sha256Hex(bytes);
+  const auto record = text::JsonFromText(TextIfAny(RecordPath(path)));
+  return record && record->is_object() && record->contains("corrected_sha256") &&
+         (*record)["corrected_sha256"] == text::Sha256Hex(bytes);
 }
 
 bool MayReplace(const ProgramOutput& output, const std::string& path, const ProgramInput& input,

@@ -19,7 +19,8 @@ struct Edit {
 /// A value as it is written in place of an old number: with its decimals and at least those of the
 /// style, its sign, leading zero and exponent, or in the fixed form of the style. The old text
 /// itself if the difference vanishes at its digits.
-/// @param turn      an angle's whole turn, or 0: a value that is the old one plus whole turns at its
+/// @param turn      an angle's whole turn, or 0: a value that is the old one plus whole turns at
+/// its
 ///                  digits keeps the old text, and of an old value within half a turn the new one,
 ///                  rounded, is within it, too
 /// @param old_text  as in the file

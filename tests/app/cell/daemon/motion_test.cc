@@ -31,7 +31,8 @@ constexpr double kMaxJump_mm = 2, kMaxOffset_mm = 20;
 std::string MotionTable(const std::string& kind, int port, const std::string& more = "") {
   return "\n[motion]\nenabled = true\nkind = \"" + kind + "\"\nrobot = \"127.0.0.1\"\n" +
          "listen = \"127.0.0.1\"\nport = " + std::to_string(port) +
-         "\nonly_taught_targets = true\ncycle_ms = 4\ntimeout_ms = 60\nmax_offset_mm = 20\nrate_mm_per_s = 30\n"
+         "\nonly_taught_targets = true\ncycle_ms = 4\ntimeout_ms = 60\nmax_offset_mm = "
+         "20\nrate_mm_per_s = 30\n"
          "max_jump_mm = 2\nramp_s = 0.3\nwidest_radius_mm = 100\nhold_ms = 2000\n"
          "max_lost_packets = 50\n" +
          more;
