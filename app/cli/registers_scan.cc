@@ -22,6 +22,7 @@
 #include "drivers/robot/codec.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/geometry/units.h"
+#include "firmware-like/plausibility_filter.h"
 
 namespace plumbline::cli {
 namespace {
