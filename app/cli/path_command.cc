@@ -458,8 +458,7 @@ void AddPathCommand(CLI::App& app, int& exit_code) {
       "joints, the 95 % radius u_mm with its basis, and problem where there is no correction. The "
       "radius\n"
       "is computed again after 0.02 rad of any joint, and whenever the load changes.\n\n"
-      "Example:\n  plumbline path cell.toml path.csv --near 0,-90,90,-90,-90,0 --output "
-      "corrected.csv\n\n"
+      "Example:\n  plumbline path cell.toml path.csv --near 0,-90,90,-90,-90,0 --out new.csv\n\n"
       "Exit codes: 0 every pose is corrected, 1 some are not, 2 error.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

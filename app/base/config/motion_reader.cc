@@ -180,8 +180,8 @@ void ListKeys(Settings& keys, MotionKeys& motion) {
            {"IPv4 address of this computer in the controller's network"});
   keys.Add("port", motion.port, {1024, 65535},
            {.description = "UDP port that the controller sends to",
-            .default_text = "59152, of "
-                            "\"egm\" 6510"});
+            .example = "59152",
+            .default_text = "59152, of \"egm\" 6510"});
   keys.Add("cycle_ms", limits.cycle_s, {1, 100, kSecondPerMs},
            {"time between two packets of the controller: 4 or 12; required for \"egm\": its "
             "SampleRate"});
