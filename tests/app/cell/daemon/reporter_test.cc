@@ -94,7 +94,7 @@ TEST_CASE("each transition of the motion link is one line, with the reason and t
   CHECK(observe(MotionLinkState::kAnswering, Obstacle::kNotEnabled) ==
         Lines{"motion link: the controller is answered",
               "motion not corrected: not enabled by the PLC; set coil 1002 while motions may be "
-              "corrected"});
+              "corrected; after a lost heartbeat clear it first"});
   CHECK(observe(MotionLinkState::kAnswering, Obstacle::kNotEnabled).empty());
   motion.wanted_m = 0.00125;
   CHECK(observe(MotionLinkState::kCorrecting, Obstacle::kNone) ==
