@@ -17,6 +17,7 @@
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/output_file.h"
+#include "app/cli/program_options.h"
 #include "app/cli/progress.h"
 #include "app/programs/correction/path_corrector.h"
 #include "drivers/files/open_failure.h"
@@ -312,18 +313,6 @@ void AppendRow(const programs::CorrectedRow& row, const Columns& columns, const 
   fmt::format_to(append, ",{},\n", row.correction.extrapolated ? 1 : 0);
 }
 
-std::optional<model::JointVector> NearFrom(const std::string& text, const model::Robot& robot) {
-  model::JointVector q(robot.size());
-  const std::vector<std::string_view> cells = Cells(text);
-  if (static_cast<int>(cells.size()) != robot.size()) return std::nullopt;
-  for (int i = 0; i < q.size(); ++i) {
-    const auto value = FiniteNumberFromText(cells[static_cast<std::size_t>(i)]);
-    if (!value) return std::nullopt;
-    q[i] = *value * model::PositionForm(robot.joints[static_cast<std::size_t>(i)].type).to_SI;
-  }
-  return q;
-}
-
 int Run(const PathOptions& options) {
   if (OverwritesFile("path", {{"--output", options.out}}, {options.cell, options.path},
                      std::cerr)) {
@@ -349,7 +338,7 @@ int Run(const PathOptions& options) {
   settings.radius = !options.no_radius;
   settings.utc_s = service::SystemUtcSeconds();
   if (!options.near.empty()) {
-    settings.near_q = NearFrom(options.near, cell.robot);
+    settings.near_q = JointsFromText(options.near, cell.robot);
     if (!settings.near_q) {
       return Fail(fmt::format("plumbline path: --near {}: give {} joint values, in degrees or mm",
                               options.near, cell.robot.size()),

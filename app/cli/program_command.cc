@@ -325,7 +325,8 @@ void AddProgramCommandFor(std::span<const programs::Brand* const> brands, CLI::A
   command
       ->add_option("--start", options->stated.starts,
                    "SETTING=KEY: what holds where the program is started; SETTING is tool, base, "
-                   "load, extra or shift, KEY may be none")
+                   "load, extra or shift, KEY may be none; or joints=Q1,Q2,..: where the robot "
+                   "stands there, in degrees or mm")
       ->expected(1)
       ->take_all();
   command

@@ -19,6 +19,7 @@
 #include "drivers/files/text_file.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/loads/numbered_load.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::cli {
 namespace {
@@ -27,7 +28,10 @@ std::optional<std::vector<double>> NumbersFrom(const std::string& text) {
   std::vector<double> numbers;
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t comma = std::min(text.find(',', at), text.size());
-    const auto number = FiniteNumberFromText(std::string_view(text).substr(at, comma - at));
+    std::string_view cell = std::string_view(text).substr(at, comma - at);
+    while (cell.starts_with(' ')) cell.remove_prefix(1);
+    while (cell.ends_with(' ')) cell.remove_suffix(1);
+    const auto number = FiniteNumberFromText(cell);
     if (!number) return std::nullopt;
     numbers.push_back(*number);
     at = comma + 1;
@@ -211,21 +215,29 @@ bool ReadFrames(config::TomlDocument& document, const programs::Brand& brand, co
   return true;
 }
 
-Result<void> ApplyStart(const std::string& text, programs::EntryState& entry) {
+Result<void> ApplyStart(const std::string& text, const model::Robot& robot,
+                        programs::CorrectionSettings& settings) {
   constexpr std::array<std::string_view, programs::kSlots> kNames = {"tool", "base", "load",
                                                                      "extra", "shift"};
   const auto at = text.find('=');
   const std::string name = text.substr(0, at);
+  if (at != std::string::npos && name == "joints") {
+    settings.start_q = JointsFromText(text.substr(at + 1), robot);
+    if (settings.start_q) return {};
+    return Error{
+        fmt::format("--start {}: give {} joint values, in degrees or mm", text, robot.size())};
+  }
   const auto slot = std::ranges::find(kNames, name);
   if (at == std::string::npos || slot == kNames.end()) {
     return Error{fmt::format(
-        "--start {}: give tool=KEY, base=KEY, load=KEY, extra=KEY or shift=none", text)};
+        "--start {}: give tool=KEY, base=KEY, load=KEY, extra=KEY, shift=none or joints=Q1,Q2,..",
+        text)};
   }
   const std::string key = text.substr(at + 1);
   if (name == "shift" && key != "none") {
     return Error{fmt::format("--start {}: only shift=none can be stated", text)};
   }
-  entry.keys[static_cast<std::size_t>(slot - kNames.begin())] = key == "none" ? "" : key;
+  settings.entry.keys[static_cast<std::size_t>(slot - kNames.begin())] = key == "none" ? "" : key;
   return {};
 }
 
@@ -242,11 +254,24 @@ std::optional<programs::StatedPayload> PayloadFromText(const std::string& text) 
   return payload;
 }
 
+std::optional<model::JointVector> JointsFromText(const std::string& text,
+                                                 const model::Robot& robot) {
+  const auto numbers = NumbersFrom(text);
+  if (!numbers || std::ssize(*numbers) != robot.size()) return std::nullopt;
+  model::JointVector q(robot.size());
+  for (int i = 0; i < q.size(); ++i) {
+    const model::JointType type = robot.joints[static_cast<std::size_t>(i)].type;
+    q[i] = (*numbers)[static_cast<std::size_t>(i)] * model::PositionForm(type).to_SI;
+  }
+  return q;
+}
+
 Result<void> ApplyStated(const StatedTexts& texts, const programs::Brand& brand,
                          const model::CellModel& cell, programs::Program& program,
                          programs::CorrectionSettings& settings) {
   for (const std::string& text : texts.starts) {
-    if (const Result<void> applied = ApplyStart(text, settings.entry); !applied) return applied;
+    if (const Result<void> applied = ApplyStart(text, cell.robot, settings); !applied)
+      return applied;
   }
   for (const std::string& text : texts.routines) {
     const auto [key, value] = SplitAtLastEqualSign(text);

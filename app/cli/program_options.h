@@ -19,6 +19,10 @@ struct StatedTexts {
 /// A payload from "KG" or "KG,X,Y,Z" in mm.
 std::optional<programs::StatedPayload> PayloadFromText(const std::string& text);
 
+/// Joints from "Q1,Q2,..", in degrees or mm, with a value for each joint of the robot.
+std::optional<model::JointVector> JointsFromText(const std::string& text,
+                                                 const model::Robot& robot);
+
 /// Parses the options and the frames file. Bases and tools get into the program's own tables, where
 /// they replace what the files state; all else into the settings.
 ///

@@ -14,6 +14,7 @@ import argparse
 import concurrent.futures
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -436,16 +437,17 @@ def step(values, size):
     return np.round(values / size) * size
 
 
-def make(seed, kind, postures=None, range_deg=None):
+def make(seed, kind, postures=None, range_deg=None, factor=1.0):
     """A controller's files and the right answer, or None if the arm does not have it.
 
-    postures: their number, else 10 to 20; range_deg: each joint stays that near to one posture.
+    postures: their number, else 10 to 20; range_deg: each joint stays that near to one posture;
+    factor: on the size of small causes.
     """
     rng = np.random.default_rng(seed)
     name = str(rng.choice(ARMS))
     noise = str(rng.choice(list(NOISES)))
     q_step, mm_step, angle_step, size = NOISES[noise]
-    size = size * rng.uniform(0.7, 1.3)
+    size = size * factor * rng.uniform(0.7, 1.3)
     text = open(os.path.join(ROOT, "config/cells", name + ".toml")).read()
     c = Controller(text)
     c.count, c.form, c.factory, c.declared, c.moving = int(rng.integers(10, 21)), str(rng.choice(list(COLUMNS))), "", \
@@ -517,10 +519,16 @@ def make(seed, kind, postures=None, range_deg=None):
 
 
 def insert_compliance(text, joint, value):
-    """The cell's rows of joints with compliance_rad_per_Nm in one of them."""
+    """The cell with compliance_rad_per_Nm in one joint, which is a row of a list or a table."""
+    stated = f"compliance_rad_per_Nm = {value:.15e}"
+    if "joint = [" not in text:
+        parts = text.split("[[robot.joint]]\n")
+        rest = re.sub(r"^compliance_rad_per_Nm.*\n", "", parts[1 + joint], count=1, flags=re.M)
+        parts[1 + joint] = stated + "\n" + rest
+        return "[[robot.joint]]\n".join(parts)
     start = text.index("joint = [")
     lines = text[start:].split("\n")
-    lines[1 + joint] = lines[1 + joint].replace(" }", f", compliance_rad_per_Nm = {value:.15e} }}", 1)
+    lines[1 + joint] = lines[1 + joint].replace(" }", f", {stated} }}", 1)
     return text[:start] + "\n".join(lines)
 
 
@@ -559,9 +567,9 @@ def labels(fit):
 WRITTEN = {"coupling", "zero_offset", "axis_sign", "table_value", "rounded_table", "length_scale"}
 
 
-def judge(product, seed, kind, postures, range_deg):
+def judge(product, seed, kind, *how):
     """right, wrong, not clear or None, and what the product said."""
-    made = make(seed, kind, postures, range_deg)
+    made = make(seed, kind, *how)
     if made is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
@@ -590,9 +598,9 @@ def name_of(kind):
 
 
 def work(arguments):
-    product, seed, kind, postures, range_deg = arguments
+    product, seed, kind, *how = arguments
     for attempt in range(40):  # until an arm is drawn that has this
-        made = judge(product, seed + 7919 * attempt, kind, postures, range_deg)
+        made = judge(product, seed + 7919 * attempt, kind, *how)
         if made is not None:
             break
     made["kind"], made["seed"] = name_of(kind), seed + 7919 * attempt
@@ -609,6 +617,7 @@ def main():
     parser.add_argument("--pairs", action="store_true", help="two relations at once only")
     parser.add_argument("--postures", type=int, help="of each controller")
     parser.add_argument("--range-deg", type=float, help="how far each joint moves to both sides")
+    parser.add_argument("--size", type=float, default=1.0, help="factor on the size of small causes")
     parser.add_argument("--quick", action="store_true", help="a few controllers, which must be right")
     options = parser.parse_args()
     kinds = list(SINGLE) * 2 + list(PAIRS) + list(OPEN)
@@ -619,7 +628,7 @@ def main():
     if options.only:
         kinds = [kind for kind in kinds if options.only in name_of(kind)]
     tasks = [(os.path.abspath(options.product), options.first_seed + k, kinds[k % len(kinds)],
-              options.postures, options.range_deg)
+              options.postures, options.range_deg, options.size)
              for k in range(options.controllers)]
     results = []
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
-#include <numeric>
 
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/geometry/units.h"
@@ -37,22 +37,35 @@ Mat3 RotationFromNumbers(const Vec3& numbers, const AngleConvention& convention)
   return R;
 }
 
-double StepOf(const std::vector<double>& values, double unit) {
-  constexpr double kRounding = 1e-9;
-  const double largest =
-      std::accumulate(values.begin(), values.end(), 0.0,
-                      [](double most, double value) { return std::max(most, std::abs(value)); });
-  if (!(largest > 0)) return 0;
-  for (int power = 2; power >= -7; --power) {
+namespace {
+
+/// The largest unit * 10^k, k from `high` down to `low`, of which all values are multiples up to a
+/// rounding to `printed`; 0 if there is none.
+double LargestStep(const std::vector<double>& values, double unit, int high, int low,
+                   double printed) {
+  constexpr double kRelative = 1e-12, kLeast = 1e-6, kMost = 0.05;  // of doubles; of a step
+  for (int power = high; power >= low; --power) {
     const double step = unit * std::pow(10.0, power);
     const bool multiples = std::all_of(values.begin(), values.end(), [&](double value) {
       const double count = value / step;
-      const double rounding = std::clamp(kRounding * std::abs(count), 1e-6, 0.05);
+      const double rounding =
+          std::clamp(kRelative * std::abs(count) + 0.51 * printed / step, kLeast, kMost);
       return std::abs(count - std::round(count)) <= rounding;
     });
     if (multiples) return step;
   }
   return 0;
+}
+
+}  // namespace
+
+double StepOf(const std::vector<double>& values, double unit) {
+  if (std::ranges::all_of(values, [](double value) { return value == 0; })) return 0;
+  // What was printed is a multiple of a power of ten, of SI or of a degree.
+  constexpr int kFinest = -13;
+  const double printed = std::max(LargestStep(values, 1.0, 0, kFinest, 0),
+                                  LargestStep(values, kRadPerDeg, 0, kFinest, 0));
+  return LargestStep(values, unit, 2, -7, printed);
 }
 
 void FindSteps(ControllerSample& sample) {
@@ -62,13 +75,18 @@ void FindSteps(ControllerSample& sample) {
     positions.insert(positions.end(), posture.p.begin(), posture.p.end());
     angles.insert(angles.end(), posture.angles.begin(), posture.angles.end());
   }
-  const auto find = [](double& step, const std::vector<double>& values, double unit, double other) {
+  const auto find = [](double& step, const std::vector<double>& values,
+                       std::initializer_list<double> units) {
     if (step > 0) return;
-    step = std::max(StepOf(values, unit), StepOf(values, other));
+    for (const double unit : units) step = std::max(step, StepOf(values, unit));
   };
-  find(sample.joint_step, joints, kRadPerDeg, 1e-3);
-  find(sample.position_step, positions, kMetrePerMm, kMetrePerMm);
-  if (sample.convention >= 0) find(sample.angle_step, angles, kRadPerDeg, 1e-3);
+  constexpr double kMilli = 1e-3;
+  find(sample.joint_step, joints, {kRadPerDeg, kMilli});
+  find(sample.position_step, positions, {kMetrePerMm});
+  if (sample.convention < 0) return;
+  // Also of numbers that were converted once too often.
+  find(sample.angle_step, angles,
+       {kRadPerDeg, kMilli, kRadPerDeg * kRadPerDeg, kMilli * kRadPerDeg, kMilli * kDegPerRad});
 }
 
 double DistanceToNearest(const std::vector<ControllerPosture>& postures,

@@ -54,7 +54,7 @@ struct ControllerSample {
 double StepOf(const std::vector<double>& values, double unit);
 
 /// Fills the steps that are 0 from the values: joints in degrees or mrad, positions in mm, angles
-/// in degrees or mrad.
+/// in degrees or mrad, or in what a wrong conversion between them makes of these.
 void FindSteps(ControllerSample& sample);
 
 /// Posture of the sample that is nearest to another one, and how far: the largest change of a

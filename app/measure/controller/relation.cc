@@ -277,7 +277,7 @@ RelationParameters ParametersOf(const Relation& relation, const RelationContext&
       return {{place_m, place_m, place_m, kFrameTurn, kFrameTurn, kFrameTurn}, zeros(6)};
     }
     case Kind::kCoupling:
-      return {{kRatio}, {{1.0}, {-1.0}, {0.0}}};
+      return {{kRatio}, {{1.0}, {-1.0}, {0.5}, {-0.5}, {0.0}}};
     case Kind::kZeroOffset: {
       RelationParameters all{{Revolute(context, relation.joint) ? kZero : kBasePlace_m}, {}};
       constexpr int kDirections = 24;

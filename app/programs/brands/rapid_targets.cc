@@ -67,7 +67,9 @@ std::vector<Target> Values::Follow(Range range, const Context& context) {
   if (ParameterOf(designator.name, context) != nullptr) {
     return {Computed(fmt::format("{}, a parameter whose argument is not known", text))};
   }
-  return {Computed(fmt::format("{}, which is not declared in these files", text))};
+  Target undeclared = Computed(text);
+  undeclared.missing = "no file declares it; give the module that does";
+  return {undeclared};
 }
 
 std::vector<Target> Values::TargetsOfCall(Range range, const Context& context) {

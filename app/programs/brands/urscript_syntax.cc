@@ -106,6 +106,11 @@ class Parser {
       ReadStatement();
       if (next_ == before) ++next_;
     }
+    // What was not understood may have been the end.
+    if (!syntax_.remarks.empty()) blocks_.clear();
+    for (const Block& block : blocks_) {
+      syntax_.remarks.push_back({{file_, block.line}, "the `end` of this block is missing", true});
+    }
     return std::move(syntax_);
   }
 
@@ -153,6 +158,7 @@ class Parser {
   int depth_ = 0;
   bool failed_ = false;
   struct Block {
+    int line = 0;
     bool routine = false;
   };
   std::vector<Block> blocks_;
@@ -407,7 +413,7 @@ void Parser::ReadRoutine(Statement statement, bool thread) {
   statement.end = End();
   syntax_.statements.push_back(statement);
   routine_ = inner;
-  blocks_.push_back({true});
+  blocks_.push_back({statement.line, true});
 }
 
 void Parser::ReadStatement() {
@@ -462,7 +468,7 @@ void Parser::ReadStatement() {
       Take(":");
     }
     if (word.kind != StatementKind::kElif && word.kind != StatementKind::kElse) {
-      blocks_.push_back({});
+      blocks_.push_back({statement.line});
     }
     return finish();
   }
@@ -470,7 +476,10 @@ void Parser::ReadStatement() {
     if (!Take(word.text)) continue;
     statement.kind = word.kind;
     if (word.kind == StatementKind::kEnd) {
-      if (blocks_.empty()) return;  // one `end` too many
+      if (blocks_.empty()) {
+        syntax_.remarks.push_back({{file_, statement.line}, "this `end` ends no block", true});
+        return;
+      }
       const bool routine = blocks_.back().routine;
       blocks_.pop_back();
       finish();
@@ -499,7 +508,7 @@ void Parser::ReadStatement() {
   if (!failed_ && !AtStatementEnd()) {
     if (Is(":")) {
       statement.kind = StatementKind::kOtherBlock;
-      blocks_.push_back({});
+      blocks_.push_back({statement.line});
       ++next_;
     } else if (Is("end")) {
       // the block ends on the same line

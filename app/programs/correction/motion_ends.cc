@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/programs/correction/path_corrector.h"
@@ -10,6 +11,16 @@
 namespace plumbline::programs {
 
 using model::JointVector;
+
+namespace {
+
+constexpr double kSamePosture = 1e-6;  // [rad] or [m]
+
+std::string SeveralPostures(const MotionAt& at) {
+  return "the posture is not known: it depends on the motion before: " + at.previous_unknown;
+}
+
+}  // namespace
 
 std::optional<Mat3> MotionEnds::OrientationOfEnd(std::size_t m) const {
   const std::optional<std::size_t>& end = At(m).motion->end.point;
@@ -66,14 +77,42 @@ std::optional<MotionPath> MotionEnds::StatedPath(std::size_t m, const JointVecto
                 });
 }
 
-std::string MotionEnds::WhyNoSeed(const MotionAt& at) const {
-  if (!at.previous) return at.previous_unknown;
-  return fmt::format("the posture of the motion before, at {}, is not known",
-                     PlaceText(arm_.program(), At(*at.previous).place));
+/// The posture in which a motion starts, if it is always the same.
+std::optional<JointVector> MotionEnds::StartOf(std::size_t m) const {
+  const Starts starts = StartsOf(m, {});
+  return starts.q.size() == 1 && !starts.unknown ? std::optional(starts.q.front()) : std::nullopt;
 }
 
-Result<JointVector> MotionEnds::PostureAtEnd(std::size_t m,
-                                             const std::optional<JointVector>& from) {
+/// @param open  motions whose ends are not found yet and do not count; empty: none
+MotionEnds::Starts MotionEnds::StartsOf(std::size_t m, const std::vector<bool>& open) const {
+  const MotionAt& at = At(m);
+  Starts starts;
+  const auto add = [&](const std::optional<JointVector>& q, const std::string& why) {
+    if (!q) {
+      starts.unknown = true;
+      starts.why = why;
+      return;
+    }
+    const auto same = [&](const JointVector& one) {
+      return (one - *q).cwiseAbs().maxCoeff() < kSamePosture;
+    };
+    if (std::ranges::none_of(starts.q, same)) starts.q.push_back(*q);
+  };
+  for (const std::size_t before : at.starts) {
+    if (!open.empty() && open[before]) continue;
+    add(ends_[before].q, fmt::format("the posture of the motion before, at {}, is not known",
+                                     PlaceText(arm_.program(), At(before).place)));
+  }
+  if (at.at_start) {
+    add(start_q_, at.previous_unknown + "; --start joints=Q1,Q2,.. states the joints at the start");
+  } else if (at.starts.empty()) {
+    add(std::nullopt, at.previous_unknown);
+  }
+  return starts;
+}
+
+Result<JointVector> MotionEnds::PostureAtEnd(std::size_t m, const std::optional<JointVector>& from,
+                                             const std::string& no_seed) {
   const MotionAt& at = At(m);
   const Motion& motion = *at.motion;
   if (!motion.end.point) return Error{"its target is computed"};
@@ -95,7 +134,7 @@ Result<JointVector> MotionEnds::PostureAtEnd(std::size_t m,
       };
     }
   }
-  question.no_seed = WhyNoSeed(at);
+  question.no_seed = no_seed;
   question.states = !point.configuration.fields.empty();
   // A linear motion keeps the posture of the one before. Where that is not known, it is the one
   // in which the point was taught.
@@ -127,41 +166,81 @@ Result<JointVector> MotionEnds::PostureAtVia(std::size_t m, const Pose& X_BP) {
   return search_.Choose(question);
 }
 
+/// The end of a motion that may start in several postures: known if all lead to the same one.
+MotionEnd MotionEnds::EndFrom(std::size_t m, const Starts& starts) {
+  MotionEnd end;
+  if (starts.unknown || starts.q.empty()) {
+    const Result<JointVector> q = PostureAtEnd(m, std::nullopt, starts.why);
+    if (q) {
+      end.q = *q;
+    } else {
+      end.unknown = q.error();
+    }
+    return end;
+  }
+  for (const JointVector& from : starts.q) {
+    const Result<JointVector> q = PostureAtEnd(m, from, starts.why);
+    if (!q) return {std::nullopt, q.error(), {}, {}};
+    if (end.q && (*end.q - *q).cwiseAbs().maxCoeff() > kSamePosture) {
+      return {std::nullopt, SeveralPostures(At(m)), {}, {}};
+    }
+    end.q = *q;
+  }
+  return end;
+}
+
 bool MotionEnds::Find(const std::function<bool(double)>& progress) {
-  ends_.assign(flow_.motions.size(), {});
-  std::vector<bool> from_there(ends_.size(), false);
-  // A motion in a loop may start at a later line: those are found in the second pass.
-  for (int pass = 0; pass < 2; ++pass) {
-    for (std::size_t m = 0; m < ends_.size(); ++m) {
-      if (!progress((pass + static_cast<double>(m) / static_cast<double>(ends_.size())) / 2)) {
-        return false;
+  const std::size_t count = flow_.motions.size();
+  ends_.assign(count, {});
+  // A motion is open until a start of it is found: the others of a loop follow in the next pass. A
+  // posture that a further start contradicts is lost for good, so that the passes come to an end.
+  std::vector<bool> open(count, true), lost(count, false);
+  std::vector<Starts> used(count);
+  bool changed = true;
+  for (int pass = 0; changed; ++pass) {
+    changed = false;
+    for (std::size_t m = 0; m < count; ++m) {
+      const double share = static_cast<double>(m) / static_cast<double>(count);
+      if (!progress(pass == 0 ? share : 1.0)) return false;
+      const Starts starts = StartsOf(m, open);
+      if (lost[m] || (starts.q.empty() && !starts.unknown)) continue;
+      if (!open[m] && starts.q.size() == used[m].q.size() && starts.unknown == used[m].unknown) {
+        continue;
       }
-      const std::optional<std::size_t>& previous = At(m).previous;
-      const bool known = previous && ends_[*previous].q;
-      if (ends_[m].q || from_there[m] || (pass == 1 && !known)) continue;
-      from_there[m] = known;
-      Result<JointVector> q = PostureAtEnd(m, known ? ends_[*previous].q : std::nullopt);
-      if (q) {
-        ends_[m].q = *q;
-      } else {
-        ends_[m].unknown = q.error();
+      MotionEnd end = EndFrom(m, starts);
+      const bool differs =
+          ends_[m].q && (!end.q || (*end.q - *ends_[m].q).cwiseAbs().maxCoeff() > kSamePosture);
+      if (differs) {
+        lost[m] = true;
+        end = {std::nullopt, end.q ? SeveralPostures(At(m)) : end.unknown, {}, {}};
       }
+      open[m] = false;
+      used[m] = starts;
+      ends_[m] = std::move(end);
+      changed = true;
+    }
+    // A loop that nothing enters.
+    for (std::size_t m = 0; m < count && !changed; ++m) {
+      if (!open[m]) continue;
+      open[m] = false;
+      ends_[m] = EndFrom(m, {{}, true, At(m).previous_unknown});
+      changed = true;
     }
   }
-  for (std::size_t m = 0; reads_approach_ && m < ends_.size(); ++m) FindApproach(m);
+  for (std::size_t m = 0; reads_approach_ && m < count; ++m) FindApproach(m);
   return true;
 }
 
 void MotionEnds::FindApproach(std::size_t m) {
   MotionEnd& end = ends_[m];
-  const std::optional<std::size_t>& previous = At(m).previous;
-  if (!end.q || !previous || !ends_[*previous].q) return;
-  const auto before = JustBefore(m, *ends_[*previous].q);
+  const std::optional<JointVector> start = StartOf(m);
+  if (!end.q || !start) return;
+  const auto before = JustBefore(m, *start);
   if (!before) return;
   constexpr double kStandstill = 1e-6;  // as in measure::ConditionsOf
   const kinematics::Chain& chain = arm_.chain();
   end.last_move = model::DrivePositions(chain.couplings(), *end.q - *before);
-  end.approach = ends_[*previous].approach;
+  if (At(m).previous) end.approach = ends_[*At(m).previous].approach;
   if (end.approach.size() == 0) end.approach = JointVector::Zero(chain.size());
   for (int i = 0; i < chain.size(); ++i) {
     if (std::abs(end.last_move[i]) > kStandstill) end.approach[i] = end.last_move[i] > 0 ? 1 : -1;

@@ -23,8 +23,13 @@ struct MotionEnd {
 class MotionEnds {
  public:
   /// The arguments must outlive the object.
-  MotionEnds(ProgramArm& arm, const Flow& flow)
-      : arm_(arm), flow_(flow), search_(arm.solver()), reads_approach_(ReadsApproach(arm.arm())) {}
+  /// @param start_q  posture where a program is started; absent: not known
+  MotionEnds(ProgramArm& arm, const Flow& flow, const std::optional<model::JointVector>& start_q)
+      : arm_(arm),
+        flow_(flow),
+        start_q_(start_q),
+        search_(arm.solver()),
+        reads_approach_(ReadsApproach(arm.arm())) {}
 
   /// Finds the postures at the ends of all motions.
   /// @return  false if `progress` ended it
@@ -52,15 +57,25 @@ class MotionEnds {
 
  private:
   const MotionAt& At(std::size_t motion) const { return flow_.motions[motion]; }
-  std::string WhyNoSeed(const MotionAt& at) const;
+  /// Postures in which a motion may start, as far as they have been found.
+  struct Starts {
+    std::vector<model::JointVector> q;  ///< each once
+    bool unknown = false;               ///< it may also start in others
+    std::string why;
+  };
+  Starts StartsOf(std::size_t motion, const std::vector<bool>& open) const;
+  std::optional<model::JointVector> StartOf(std::size_t motion) const;
   Result<model::JointVector> PostureAtEnd(std::size_t motion,
-                                          const std::optional<model::JointVector>& from);
+                                          const std::optional<model::JointVector>& from,
+                                          const std::string& no_seed);
+  MotionEnd EndFrom(std::size_t motion, const Starts& starts);
   std::optional<MotionPath> StatedPath(std::size_t motion, const model::JointVector& start);
   void FindApproach(std::size_t motion);
   std::optional<model::JointVector> JustBefore(std::size_t motion, const model::JointVector& start);
 
   ProgramArm& arm_;
   const Flow& flow_;
+  std::optional<model::JointVector> start_q_;
   PostureSearch search_;
   bool reads_approach_;
   std::vector<MotionEnd> ends_;

@@ -18,7 +18,7 @@ namespace {
 using model::JointVector;
 
 /// Corrections below these leave the numbers as they are.
-constexpr double kNothing_m = 1e-9, kNothing_rad = 1e-10;
+constexpr double kNothing_m = 1e-9, kNothing_rad = 1e-8;
 
 std::string ContextText(const MotionContext& context) {
   return fmt::format("{}, {}, {}", context.tool_text, context.base_text, context.load_text);

@@ -11,7 +11,7 @@ class ProgramCorrector::Implementation {
                  const CorrectionSettings& settings)
       : arm_(brand, program, cell, settings),
         flow_(FlowOf(program, settings.entry)),
-        ends_(arm_, flow_) {}
+        ends_(arm_, flow_, settings.start_q) {}
 
   ProgramCorrection Correct(const ProgressFunction& progress) {
     ProgramCorrection result;

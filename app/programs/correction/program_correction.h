@@ -19,6 +19,7 @@ namespace plumbline::programs {
 struct CorrectionSettings {
   StatedContext stated;
   EntryState entry;
+  std::optional<model::JointVector> start_q;  ///< posture where a program is started
   correction::CorrectionLimits limits;
   bool joints = false;               ///< correct joint targets, too
   bool external_axes_still = false;  ///< external axes do not move the robot's base

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <iterator>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -19,6 +20,8 @@ std::string PlaceText(const Program& program, const Place& place) {
 namespace {
 
 constexpr std::size_t kPrevious = kSlots;  // the slot after the settings: the previous motion
+constexpr int kAtStart = -1;               // in place of its index: none since the start
+constexpr std::size_t kMostStarts = 16;    // previous motions of one motion that are followed
 constexpr std::size_t kFacts = kSlots + 1;
 constexpr int kUnreached = -1;
 
@@ -39,10 +42,11 @@ std::string StartedName(const Routine& routine) {
 
 /// A value of a slot. Facts are interned: equal numbers mean equal facts.
 struct Fact {
-  int value = 0;  ///< class of the key, or index of the motion; not for unknown facts
+  int value = 0;  ///< class of the key; not for unknown facts
   bool known = false;
   std::string key;  ///< of a known fact; the reason of an unknown one
   Place place;
+  std::vector<int> starts{};  ///< of a known previous motion: all that it may be, ascending
 };
 
 /// Facts before a step, by number.
@@ -296,11 +300,16 @@ class Analysis {
   /// What interrupts and threads may have changed before a motion: an interrupt runs between two
   /// motions and is over then; a thread may have done any part of its work.
   int JoinBeside(std::size_t slot, std::size_t routine, int fact) {
-    if (!in_handler_[routine]) fact = Join(slot, fact, handlers_left_[slot]);
-    if (!in_thread_[routine] || threads_.size() > 1) {
-      fact = Join(slot, fact, made_in_threads_[slot]);
-    }
-    if (in_thread_[routine]) fact = Join(slot, fact, made_outside_[slot]);
+    // What runs beside may stop a motion on its way: where the next one starts is then not known.
+    const auto join = [&](int other) {
+      const int joined = Join(slot, fact, other);
+      if (slot != kPrevious || joined == fact || fact == kUnreached) return joined;
+      return Unknown(facts_[static_cast<std::size_t>(joined)].key,
+                     facts_[static_cast<std::size_t>(joined)].place);
+    };
+    if (!in_handler_[routine]) fact = join(handlers_left_[slot]);
+    if (!in_thread_[routine] || threads_.size() > 1) fact = join(made_in_threads_[slot]);
+    if (in_thread_[routine]) fact = join(made_outside_[slot]);
     return fact;
   }
 
@@ -409,21 +418,26 @@ class Analysis {
         state[slot] = Known(slot, *entry_.keys[slot], routine.place);
       } else if (slot < kSlots && (ever_set_ & (1U << slot)) == 0) {
         state[slot] = Known(slot, "", routine.place);
+      } else if (slot == kPrevious) {
+        state[slot] = Add({0,
+                           true,
+                           fmt::format("{} is started", StartedName(routine)),
+                           routine.place,
+                           {kAtStart}});
       } else {
         state[slot] = Unknown(
-            slot == kPrevious
-                ? fmt::format("{} is started", StartedName(routine))
-                : fmt::format("{}: not set before this line on every path, because {} may be "
-                              "started by itself; --start {}={} states what holds there",
-                              kSlotNames[slot], StartedName(routine), kEntryNames[slot],
-                              slot == 4 ? "none" : "KEY"),
+            fmt::format("{}: not set before this line on every path, because {} may be started by "
+                        "itself; --start {}={} states what holds there",
+                        kSlotNames[slot], StartedName(routine), kEntryNames[slot],
+                        slot == 4 ? "none" : "KEY"),
             routine.place);
       }
     }
     Reach(first_[r], state);
   }
 
-  /// The fact of a slot where two paths meet. A slot changes at most twice at any node.
+  /// The fact of a slot where two paths meet. A slot changes at most twice at any node, the
+  /// previous motion as often as there are motions that it may be.
   int Join(std::size_t slot, int here, int other) {
     if (here == other || other == kUnreached) return here;
     if (here == kUnreached) return other;
@@ -431,8 +445,22 @@ class Analysis {
                &b = facts_[static_cast<std::size_t>(other)];
     if (!a.known) return here;
     if (!b.known) return other;
+    if (slot == kPrevious) return JoinStarts(here, other);
     if (a.value == b.value) return here;
     return Unknown(Conflict(slot, a, b), a.place);
+  }
+
+  int JoinStarts(int here, int other) {
+    const Fact &a = facts_[static_cast<std::size_t>(here)],
+               &b = facts_[static_cast<std::size_t>(other)];
+    std::vector<int> both;
+    std::ranges::set_union(a.starts, b.starts, std::back_inserter(both));
+    if (both == a.starts) return here;
+    if (both == b.starts) return other;
+    std::string text = Conflict(kPrevious, a, b);
+    const Place place = a.place;
+    if (both.size() > kMostStarts) return Unknown(std::move(text), place);
+    return Add({0, true, std::move(text), place, std::move(both)});
   }
 
   std::string Conflict(std::size_t slot, const Fact& a, const Fact& b) const {
@@ -560,7 +588,7 @@ class Analysis {
     if (!motion.end.point || !motion.end.offset.unknown.empty()) {
       return Unknown(fmt::format("computed target at {}", at), step.place);
     }
-    return Add({static_cast<int>(motion_of_.at(node)), true, "", step.place});
+    return Add({0, true, "", step.place, {static_cast<int>(motion_of_.at(node))}});
   }
 
   SettingAt At(std::size_t slot, std::size_t node, const std::optional<Setting>& own,
@@ -588,10 +616,17 @@ class Analysis {
       const int previous = states_[node][kPrevious];
       if (previous == kUnreached) {
         at.previous_unknown = "not reached";
-      } else if (const Fact& fact = facts_[static_cast<std::size_t>(previous)]; fact.known) {
-        at.previous = static_cast<std::size_t>(fact.value);
       } else {
-        at.previous_unknown = fact.key;
+        const Fact& fact = facts_[static_cast<std::size_t>(previous)];
+        for (const int start : fact.starts) {
+          if (start != kAtStart) at.starts.push_back(static_cast<std::size_t>(start));
+        }
+        at.at_start = at.starts.size() < fact.starts.size();
+        if (fact.starts.size() == 1 && !at.at_start) {
+          at.previous = at.starts.front();
+        } else {
+          at.previous_unknown = fact.key;
+        }
       }
       const std::size_t index = flow.motions.size() - 1;
       const auto use = [&](const Target& target, PointUse::Role role) {

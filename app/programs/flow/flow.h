@@ -29,10 +29,13 @@ struct MotionAt {
   const Motion* motion = nullptr;
   Place place;
   std::array<SettingAt, kSlots> settings;
-  /// The motion after which this one starts, as an index in Flow::motions; absent: not known.
-  std::optional<std::size_t> previous;
-  std::string previous_unknown;  ///< why not
-  bool reached = true;           ///< false: no path through the files leads here
+  /// The motions after which this one may start, as indices in Flow::motions; with `at_start` also
+  /// where the program is started. Neither: not known.
+  std::vector<std::size_t> starts;
+  bool at_start = false;
+  std::optional<std::size_t> previous;  ///< the only one of them
+  std::string previous_unknown;         ///< why not
+  bool reached = true;                  ///< false: no path through the files leads here
 
   const SettingAt& operator[](Slot slot) const { return settings[static_cast<std::size_t>(slot)]; }
 };

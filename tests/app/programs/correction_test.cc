@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "app/base/config/cell_reader.h"
 #include "app/programs/correction/comparison.h"
@@ -396,6 +397,29 @@ TEST_CASE("without a stated posture, it is that of the motion before") {
              Contains("the posture is not known") && Contains("main is started"));
   CHECK_THAT(Correct(text + "J a\nwait\nL b\nend\n")["b"].reason,
              Contains("the posture is not known"));
+}
+
+TEST_CASE("the joints where the program is started tell the posture of its first motion") {
+  CorrectionSettings settings;
+  settings.start_q = kFirst;
+  const std::string text =
+      ToolLine() + fmt::format("point b {}\n", PoseText(kSecond)) + kStart + "L b\nend\n";
+  CheckLanding(Correct(text, settings)["b"], {}, Simulated(kSecond, false));
+}
+
+TEST_CASE("where paths meet, the posture is known if all of them lead to the same one") {
+  const std::string points =
+      ToolLine() + PointLine("a", kFirst) + fmt::format("point b {}\n", PoseText(kSecond));
+  const std::string loop = kStart + "J a\nlabel again\nL b\nbranch again\nend\n";
+  CheckLanding(Correct(points + loop)["b"], {}, Simulated(kSecond, false));
+  // From another branch of the wrist, the same line ends in that one.
+  model::JointVector other = kFirst;
+  other[3] += std::numbers::pi;
+  other[4] = -other[4];
+  other[5] -= std::numbers::pi;
+  const std::string either =
+      PointLine("c", other) + kStart + "branch x\nJ a\njump y\nlabel x\nJ c\nlabel y\nL b\nend\n";
+  CHECK_THAT(Correct(points + either)["b"].reason, Contains("depends on the motion before"));
 }
 
 TEST_CASE("a stated posture that no solution has is a reason") {

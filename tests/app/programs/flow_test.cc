@@ -54,6 +54,15 @@ TEST_CASE("nothing is known where a program is started, unless the user states i
   CHECK(ToolAt(Analyse(text, entry), 0) == "other");
 }
 
+TEST_CASE("a motion knows after which others, and from the start of the program, it may begin") {
+  const Analysed a = Analyse("sub main starts\nlabel again\nJ p\nJ q\nbranch again\nend\n");
+  CHECK(a.flow.motions[0].at_start);
+  CHECK(a.flow.motions[0].starts == std::vector<std::size_t>{1});
+  CHECK_FALSE(a.flow.motions[0].previous);
+  CHECK_FALSE(a.flow.motions[1].at_start);
+  CHECK(a.flow.motions[1].previous == 0U);
+}
+
 TEST_CASE("a setting that no line makes has an empty key") {
   CHECK(ToolAt(Analyse("sub main starts\nJ p\nend\n"), 0).empty());
 }
@@ -128,6 +137,7 @@ TEST_CASE("the motion before is known on a straight path only") {
   CHECK_FALSE(motions[2].previous);
   CHECK_THAT(motions[4].previous_unknown, Contains("computed target"));
   CHECK_THAT(motions[5].previous_unknown, Contains("reached from"));
+  CHECK(motions[5].starts == std::vector<std::size_t>{4, 6});
   CHECK(motions[6].previous == 5U);
 }
 

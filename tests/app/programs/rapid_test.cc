@@ -186,6 +186,13 @@ TEST_CASE("Offs and RelTool with constants are offsets, others are not known") {
   CHECK_FALSE(motions[4].end.offset.unknown.empty());  // in which order is not known
 }
 
+TEST_CASE("a motion to a target that no file declares asks for the module") {
+  const auto motions = MotionsOf(Read(Module(Main("MoveL p99,v100,fine,tool0;\n"))));
+  REQUIRE(motions.size() == 1);
+  CHECK(motions[0].end.computed == "p99");
+  CHECK_THAT(motions[0].end.missing, Contains("give the module"));
+}
+
 TEST_CASE("an index that is computed stands for every element") {
   const std::string points = "CONST robtarget a{3}:=[" + RobTarget("1,0,0") + "," +
                              RobTarget("2,0,0") + "," + RobTarget("3,0,0") + "];\n";

@@ -335,6 +335,18 @@ TEST_CASE("the head of a routine that cannot be parsed is a remark with its line
   CHECK(program.remarks[0].unread);
 }
 
+TEST_CASE("a block without its end, and an end without a block, are remarks with their lines") {
+  const Program open = Read("def weld():\n  if (a > 1):\n    movej([0, 0, 0, 0, 0, 0])\nend\n");
+  REQUIRE(open.remarks.size() == 1);
+  CHECK(open.remarks[0].place.line == 1);
+  CHECK(open.remarks[0].text == "the `end` of this block is missing");
+  CHECK(open.remarks[0].unread);
+  const Program closed = Read("def weld():\n  movej([0, 0, 0, 0, 0, 0])\nend\nend\n");
+  REQUIRE(closed.remarks.size() == 1);
+  CHECK(closed.remarks[0].place.line == 4);
+  CHECK(closed.remarks[0].text == "this `end` ends no block");
+}
+
 TEST_CASE("points are inserted in the style of the motion, in its feature") {
   const std::vector<double> numbers = {.1, .2, .3, 0, 3, 0};
   const Program program = Read(

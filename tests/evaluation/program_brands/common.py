@@ -6,6 +6,7 @@ A brand is a module beside this one:
     ARM = "kuka"                 its arm, a key of ARMS
     TOOLS = [Tool(1, tcp), ..]   the tools of the cell; programs use no other tool points
     OPTIONS = {program: [..]}    further options of `plumbline program`; may be absent
+    START = joints [rad]         where the robot stands at first, stated to the product; may be absent
 
     def programs():              {program: {file name: bytes}}: each construct of the language in at
         ...                      least one of them. Write the points from joints,
@@ -65,6 +66,7 @@ class Motion:
     left: str = ""
     # The point is also used with another offset, so that it has the correction of one of them.
     shared: bool = False
+    instruction: int = 0  # line of the motion, where the point stands elsewhere
 
 
 # Supplied cell, then what its maker does not publish, chosen for this evaluation alone: mass [kg]
@@ -77,6 +79,8 @@ ARMS = {
     "fanuc": ("m20ia", (60, 55, 45, 12, 8, 3), (4e-6, 5e-6, 7e-6, 2e-5, 2.5e-5, 4e-5)),
     "yaskawa": ("gp25", (70, 60, 50, 14, 9, 3), (4e-6, 5e-6, 7e-6, 2e-5, 2.5e-5, 4e-5)),
 }
+
+FOLLOWED = 40  # steps of a path
 
 
 def pose(R, p):
@@ -149,6 +153,27 @@ def to_vector(R):
 def apart(A, B):
     """Distance [m] and angle [rad] between two poses."""
     return np.linalg.norm(A[:3, 3] - B[:3, 3]), np.linalg.norm(to_vector(A[:3, :3].T @ B[:3, :3]))
+
+
+def turned(A, B, s):
+    """Rotation from A to B at the part s of the way."""
+    return A @ from_vector(s * to_vector(A.T @ B))
+
+
+def on_path(kind, start, via, end, s):
+    """Pose at the part s of a linear or circular motion; orientations turn evenly."""
+    R = turned(start[:3, :3], end[:3, :3], s)
+    a, c = start[:3, 3], end[:3, 3]
+    if kind != "circular" or via is None:  # of an arc through three points, its chord
+        return pose(R, a + s * (c - a))
+    b = via[:3, 3]
+    u, v = b - a, c - a
+    n = np.cross(u, v)
+    centre = a + (np.cross(n, u) * (v @ v) + np.cross(v, n) * (u @ u)) / (2 * (n @ n))
+    x = a - centre
+    y = np.cross(n / np.linalg.norm(n), x)
+    angle = np.arctan2((c - centre) @ y, (c - centre) @ x) % (2 * np.pi)
+    return pose(R, centre + np.cos(s * angle) * x + np.sin(s * angle) * y)
 
 
 class Robot:
@@ -230,10 +255,25 @@ class Robot:
             return motion.joints
         X_BF = (motion.target if target is None else target) @ np.linalg.inv(motion.tool)
         near = motion.near if motion.near is not None else previous
-        if motion.kind == "joint" and motion.agrees is not None:
+        if motion.kind == "joint":
+            if motion.agrees is None:
+                return self.inverse(X_BF, near)
             fitting = [q for q in self.postures(X_BF) if motion.agrees(q)]
             return min(fitting, key=lambda q: np.abs(q - near).max(), default=None)
-        return self.inverse(X_BF, near)
+        if target is not None or motion.near is not None:
+            return self.inverse(X_BF, near)
+        return self.followed(motion, near)
+
+    def followed(self, motion, q):
+        """Readings at the end of a linear or circular motion from the readings `q`: the path is followed
+        in steps, on which an arm keeps its posture. None if a step is out of reach."""
+        X_BT = self.flange(q) @ motion.tool
+        back = np.linalg.inv(motion.tool)
+        for s in np.linspace(0, 1, FOLLOWED + 1)[1:]:
+            q = self.inverse(on_path(motion.kind, X_BT, motion.via, motion.target, s) @ back, q)
+            if q is None:
+                return None
+        return q
 
     def cell_text(self, tools, stiff=False):
         """cell.toml of this arm with these tools, and loads at any place."""

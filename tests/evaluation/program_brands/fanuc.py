@@ -188,9 +188,9 @@ def programs():
 
     w = Writer("TEIL").lines_of("!Gr\xfc\xdfe aus der Halle", "BENUTZER_NUM=1", "WKZ_NUM=1", "TRAGLST[2]",
                                 "J P[1] 100% CNT0 ACC100 ZEIT VOR   0.00sek    ", "L P[2] 200mm/sek FINE    ",
-                                "SPRUNG LABEL[1]", "L P[3] 100mm/sek FINE    ", "LABEL[1]", "L P[3] 100mm/sek FINE    ",
+                                "SPRUNG LABEL[1]", "L P[4] 100mm/sek FINE    ", "LABEL[1]", "L P[3] 100mm/sek FINE    ",
                                 "ENDE")
-    for i in range(3):
+    for i in range(4):
         w.pose(SEEDS[0], word="KONFIG", shift_by=(0, 0.04 * i, 0))
     add("german", w.text("KOMMENTAR\t= \"\xdcbung\";\nGE\xc4NDERT\t= TAG 16-05-25  ZEIT 22:57:52;"),
         encoding="latin-1", crlf=True)
@@ -339,7 +339,7 @@ def execute(files):
         def target(v):
             return frames[now["UFRAME_NUM"]] @ pose(
                 from_zyx(v["R"] * RAD, v["P"] * RAD, v["W"] * RAD), np.array([v["X"], v["Y"], v["Z"]]) / 1e3)
-        motion = Motion(kind, np.eye(4), tool, listing.file, at, mass, cog)
+        motion = Motion(kind, np.eye(4), tool, listing.file, at, mass, cog, instruction=line)
         motion.left = next((why for word, why in LEFT if re.search(r"\b\w*" + word + r"\b", text)), "")
         if re.search(r"(=P\[%d\]|^ *P\[%d,)" % (n, n), whole, re.M):
             motion.left = "used otherwise"

@@ -10,9 +10,10 @@ NAME = "Yaskawa INFORM"
 ARM = "yaskawa"
 TOOLS = [Tool(1, shift(0, 0, 0.21)), Tool(2, pose(about(0, 0.6) @ about(2, -0.5), (-0.05, 0.04, 0.17)))]
 RAD = np.pi / 180
+START = np.array([5, 20, -15, 10, -60, 10]) * RAD  # jobs do not state the flip
 LOADS = {1: (7.25, (0.012, -0.02, 0.11)), 2: (14.5, (-0.02, 0.03, 0.14))}  # by tool
 USER = pose(from_zyx(0.4, 0.1, -0.2), (0.3, -0.25, 0.15))
-OPTIONS = {"user": ["--base", "USER 2=" + ",".join(
+OPTIONS = {"SPECIAL": ["--start", "shift=none"], "user": ["--base", "USER 2=" + ",".join(
     "%.9f" % v for v in (*(USER[:3, 3] * 1e3), *(np.array(to_zyx(USER[:3, :3]))[::-1] / RAD)))]}
 
 SEEDS = np.array([

@@ -551,7 +551,7 @@ class Run:
         end = goals[-1]
         load = now.get("$load", {"m": 0.0, "cm": ZERO})
         common = {"tool": tool, "mass": float(load["m"]), "file": (end.at or at)[0], "line": (end.at or at)[1],
-                  "cog": np.array([load["cm"][k] for k in "xyz"]) * 1e-3, "left": left}
+                  "cog": np.array([load["cm"][k] for k in "xyz"]) * 1e-3, "left": left, "instruction": at[1]}
         if "a1" in end:
             q = np.array([end[f"a{i}"] for i in range(1, 7)]) / DEG
             self.motions.append(Motion("joint", Robot(ARM).flange(q) @ tool, joints=q, **common))

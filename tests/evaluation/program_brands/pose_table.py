@@ -6,13 +6,14 @@ import re
 
 import numpy as np
 
-from .common import (Motion, Robot, Tool, about, from_quaternion, from_vector, from_zyx, pose, shift, to_quaternion,
+from .common import (Motion, Robot, Tool, from_quaternion, from_vector, from_zyx, pose, shift, to_quaternion,
                      to_vector, to_zyx)
 
 NAME = "table of poses"
 ARM = "abb"
-TOOLS = [Tool(1, shift(0, 0, 0.25)), Tool(2, pose(about(1, -0.4) @ about(2, 0.3), (0.05, 0.02, 0.2)))]
+TOOLS = [Tool(1, shift(0, 0, 0.25)), Tool(2, shift(0.05, 0.02, 0.2))]  # a cell's tool is not turned
 RAD = np.pi / 180
+START = np.array([5, 15, 10, 5, 55, 10]) * RAD  # tables do not state postures
 LOAD = (12.0, (0.02, -0.01, 0.15))
 SEEDS = np.array([[10, 15, 10, 5, 60, 20], [12, 18, 8, 8, 62, 15], [-20, 10, 5, -15, 50, 40],
                   [-22, 12, 8, -12, 52, 42], [30, 5, 20, 10, 45, -60]]) * RAD

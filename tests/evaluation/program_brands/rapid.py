@@ -102,7 +102,7 @@ def programs():
     c = w.row(4)
     add("circles", module(
         const(c) + "  PROC main()\n    MoveJ p10,v500,fine,tGrip;\n    MoveC p20,p30,v100,z10,tGrip;\n"
-        f"    MoveC {w.point([30, 28, 2, 18, 38, 5])},p40,v100,fine,tGrip;\n  ENDPROC\n"))
+        f"    MoveC {w.point([20, 27.6, 2.5, 15, 40, -7.5])},p40,v100,fine,tGrip;\n  ENDPROC\n"))
     add("payload", module(
         const(w.row(4)) + "  PROC main()\n    GripLoad load0;\n    MoveJ p10,v500,z10,tGrip;\n"
         "    MoveL p20,v100,fine,tGrip;\n    Set doGrip;\n    WaitTime 0.5;\n    GripLoad lPart;\n"
@@ -610,7 +610,7 @@ class Interpreter:
         mass, cog = self.load
         motion = Motion(kind, None, X_FT, file, line, mass,
                         X_FT[:3, :3] @ cog + X_FT[:3, 3] if mass else np.zeros(3), tool[2][0],
-                        np.array(tool[2][1], float) / 1e3, left=left)
+                        np.array(tool[2][1], float) / 1e3, left=left, instruction=token[4])
         if name == "moveabsj":
             motion.joints = np.radians(end[0])
             motion.target = self.robot.flange(motion.joints) @ X_FT

@@ -258,6 +258,12 @@ TEST_CASE("the step of rounded numbers is found") {
   CHECK(measure::StepOf({0.001, 0.5, -0.25}, 1e-3) == Approx(1e-3));
   CHECK(measure::StepOf({std::numbers::pi, std::numbers::e}, 1e-3) == 0);
   CHECK(measure::StepOf({0, 0}, 1e-3) == 0);
+  // Thousandths of a degree, printed in rad with ten decimals: also of small values.
+  std::vector<double> printed;
+  for (const double degrees : {126.662, 0.985, -4.719, 124.694}) {
+    printed.push_back(std::round(degrees * kRadPerDeg * 1e10) / 1e10);
+  }
+  CHECK(measure::StepOf(printed, kRadPerDeg) == Approx(1e-3 * kRadPerDeg));
 }
 
 TEST_CASE("a full collector keeps the postures that are farthest apart") {
