@@ -217,8 +217,8 @@ bool ReadFrames(config::TomlDocument& document, const programs::Brand& brand, co
 
 Result<void> ApplyStart(const std::string& text, const model::Robot& robot,
                         programs::CorrectionSettings& settings) {
-  constexpr std::array<std::string_view, programs::kSlots> kNames = {"tool", "base", "load",
-                                                                     "extra", "shift"};
+  constexpr std::array<std::string_view, programs::kStatedSlots> kNames = {"tool", "base", "load",
+                                                                           "extra", "shift"};
   const auto at = text.find('=');
   const std::string name = text.substr(0, at);
   if (at != std::string::npos && name == "joints") {

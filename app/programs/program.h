@@ -138,9 +138,6 @@ struct Motion {
   /// stationary tool, relative motion, interpolation in joints; empty: an ordinary motion. Weaving
   /// and arc welding ride on the taught path, and are ordinary.
   std::string special;
-  /// The controller does not obey the posture that the point states, and takes the nearest one to
-  /// where it comes from (ConfJ\Off and ConfL\Off of ABB).
-  bool ignores_configuration = false;
   Span statement;  ///< the whole statement, after which further motions can be inserted
 };
 
@@ -152,7 +149,12 @@ enum class StepKind {
   kSetExtra,  ///< a load in addition: GripLoad
   kShift,     ///< from here on a displacement moves all targets, or a soft servo yields:
               ///< `setting.unknown` says which; empty: it has ended
-  kUse,       ///< a point is used other than as the target of a motion: `reason`
+  /// From here on, the controller does not obey the posture that a point of a joint motion, or of
+  /// another one, states, and takes the nearest to where it comes from, if `setting.key` is "off"
+  /// (ConfJ\Off and ConfL\Off of ABB); "": it obeys, as it does at first.
+  kObeyJoint,
+  kObeyLinear,
+  kUse,  ///< a point is used other than as the target of a motion: `reason`
   kLabel,
   kJump,    ///< to `label`, always
   kBranch,  ///< to `label` or to the next step
@@ -168,7 +170,7 @@ struct Step {
   StepKind kind = StepKind::kMotion;
   Place place;
   Motion motion{};      ///< kMotion
-  Setting setting{};    ///< kSetTool, kSetBase, kSetLoad, kSetExtra, kShift
+  Setting setting{};    ///< kSetTool, kSetBase, kSetLoad, kSetExtra, kShift, kObey..
   std::string label{};  ///< kLabel, kJump, kBranch, kCall, kEnableInterrupt, kStartThread
   std::optional<std::size_t> point{};  ///< kUse
   std::string reason{};  ///< kUse: why this use forbids a correction; "" if it does not matter

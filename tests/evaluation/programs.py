@@ -121,9 +121,12 @@ class Run:
     def __init__(self, robot, motions, start):
         self.motions, self.q, self.landed, self.faults = motions, [], [], []
         previous = start
-        for motion in motions:
-            q = robot.solve(motion, previous)
-            if q is None:
+        for k, motion in enumerate(motions):
+            # Where a program starts nobody knows: its first motion is in the posture that it states.
+            q = robot.solve(motion, previous, followed=k > 0)
+            if q is None and motion.left:
+                q = previous
+            elif q is None:
                 self.faults.append(f"{motion.file}:{motion.line}: no posture reaches the target")
                 q = previous
             self.q.append(q)
@@ -202,6 +205,10 @@ def evaluate(product, brand, name, files, folder):
     start = (robot.low.clip(-3, 3) + robot.high.clip(-3, 3)) / 2
     start = getattr(brand, "START", start)
     original = Run(robot, brand.execute(files), start)
+    for motion in original.motions:  # used with several offsets
+        motion.shared = motion.shared or any(
+            (m.file, m.line) == (motion.file, motion.line) and apart(m.target, motion.target)[0] > 1e-9
+            for m in original.motions)
     commanded = Run(robot, brand.execute(new), start)
     faults += commanded.faults
     if len(original.motions) != len(commanded.motions):
@@ -270,7 +277,7 @@ def between(product, brand, robot, cell, paths, files, options, original, start,
     worst = 0.0
     for k, motion in enumerate(original.motions):
         before = original.motions[k - 1] if k else None
-        if not k or motion.kind == "joint" or motion.left or before.left or motion.shared or \
+        if not k or motion.kind in ("joint", "spline") or motion.left or before.left or motion.shared or \
                 before.shared or not np.array_equal(before.tool, motion.tool) or \
                 load_of(before)[0] != load_of(motion)[0]:
             continue

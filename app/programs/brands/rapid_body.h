@@ -21,9 +21,7 @@ class Body {
         values_(lowering.values_),
         text_(lowering.declarations_.routines[instance.routine]),
         file_(*text_.body.file),
-        context_{text_.scope, &instance},
-        free_j_(lowering.free_posture_j_),
-        free_l_(lowering.free_posture_l_) {
+        context_{text_.scope, &instance} {
     context_.scope.routine = instance.routine;
   }
 
@@ -100,7 +98,6 @@ class Body {
   bool in_handler_ = false;
   bool handler_acts_ = false;    ///< it moves the robot or changes what holds
   bool whole_statement_ = true;  ///< a statement could be inserted before this one
-  bool free_j_, free_l_;
 };
 
 /// @param instance  a routine with the values of its parameters

@@ -90,7 +90,6 @@ Motion Body::MotionOf(const MotionInstruction& instruction, const std::vector<Ar
   Motion motion;
   motion.kind = instruction.kind;
   motion.special = std::string(instruction.special);
-  motion.ignores_configuration = instruction.kind == MotionKind::kJoint ? free_j_ : free_l_;
   // The tool is told from the other arguments by its type, or else by its position.
   Range tool, zone;
   for (std::size_t i = after_targets; i < required.size(); ++i) {
@@ -195,9 +194,10 @@ void Body::CallNamed(Range name) {
 
 void Body::SetState(const std::string& name, Range statement,
                     const std::vector<Argument>& arguments) {
-  const bool on = Optional(arguments, "off") == nullptr;
-  if (name == "confj") free_j_ = lowering_.free_posture_j_ || !on;
-  if (name == "confl") free_l_ = lowering_.free_posture_l_ || !on;
+  if (name == "confj" || name == "confl") {
+    Add(name == "confj" ? StepKind::kObeyJoint : StepKind::kObeyLinear, place_).setting.key =
+        Optional(arguments, "off") == nullptr ? "" : "off";
+  }
   if (name == "gripload" && !arguments.empty()) {
     Add(StepKind::kSetExtra, place_).setting =
         values_.SettingOf(arguments[0].value, "loaddata", context_);

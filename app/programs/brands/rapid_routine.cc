@@ -39,21 +39,12 @@ std::string KeyOf(const Instance& instance) {
 
 Lowering::Lowering(const Declarations& declarations, Values& values, Program& program)
     : declarations_(declarations), values_(values), program_(program) {
-  bool j_off = false, j_on = false, l_off = false, l_on = false;
   for (const RoutineText& routine : declarations_.routines) {
     const TokenFile& file = *routine.body.file;
     for (std::size_t i = routine.body.begin; i < routine.body.end; ++i) {
-      if (!file.IsWord(i)) continue;
-      const std::string word = Lowered(file.Text(i));
-      const bool on = file.IsSign(i + 1, '\\') && file.IsWord(i + 2, "On");
-      const bool off = file.IsSign(i + 1, '\\') && file.IsWord(i + 2, "Off");
-      if (word == "confj") j_off |= off, j_on |= on;
-      if (word == "confl") l_off |= off, l_on |= on;
-      instructions_.insert(word);
+      if (file.IsWord(i)) instructions_.insert(Lowered(file.Text(i)));
     }
   }
-  free_posture_j_ = j_off && !j_on;
-  free_posture_l_ = l_off && !l_on;
 }
 
 bool Lowering::Uses(std::string_view instruction) const {

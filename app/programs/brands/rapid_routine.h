@@ -52,7 +52,6 @@ class Lowering {
   std::set<std::size_t> started_;       ///< routines that are lowered
   std::size_t steps_ = 0;
   bool starting_ = false;
-  bool free_posture_j_ = false, free_posture_l_ = false;  ///< ConfJ, ConfL: \Off and never \On
 };
 
 }  // namespace plumbline::programs::rapid

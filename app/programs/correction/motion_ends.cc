@@ -16,8 +16,15 @@ namespace {
 
 constexpr double kSamePosture = 1e-6;  // [rad] or [m]
 
+/// Whether the controller takes the nearest posture in place of the one that the point states.
+bool IgnoresPosture(const MotionAt& at) {
+  const SettingAt& obeys =
+      at[at.motion->kind == MotionKind::kJoint ? Slot::kObeyJoint : Slot::kObeyLinear];
+  return obeys.known() && !obeys.key.empty();
+}
+
 std::string SeveralPostures(const MotionAt& at) {
-  return "the posture is not known: it depends on the motion before: " + at.previous_unknown;
+  return "the ways that lead there end in several postures: " + at.previous_unknown;
 }
 
 }  // namespace
@@ -140,7 +147,7 @@ Result<JointVector> MotionEnds::PostureAtEnd(std::size_t m, const std::optional<
   // in which the point was taught.
   const MotionKind obeyed = question.seed ? motion.kind : MotionKind::kJoint;
   question.agrees = [&, obeyed](const JointVector& q) {
-    return (question.seed && motion.ignores_configuration) ||
+    return (question.seed && IgnoresPosture(at)) ||
            arm_.brand().Agrees(point.configuration, chain, q, obeyed);
   };
   return search_.Choose(question);
@@ -160,13 +167,14 @@ Result<JointVector> MotionEnds::PostureAtVia(std::size_t m, const Pose& X_BP) {
                        double share) { return ProgramArm::ArmTargetOf(context, chord.At(share)); };
   question.states = !via.configuration.fields.empty();
   question.agrees = [&](const JointVector& q) {
-    return motion.ignores_configuration ||
+    return IgnoresPosture(At(m)) ||
            arm_.brand().Agrees(via.configuration, arm_.chain(), q, MotionKind::kCircular);
   };
   return search_.Choose(question);
 }
 
-/// The end of a motion that may start in several postures: known if all lead to the same one.
+/// The end of a motion that may start in several postures: where these lead to several ends, it is
+/// the one that the point states.
 MotionEnd MotionEnds::EndFrom(std::size_t m, const Starts& starts) {
   MotionEnd end;
   if (starts.unknown || starts.q.empty()) {
@@ -182,7 +190,7 @@ MotionEnd MotionEnds::EndFrom(std::size_t m, const Starts& starts) {
     const Result<JointVector> q = PostureAtEnd(m, from, starts.why);
     if (!q) return {std::nullopt, q.error(), {}, {}};
     if (end.q && (*end.q - *q).cwiseAbs().maxCoeff() > kSamePosture) {
-      return {std::nullopt, SeveralPostures(At(m)), {}, {}};
+      return EndFrom(m, {{}, true, SeveralPostures(At(m))});
     }
     end.q = *q;
   }
@@ -193,8 +201,8 @@ bool MotionEnds::Find(const std::function<bool(double)>& progress) {
   const std::size_t count = flow_.motions.size();
   ends_.assign(count, {});
   // A motion is open until a start of it is found: the others of a loop follow in the next pass. A
-  // posture that a further start contradicts is lost for good, so that the passes come to an end.
-  std::vector<bool> open(count, true), lost(count, false);
+  // motion whose end a further start contradicts is decided for good, so that the passes end.
+  std::vector<bool> open(count, true), decided(count, false);
   std::vector<Starts> used(count);
   bool changed = true;
   for (int pass = 0; changed; ++pass) {
@@ -203,7 +211,7 @@ bool MotionEnds::Find(const std::function<bool(double)>& progress) {
       const double share = static_cast<double>(m) / static_cast<double>(count);
       if (!progress(pass == 0 ? share : 1.0)) return false;
       const Starts starts = StartsOf(m, open);
-      if (lost[m] || (starts.q.empty() && !starts.unknown)) continue;
+      if (decided[m] || (starts.q.empty() && !starts.unknown)) continue;
       if (!open[m] && starts.q.size() == used[m].q.size() && starts.unknown == used[m].unknown) {
         continue;
       }
@@ -211,8 +219,8 @@ bool MotionEnds::Find(const std::function<bool(double)>& progress) {
       const bool differs =
           ends_[m].q && (!end.q || (*end.q - *ends_[m].q).cwiseAbs().maxCoeff() > kSamePosture);
       if (differs) {
-        lost[m] = true;
-        end = {std::nullopt, end.q ? SeveralPostures(At(m)) : end.unknown, {}, {}};
+        decided[m] = true;
+        end = EndFrom(m, {{}, true, SeveralPostures(At(m))});
       }
       open[m] = false;
       used[m] = starts;

@@ -83,11 +83,14 @@ std::string PathPicture(const ProgramCorrection& correction) {
     // Motions between corrected points.
     std::size_t lines = 0;
     for (const MotionAt& motion : correction.flow.motions) {
-      if (!motion.previous || !motion.motion->end.point || ++lines > kMostPoints) continue;
-      const auto& start = correction.flow.motions[*motion.previous].motion->end.point;
-      const PointCorrection& end = correction.points[*motion.motion->end.point];
-      if (!start || !end.reason.empty() || !correction.points[*start].reason.empty()) continue;
-      svg += Line(view.At(correction.points[*start].target_B), view.At(end.target_B), kPath, 1);
+      if (!motion.motion->end.point) continue;
+      for (const std::size_t before : motion.starts) {
+        if (++lines > kMostPoints) break;
+        const auto& start = correction.flow.motions[before].motion->end.point;
+        const PointCorrection& end = correction.points[*motion.motion->end.point];
+        if (!start || !end.reason.empty() || !correction.points[*start].reason.empty()) continue;
+        svg += Line(view.At(correction.points[*start].target_B), view.At(end.target_B), kPath, 1);
+      }
     }
     for (const PointCorrection* point : points) {
       const auto enlarged = [&](const Vec3& landing) {

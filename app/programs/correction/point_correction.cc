@@ -384,13 +384,15 @@ void KeepArcsWhole(const Program& program, const Flow& flow, std::vector<PointCo
     }
   }
   for (const MotionAt& at : flow.motions) {
-    if (!at.motion->via || !at.previous || !at.motion->end.point) continue;
-    const Target& start = flow.motions[*at.previous].motion->end;
-    if (!start.point || corrected(start) == corrected(at.motion->end)) continue;
-    PointCorrection& point = points[corrected(start) ? *start.point : *at.motion->end.point];
-    point.notes.push_back(
-        fmt::format("the arc at {} is corrected at one end only, which changes its shape",
-                    PlaceText(program, at.place)));
+    if (!at.motion->via || !at.motion->end.point) continue;
+    for (const std::size_t before : at.starts) {
+      const Target& start = flow.motions[before].motion->end;
+      if (!start.point || corrected(start) == corrected(at.motion->end)) continue;
+      PointCorrection& point = points[corrected(start) ? *start.point : *at.motion->end.point];
+      point.notes.push_back(
+          fmt::format("the arc at {} is corrected at one end only, which changes its shape",
+                      PlaceText(program, at.place)));
+    }
   }
 }
 

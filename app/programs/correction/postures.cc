@@ -133,21 +133,25 @@ std::vector<JointVector> WithTurns(const kinematics::Chain& chain,
   return branches;
 }
 
-/// The posture at the end of a path, followed in small steps; nullopt where it leaves the limits or
-/// jumps.
+/// The posture at the end of a path, followed in steps in which no joint turns far; nullopt where
+/// it leaves the limits or passes a singularity.
 std::optional<JointVector> Followed(const correction::Corrector& corrector,
                                     const std::function<ArmTarget(double)>& along,
                                     const JointVector& start) {
-  constexpr int kSteps = 64;
-  const kinematics::Chain& chain = corrector.arm().chain();
+  constexpr double kFar = 0.35;  // [rad] or [m]
+  constexpr double kLeastStep = 1.0 / 1024;
   JointVector q = start;
-  for (int k = 1; k <= kSteps; ++k) {
-    const auto next = PostureNear(corrector, along(static_cast<double>(k) / kSteps), q);
-    if (!next ||
-        correction::IsOtherPosture(chain, correction::FarthestFromTaught(chain, q, *next))) {
+  double share = 0;
+  for (double step = 1; share < 1;) {
+    const double to = std::min(1.0, share + step);
+    const auto next = PostureNear(corrector, along(to), q);
+    if (next && (*next - q).cwiseAbs().maxCoeff() < kFar) {
+      q = *next;
+      share = to;
+      step *= 2;
+    } else if ((step /= 2) < kLeastStep) {
       return std::nullopt;
     }
-    q = *next;
   }
   return q;
 }
@@ -215,12 +219,14 @@ std::vector<JointVector> PosturesOf(const correction::Corrector& corrector,
 Result<JointVector> PostureSearch::Choose(const PostureQuestion& question) {
   const kinematics::Chain& chain = corrector_.arm().chain();
   if (question.seed) {
-    std::optional<JointVector> near = PostureNear(corrector_, question.target, *question.seed);
-    if (near && correction::IsOtherPosture(
-                    chain, correction::FarthestFromTaught(chain, *question.seed, *near))) {
+    std::optional<JointVector> near =
+        question.along ? Followed(corrector_, question.along, *question.seed)
+                       : PostureNear(corrector_, question.target, *question.seed);
+    if (near && !question.along &&
+        correction::IsOtherPosture(chain,
+                                   correction::FarthestFromTaught(chain, *question.seed, *near))) {
       near.reset();
     }
-    if (!near && question.along) near = Followed(corrector_, question.along, *question.seed);
     if (near && question.along && question.agrees && !question.agrees(*near)) {
       return Error{
           "it states another posture than the one that the motion before ends in, which a linear "

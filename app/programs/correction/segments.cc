@@ -12,23 +12,37 @@ using model::JointVector;
 void SegmentChecker::Check(std::size_t m, const std::optional<double>& bound_m,
                            ProgramCorrection& correction) {
   const MotionAt& at = ends_.flow().motions[m];
-  const Motion& motion = *at.motion;
-  if (!motion.special.empty() || !at.previous || !motion.end.point || !ends_[m].q ||
-      !ends_[*at.previous].q) {
-    return;
+  std::optional<SegmentDeviation> worst;
+  for (const std::size_t before : at.starts) {
+    auto one = CheckFrom(before, m, at.previous ? bound_m : std::nullopt, correction);
+    if (one && (!worst || one->largest_m > worst->largest_m)) worst = std::move(one);
   }
+  if (!worst) return;
+  if (bound_m && !at.previous && worst->note.empty() && worst->largest_m > *bound_m) {
+    worst->note = "it may start after several motions: not refined";
+  }
+  correction.segments.push_back(std::move(*worst));
+}
+
+/// The deviation during a motion after the motion `before`.
+std::optional<SegmentDeviation> SegmentChecker::CheckFrom(std::size_t before, std::size_t m,
+                                                          const std::optional<double>& bound_m,
+                                                          ProgramCorrection& correction) {
+  const MotionAt& at = ends_.flow().motions[m];
+  const Motion& motion = *at.motion;
+  if (!motion.special.empty() || !motion.end.point || !ends_[m].q || !ends_[before].q) return {};
   // Only where both ends are corrected, the path between them should be right.
   const PointCorrection& end = correction.points[*motion.end.point];
-  const auto& start_point = ends_.flow().motions[*at.previous].motion->end.point;
+  const auto& start_point = ends_.flow().motions[before].motion->end.point;
   if (!end.reason.empty() || !start_point || !correction.points[*start_point].reason.empty()) {
-    return;
+    return std::nullopt;
   }
   const effects::Conditions conditions = arm_.ConditionsOf(end.context);
-  const auto start = CommandedEnd(*at.previous, correction);
-  const auto target = TargetPath(m, end.context, conditions);
-  if (!start || !target) return;
+  const auto start = CommandedEnd(before, correction);
+  const auto target = TargetPath(before, m, end.context, conditions);
+  if (!start || !target) return std::nullopt;
   const auto commanded = CommandedPath(m, end.context, *start, correction);
-  if (!commanded) return;
+  if (!commanded) return std::nullopt;
   const During during{end.context, conditions, *target, *commanded};
   SegmentDeviation segment;
   segment.motion = m;
@@ -41,7 +55,7 @@ void SegmentChecker::Check(std::size_t m, const std::optional<double>& bound_m,
   if (bound_m && sampled.complete && sampled.largest_m > *bound_m) {
     Refine(*bound_m, during, *start, segment, correction);
   }
-  correction.segments.push_back(std::move(segment));
+  return segment;
 }
 
 /// The commanded joints at the end of a motion, after the correction.
@@ -56,13 +70,14 @@ std::optional<JointVector> SegmentChecker::CommandedEnd(std::size_t m,
   return PostureNear(arm_.solver(), ProgramArm::ArmTargetOf(point.context, X_BP), *ends_[m].q);
 }
 
-std::optional<MotionPath> SegmentChecker::TargetPath(std::size_t m, const MotionContext& context,
+std::optional<MotionPath> SegmentChecker::TargetPath(std::size_t before, std::size_t m,
+                                                     const MotionContext& context,
                                                      const effects::Conditions& conditions) {
   const auto target_of = [&](const Pose& stated_BP, const JointVector& seed) {
     const Result<Pose> target = arm_.TargetOf(context, stated_BP, seed, conditions);
     return target ? std::optional(*target) : std::nullopt;
   };
-  const JointVector& q_start = *ends_[*ends_.flow().motions[m].previous].q;
+  const JointVector& q_start = *ends_[before].q;
   const auto start = target_of(arm_.StatedPose(context, q_start), q_start);
   if (!start) return std::nullopt;
   return ends_.PathOf(m, *start, [&](const Target& target) -> std::optional<Pose> {

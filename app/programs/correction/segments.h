@@ -13,8 +13,10 @@ class SegmentChecker {
  public:
   SegmentChecker(ProgramArm& arm, MotionEnds& ends) : arm_(arm), ends_(ends) {}
 
-  /// Adds the deviation during a motion, if both its ends are corrected.
-  /// @param bound_m  splits a linear motion into parts until its deviation is below; absent: none
+  /// Adds the deviation during a motion, if both its ends are corrected: the largest, if it may
+  /// start after several others.
+  /// @param bound_m  splits a linear motion with one start into parts until its deviation is below;
+  ///                 absent: none
   void Check(std::size_t motion, const std::optional<double>& bound_m,
              ProgramCorrection& correction);
 
@@ -33,7 +35,11 @@ class SegmentChecker {
 
   std::optional<model::JointVector> CommandedEnd(std::size_t motion,
                                                  const ProgramCorrection& correction) const;
-  std::optional<MotionPath> TargetPath(std::size_t motion, const MotionContext& context,
+  std::optional<SegmentDeviation> CheckFrom(std::size_t before, std::size_t motion,
+                                            const std::optional<double>& bound_m,
+                                            ProgramCorrection& correction);
+  std::optional<MotionPath> TargetPath(std::size_t before, std::size_t motion,
+                                       const MotionContext& context,
                                        const effects::Conditions& conditions);
   std::optional<MotionPath> CommandedPath(std::size_t motion, const MotionContext& context,
                                           const model::JointVector& start,

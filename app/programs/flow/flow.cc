@@ -25,11 +25,17 @@ constexpr std::size_t kMostStarts = 16;    // previous motions of one motion tha
 constexpr std::size_t kFacts = kSlots + 1;
 constexpr int kUnreached = -1;
 
-constexpr const char* kSlotNames[kFacts] = {"tool",       "base",         "load",
-                                            "extra load", "displacement", "previous motion"};
+constexpr const char* kSlotNames[kFacts] = {"tool",
+                                            "base",
+                                            "load",
+                                            "extra load",
+                                            "displacement",
+                                            "posture of joint motions",
+                                            "posture of linear motions",
+                                            "previous motion"};
 
 /// As the user states them at the entry of the program.
-constexpr const char* kEntryNames[kSlots] = {"tool", "base", "load", "extra", "shift"};
+constexpr const char* kEntryNames[kStatedSlots] = {"tool", "base", "load", "extra", "shift"};
 
 std::string Lowered(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -107,10 +113,14 @@ class Analysis {
   Analysis(const Program& program, const EntryState& entry)
       : program_(program),
         entry_(entry),
-        classes_{Classes(program.tools, SameFrame), Classes(program.bases, SameFrame),
+        classes_{Classes(program.tools, SameFrame),
+                 Classes(program.bases, SameFrame),
                  Classes(program.loads,
                          [](const LoadValue& a, const LoadValue& b) { return SameLoad(a, b); }),
-                 Classes(), Classes()} {
+                 Classes(),
+                 Classes(),
+                 Classes(),
+                 Classes()} {
     classes_[3] = classes_[2];  // an extra load is a load
   }
 
@@ -177,6 +187,10 @@ class Analysis {
         return 3;
       case StepKind::kShift:
         return 4;
+      case StepKind::kObeyJoint:
+        return 5;
+      case StepKind::kObeyLinear:
+        return 6;
       case StepKind::kMotion:
       case StepKind::kPostureLost:
         return kPrevious;
@@ -413,10 +427,10 @@ class Analysis {
     const Routine& routine = program_.routines[r];
     State state;
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
-      const bool stated = slot < kSlots && entry_.keys[slot].has_value();
+      const bool stated = slot < kStatedSlots && entry_.keys[slot].has_value();
       if (stated) {
         state[slot] = Known(slot, *entry_.keys[slot], routine.place);
-      } else if (slot < kSlots && (ever_set_ & (1U << slot)) == 0) {
+      } else if (slot < kSlots && (slot >= kStatedSlots || (ever_set_ & (1U << slot)) == 0)) {
         state[slot] = Known(slot, "", routine.place);
       } else if (slot == kPrevious) {
         state[slot] = Add({0,
@@ -611,8 +625,11 @@ class Analysis {
       const std::optional<Setting> none;
       at.settings = {At(0, node, step.motion.tool, step.place),
                      At(1, node, step.motion.base, step.place),
-                     At(2, node, step.motion.load, step.place), At(3, node, none, step.place),
-                     At(4, node, none, step.place)};
+                     At(2, node, step.motion.load, step.place),
+                     At(3, node, none, step.place),
+                     At(4, node, none, step.place),
+                     At(5, node, none, step.place),
+                     At(6, node, none, step.place)};
       const int previous = states_[node][kPrevious];
       if (previous == kUnreached) {
         at.previous_unknown = "not reached";

@@ -12,8 +12,9 @@
 namespace plumbline::programs {
 
 /// What a step of a program can set, and a motion depends on.
-enum class Slot { kTool, kBase, kLoad, kExtra, kShift };
-inline constexpr std::size_t kSlots = 5;
+enum class Slot { kTool, kBase, kLoad, kExtra, kShift, kObeyJoint, kObeyLinear };
+inline constexpr std::size_t kSlots = 7;
+inline constexpr std::size_t kStatedSlots = 5;  // those that a user can state, the first ones
 
 /// A setting at one line: the key of its value and the line that sets it, or why it is not known.
 struct SettingAt {
@@ -56,7 +57,7 @@ struct Flow {
 /// What the user states about what the files do not contain.
 struct EntryState {
   /// What holds where a program is started; "" is: nothing set.
-  std::array<std::optional<std::string>, kSlots> keys;
+  std::array<std::optional<std::string>, kStatedSlots> keys;
   /// Routines that are in none of the files, move nothing and set nothing; in any case of letters.
   std::vector<std::string> harmless;
   bool complete = false;  ///< no other file uses a point of these files

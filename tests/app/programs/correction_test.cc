@@ -419,7 +419,7 @@ TEST_CASE("where paths meet, the posture is known if all of them lead to the sam
   other[5] -= std::numbers::pi;
   const std::string either =
       PointLine("c", other) + kStart + "branch x\nJ a\njump y\nlabel x\nJ c\nlabel y\nL b\nend\n";
-  CHECK_THAT(Correct(points + either)["b"].reason, Contains("depends on the motion before"));
+  CHECK_THAT(Correct(points + either)["b"].reason, Contains("end in several postures"));
 }
 
 TEST_CASE("a stated posture that no solution has is a reason") {

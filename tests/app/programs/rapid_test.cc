@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/programs/flow/flow.h"
+
 namespace rapid_test {
 
 using namespace plumbline;
@@ -302,9 +304,11 @@ TEST_CASE("displacements hold until they are switched off") {
 
 TEST_CASE("a stated posture is not obeyed after ConfJ or ConfL switches it off") {
   const auto ignored = [](const std::string& statements) {
+    const Program program = Read(Module(Main(statements)));
     std::string text;
-    for (const Motion& motion : MotionsOf(Read(Module(Main(statements))))) {
-      text += motion.ignores_configuration ? "1" : "0";
+    for (const MotionAt& at : FlowOf(program, {}).motions) {
+      const bool joint = at.motion->kind == MotionKind::kJoint;
+      text += at[joint ? Slot::kObeyJoint : Slot::kObeyLinear].key.empty() ? "0" : "1";
     }
     return text;
   };
@@ -312,6 +316,7 @@ TEST_CASE("a stated posture is not obeyed after ConfJ or ConfL switches it off")
   CHECK(ignored(j + l) == "00");
   CHECK(ignored("ConfJ\\Off;\n" + j + l) == "10");
   CHECK(ignored(l + "ConfL \\Off;\n" + j + l + "ConfL\\On;\n" + l) == "0010");
+  CHECK(ignored("Sub;\n" + l + "ENDPROC\nPROC Sub()\nConfL\\Off;\n") == "1");
 }
 
 TEST_CASE("blocks become branches, and every label exists") {

@@ -47,7 +47,7 @@ class Tool:
 
 @dataclasses.dataclass
 class Motion:
-    kind: str                 # "joint", "linear" or "circular"
+    kind: str                 # "joint", "linear", "circular", or "spline", whose path is not checked
     target: np.ndarray        # X_BT asked for; for joints that of the unloaded arm
     tool: np.ndarray          # X_FT in force
     file: str
@@ -249,18 +249,21 @@ class Robot:
                   for turns in [np.array(turns) - 1]]
         return [q for q in turned if (q >= self.low - 1e-9).all() and (q <= self.high + 1e-9).all()]
 
-    def solve(self, motion, previous, target=None):
-        """Readings of a motion's target, or of `target`, after the readings `previous`."""
+    def solve(self, motion, previous, target=None, followed=True):
+        """Readings of a motion's target, or of `target`, after the readings `previous`.
+        followed: a linear or circular motion keeps the posture of `previous` on its path."""
         if motion.joints is not None and target is None:
             return motion.joints
         X_BF = (motion.target if target is None else target) @ np.linalg.inv(motion.tool)
         near = motion.near if motion.near is not None else previous
-        if motion.kind == "joint":
+        if target is not None:
+            return self.inverse(X_BF, near)
+        if motion.kind == "joint" or not followed:
             if motion.agrees is None:
                 return self.inverse(X_BF, near)
             fitting = [q for q in self.postures(X_BF) if motion.agrees(q)]
             return min(fitting, key=lambda q: np.abs(q - near).max(), default=None)
-        if target is not None or motion.near is not None:
+        if motion.near is not None:
             return self.inverse(X_BF, near)
         return self.followed(motion, near)
 

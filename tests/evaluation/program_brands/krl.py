@@ -15,8 +15,9 @@ DEG = 180 / np.pi
 LOADS = [(120.0, (20.0, -10.0, 180.0)), (60.0, (80.0, 0.0, 150.0))]  # [kg], [mm] in the flange
 BASES = [pose(about(2, 0.4), (1.2, -0.6, 0.7)), pose(about(2, -1.0) @ about(0, 0.1), (0.9, 0.8, 0.4))]
 SEEDS = np.array([  # postures of the programs [deg]
-    [10, -80, 95, 12, 40, -20], [-15, -70, 85, -25, 55, 30], [25, -95, 105, 35, -45, 15],
-    [-30, -75, 80, 8, 62, -70], [5, -85, 90, -40, 38, 100], [18, -65, 75, 20, 70, -10]]) / DEG
+    [10, -80, 95, 12, 40, -20], [-15, -70, 85, -25, 55, 30], [25, -95, 105, 35, 45, 15],
+    [-30, -75, 80, 8, 62, -70], [5, -85, 90, -40, 38, 100], [18, -65, 75, 20, 70, -10],
+    [-30, -75, 80, 8, -62, -70]]) / DEG  # the last one with the other wrist
 
 
 # --- writing -------------------------------------------------------------------------------------
@@ -120,8 +121,8 @@ def programs():
         "EXPERT", "DEF EXPERT( )\n" + expert
         + f"PTP {e6pos(X(0), SEEDS[0], bits)}\nLIN {{{six(X(1))}}} C_DIS\nLIN {{POS: {six(X(4))}}}\n"
         + f"CIRC {{{six(X(5))}}}, {{{six(X(1))}}} C_ORI\n"
-        + f"ptp {{x {X(3)[0, 3] * 1e3:.3f},y {X(3)[1, 3] * 1e3:.3f},{six(X(3)).split(',', 2)[2].lower()},"
-        + f"s {status(SEEDS[3])},t 'H{turn(SEEDS[3]):X}'}}\nEND\n", "")
+        + f"ptp {{x {X(6)[0, 3] * 1e3:.3f},y {X(6)[1, 3] * 1e3:.3f},{six(X(6)).split(',', 2)[2].lower()},"
+        + f"s {status(SEEDS[6])},t 'H{turn(SEEDS[6]):X}'}}\nEND\n", "")
 
     table = BASES[0] @ shift(0.02, 0.03, 0)
     made["frames"] = files(
@@ -176,8 +177,10 @@ def programs():
 
     made["spline_block"] = files(
         "CURVE", "DEF CURVE( )\n" + expert + "PTP XP1\nSPLINE WITH $TOOL=TOOL_DATA[1], $VEL.CP=0.2\n SPL XP2\n"
-        + " SPL XP3 WITH $VEL.CP=0.1\n SLIN XP6\n SCIRC XP4, XP2B\nENDSPLINE C_SPL\nEND\n",
-        "".join(point(f"XP{i + 1}", i) for i in (0, 1, 2, 3, 5)) + point("XP2B", 1))
+        + " SPL XP3 WITH $VEL.CP=0.1\n SLIN XP6\n SCIRC XVIA, XEND\nENDSPLINE C_SPL\nEND\n",
+        "".join(point(f"XP{i + 1}", i) for i in (0, 1, 2, 5)) + "".join(
+            f"DECL E6POS {n}={e6pos(X(5, off=shift(x, y, 0)), SEEDS[5])}\n"
+            for n, x, y in (("XVIA", 0.05, 0.02), ("XEND", 0.1, 0))))
 
     left = "  ; left"
     made["computed"] = files(
@@ -574,7 +577,7 @@ class Run:
             s, t = end["s"] & 7, end["t"]
             agrees = lambda q: status(q) == s and turn(q) == t
         self.motions.append(Motion(
-            {"ptp": "joint", "circ": "circular"}.get(kind, "linear"), target, agrees=agrees,
+            {"ptp": "joint", "circ": "circular", "spl": "spline"}.get(kind, "linear"), target, agrees=agrees,
             via=base @ matrix(goals[0]) if kind == "circ" else None, **common))
 
 

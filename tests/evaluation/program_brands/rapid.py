@@ -9,7 +9,8 @@ from .common import Motion, Robot, Tool, from_quaternion, pose, shift, about, to
 
 NAME = "ABB RAPID"
 ARM = "abb"
-OPTIONS = {"records": ["--complete"]}  # they are persistent: other tasks can use them
+OPTIONS = {"records": ["--complete"],  # they are persistent: other tasks can use them
+           "late_binding": ["--complete"]}  # other modules could be called by their name
 UNUSED = "[9E9,9E+09,9E9,9E9,9E9,9E+9]"
 
 
@@ -140,7 +141,7 @@ def programs():
         "    TriggL p60,v200,trigg1,z10,tTorch\\WObj:=wTable;\n  ENDPROC\n"), crlf=True)
     r = w.row(3)
     add("offsets", module(
-        const(r) + "  CONST num up:=20;\n  PROC main()\n    MoveJ Offs(p10,0,0,up),v500,z10,tGrip;\n"
+        const(r) + "  CONST num up:=5;\n  PROC main()\n    MoveJ Offs(p10,0,0,up),v500,z10,tGrip;\n"
         "    MoveL p10,v100,fine,tGrip;\n    MoveL Offs(p20,-up/2,5,up*2),v500,fine,tGrip;\n"
         "    MoveL RelTool(p30,0,0,-(up+5)\\Rz:=10),v100,fine,tGrip;\n  ENDPROC\n"))
     r = w.row(6)
