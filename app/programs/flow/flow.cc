@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <deque>
-#include <iterator>
 #include <set>
 #include <unordered_map>
 #include <utility>
+
+#include "app/programs/flow/facts.h"
 
 namespace plumbline::programs {
 
@@ -19,24 +20,6 @@ std::string PlaceText(const Program& program, const Place& place) {
 
 namespace {
 
-constexpr std::size_t kPrevious = kSlots;  // the slot after the settings: the previous motion
-constexpr int kAtStart = -1;               // in place of its index: none since the start
-constexpr std::size_t kMostStarts = 16;    // previous motions of one motion that are followed
-constexpr std::size_t kFacts = kSlots + 1;
-constexpr int kUnreached = -1;
-
-constexpr const char* kSlotNames[kFacts] = {"tool",
-                                            "base",
-                                            "load",
-                                            "extra load",
-                                            "displacement",
-                                            "posture of joint motions",
-                                            "posture of linear motions",
-                                            "previous motion"};
-
-/// As the user states them at the entry of the program.
-constexpr const char* kEntryNames[kStatedSlots] = {"tool", "base", "load", "extra", "shift"};
-
 std::string Lowered(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
@@ -46,83 +29,10 @@ std::string StartedName(const Routine& routine) {
   return routine.name.empty() ? "the program" : routine.name;
 }
 
-/// A value of a slot. Facts are interned: equal numbers mean equal facts.
-struct Fact {
-  int value = 0;  ///< class of the key; not for unknown facts
-  bool known = false;
-  std::string key;  ///< of a known fact; the reason of an unknown one
-  Place place;
-  std::vector<int> starts{};  ///< of a known previous motion: all that it may be, ascending
-};
-
-/// Facts before a step, by number.
-using State = std::array<int, kFacts>;
-
-bool SameLoad(const LoadValue& a, const LoadValue& b) {
-  return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F && a.cog_in_tool == b.cog_in_tool;
-}
-
-bool SameLoad(const std::optional<LoadValue>& a, const std::optional<LoadValue>& b) {
-  if (a.has_value() != b.has_value()) return false;
-  return !a || SameLoad(*a, *b);
-}
-
-bool SameFrame(const FrameValue& a, const FrameValue& b) {
-  return a.X.R == b.X.R && a.X.p == b.X.p && a.changes == b.changes && SameLoad(a.load, b.load);
-}
-
-/// Classes of the keys of one slot: keys with equal values share one.
-class Classes {
- public:
-  Classes() = default;
-  template <typename Value, typename Same>
-  Classes(const std::map<std::string, Value>& values, const Same& same) {
-    // Sorted by a coordinate first, so that many frames do not have to be compared with each other.
-    std::vector<std::pair<double, const std::pair<const std::string, Value>*>> order;
-    for (const auto& entry : values) order.emplace_back(Coordinate(entry.second), &entry);
-    std::stable_sort(order.begin(), order.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      int found = kUnreached;
-      for (std::size_t j = k; j-- > 0 && order[j].first == order[k].first && k - j <= kCompared;) {
-        if (!same(order[j].second->second, order[k].second->second)) continue;
-        found = classes_.at(order[j].second->first);
-        break;
-      }
-      classes_[order[k].second->first] = found == kUnreached ? next_++ : found;
-    }
-  }
-
-  int Of(const std::string& key) {
-    const auto [at, added] = classes_.try_emplace(key, next_);
-    if (added) ++next_;
-    return at->second;
-  }
-
- private:
-  static constexpr std::size_t kCompared = 64;
-  static double Coordinate(const FrameValue& frame) { return frame.X.p.x(); }
-  static double Coordinate(const LoadValue& load) { return load.mass_kg.value_or(-1); }
-
-  std::unordered_map<std::string, int> classes_;
-  int next_ = 0;
-};
-
 class Analysis {
  public:
   Analysis(const Program& program, const EntryState& entry)
-      : program_(program),
-        entry_(entry),
-        classes_{Classes(program.tools, SameFrame),
-                 Classes(program.bases, SameFrame),
-                 Classes(program.loads,
-                         [](const LoadValue& a, const LoadValue& b) { return SameLoad(a, b); }),
-                 Classes(),
-                 Classes(),
-                 Classes(),
-                 Classes()} {
-    classes_[3] = classes_[2];  // an extra load is a load
-  }
+      : program_(program), entry_(entry), facts_(program) {}
 
   Flow Run() {
     for (const std::string& name : entry_.harmless) harmless_.insert(Lowered(name));
@@ -289,8 +199,8 @@ class Analysis {
           // Such a routine sets what is unknown then, like any missing routine: but at any time.
           for (std::size_t slot = 0; slot < kFacts; ++slot) {
             if ((missing_sets_ & (1U << slot)) == 0) continue;
-            const int unknown = MissingChanges(slot, step);
-            handlers_left_[slot] = Join(slot, handlers_left_[slot], unknown);
+            const int unknown = facts_.MissingChanges(slot, step);
+            handlers_left_[slot] = facts_.Join(slot, handlers_left_[slot], unknown);
           }
         }
       }
@@ -316,10 +226,9 @@ class Analysis {
   int JoinBeside(std::size_t slot, std::size_t routine, int fact) {
     // What runs beside may stop a motion on its way: where the next one starts is then not known.
     const auto join = [&](int other) {
-      const int joined = Join(slot, fact, other);
+      const int joined = facts_.Join(slot, fact, other);
       if (slot != kPrevious || joined == fact || fact == kUnreached) return joined;
-      return Unknown(facts_[static_cast<std::size_t>(joined)].key,
-                     facts_[static_cast<std::size_t>(joined)].place);
+      return facts_.Unknown(facts_[joined].key, facts_[joined].place);
     };
     if (!in_handler_[routine]) fact = join(handlers_left_[slot]);
     if (!in_thread_[routine] || threads_.size() > 1) fact = join(made_in_threads_[slot]);
@@ -332,7 +241,7 @@ class Analysis {
     bool changed = false;
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
       if ((slots & (1U << slot)) == 0) continue;
-      const int joined = Join(slot, pool[slot], facts[slot]);
+      const int joined = facts_.Join(slot, pool[slot], facts[slot]);
       changed = changed || joined != pool[slot];
       pool[slot] = joined;
     }
@@ -352,39 +261,12 @@ class Analysis {
     if (handlers_.empty() || in_handler_[routine_of_[node]]) return;
     bool changed = false;
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
-      const int joined = Join(slot, handlers_enter_[slot], states_[node][slot]);
+      const int joined = facts_.Join(slot, handlers_enter_[slot], states_[node][slot]);
       changed = changed || joined != handlers_enter_[slot];
       handlers_enter_[slot] = joined;
     }
     if (!changed) return;
     for (const std::size_t handler : handlers_) Reach(first_[handler], handlers_enter_);
-  }
-
-  int Add(Fact fact) {
-    facts_.push_back(std::move(fact));
-    return static_cast<int>(facts_.size()) - 1;
-  }
-  int Known(std::size_t slot, const std::string& key, const Place& place) {
-    return Add({classes_[slot].Of(key), true, key, place});
-  }
-  int Unknown(std::string reason, const Place& place) {
-    return Add({0, false, std::move(reason), place});
-  }
-  /// What a routine that is in none of the files does to a slot.
-  int MissingChanges(std::size_t slot, const Step& step) {
-    return Unknown(
-        fmt::format("{}: may be changed by {}, which {} starts and which is in none of "
-                    "the files; --routine '{}=harmless' states that it changes nothing",
-                    kSlotNames[slot], step.label, PlaceText(program_, step.place), step.label),
-        step.place);
-  }
-  int FromSetting(std::size_t slot, const Setting& setting, const Place& place) {
-    if (setting.unknown.empty()) return Known(slot, setting.key, place);
-    return Unknown(slot == 4
-                       ? fmt::format("{} since {}", setting.unknown, PlaceText(program_, place))
-                       : fmt::format("{}: {} at {}", kSlotNames[slot], setting.unknown,
-                                     PlaceText(program_, place)),
-                   place);
   }
 
   void Start() {
@@ -429,17 +311,14 @@ class Analysis {
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
       const bool stated = slot < kStatedSlots && entry_.keys[slot].has_value();
       if (stated) {
-        state[slot] = Known(slot, *entry_.keys[slot], routine.place);
+        state[slot] = facts_.Known(slot, *entry_.keys[slot], routine.place);
       } else if (slot < kSlots && (slot >= kStatedSlots || (ever_set_ & (1U << slot)) == 0)) {
-        state[slot] = Known(slot, "", routine.place);
+        state[slot] = facts_.Known(slot, "", routine.place);
       } else if (slot == kPrevious) {
-        state[slot] = Add({0,
-                           true,
-                           fmt::format("{} is started", StartedName(routine)),
-                           routine.place,
-                           {kAtStart}});
+        state[slot] = facts_.Previous(fmt::format("{} is started", StartedName(routine)),
+                                      routine.place, {kAtStart});
       } else {
-        state[slot] = Unknown(
+        state[slot] = facts_.Unknown(
             fmt::format("{}: not set before this line on every path, because {} may be started by "
                         "itself; --start {}={} states what holds there",
                         kSlotNames[slot], StartedName(routine), kEntryNames[slot],
@@ -450,52 +329,13 @@ class Analysis {
     Reach(first_[r], state);
   }
 
-  /// The fact of a slot where two paths meet. A slot changes at most twice at any node, the
-  /// previous motion as often as there are motions that it may be.
-  int Join(std::size_t slot, int here, int other) {
-    if (here == other || other == kUnreached) return here;
-    if (here == kUnreached) return other;
-    const Fact &a = facts_[static_cast<std::size_t>(here)],
-               &b = facts_[static_cast<std::size_t>(other)];
-    if (!a.known) return here;
-    if (!b.known) return other;
-    if (slot == kPrevious) return JoinStarts(here, other);
-    if (a.value == b.value) return here;
-    return Unknown(Conflict(slot, a, b), a.place);
-  }
-
-  int JoinStarts(int here, int other) {
-    const Fact &a = facts_[static_cast<std::size_t>(here)],
-               &b = facts_[static_cast<std::size_t>(other)];
-    std::vector<int> both;
-    std::ranges::set_union(a.starts, b.starts, std::back_inserter(both));
-    if (both == a.starts) return here;
-    if (both == b.starts) return other;
-    std::string text = Conflict(kPrevious, a, b);
-    const Place place = a.place;
-    if (both.size() > kMostStarts) return Unknown(std::move(text), place);
-    return Add({0, true, std::move(text), place, std::move(both)});
-  }
-
-  std::string Conflict(std::size_t slot, const Fact& a, const Fact& b) const {
-    const std::string one = PlaceText(program_, a.place), other = PlaceText(program_, b.place);
-    if (slot == kPrevious) {
-      return fmt::format("reached from {} and from {}", one, other);
-    }
-    const auto name = [](const Fact& fact) {
-      return fact.key.empty() ? std::string("none") : fact.key;
-    };
-    return fmt::format("{}: {} ({}) or {} ({}), depending on the path", kSlotNames[slot], name(a),
-                       one, name(b), other);
-  }
-
   void Reach(std::size_t node, const State& incoming) {
     State& state = states_[node];
     bool changed = !reached_[node];
     reached_[node] = true;
     const bool beside = motion_of_.contains(node);
     for (std::size_t slot = 0; slot < kFacts; ++slot) {
-      int joined = Join(slot, state[slot], incoming[slot]);
+      int joined = facts_.Join(slot, state[slot], incoming[slot]);
       if (beside) joined = JoinBeside(slot, routine_of_[node], joined);
       changed = changed || joined != state[slot];
       state[slot] = joined;
@@ -541,7 +381,7 @@ class Analysis {
         break;
       case StepKind::kPostureLost:
         after[kPrevious] = Made(node, kPrevious, [&] {
-          return Unknown(
+          return facts_.Unknown(
               fmt::format("{} at {}",
                           step->reason.empty() ? "the robot may be moved by others" : step->reason,
                           PlaceText(program_, step->place)),
@@ -578,14 +418,14 @@ class Analysis {
         if (!CallsMissing(*step)) break;
         for (std::size_t slot = 0; slot < kFacts; ++slot) {
           if ((missing_sets_ & (1U << slot)) == 0) continue;
-          after[slot] = Made(node, slot, [&] { return MissingChanges(slot, *step); });
+          after[slot] = Made(node, slot, [&] { return facts_.MissingChanges(slot, *step); });
         }
         OfferToThreads(routine, after, missing_sets_);
         break;
       default:
         if (const auto slot = SlotOf(step->kind)) {
-          after[*slot] =
-              Made(node, *slot, [&] { return FromSetting(*slot, step->setting, step->place); });
+          after[*slot] = Made(
+              node, *slot, [&] { return facts_.FromSetting(*slot, step->setting, step->place); });
           OfferToThreads(routine, after, 1U << *slot);
         }
         break;
@@ -597,19 +437,19 @@ class Analysis {
     const Motion& motion = step.motion;
     const std::string at = PlaceText(program_, step.place);
     if (!motion.special.empty()) {
-      return Unknown(fmt::format("{} at {}", motion.special, at), step.place);
+      return facts_.Unknown(fmt::format("{} at {}", motion.special, at), step.place);
     }
     if (!motion.end.point || !motion.end.offset.unknown.empty()) {
-      return Unknown(fmt::format("computed target at {}", at), step.place);
+      return facts_.Unknown(fmt::format("computed target at {}", at), step.place);
     }
-    return Add({0, true, "", step.place, {static_cast<int>(motion_of_.at(node))}});
+    return facts_.Previous("", step.place, {static_cast<int>(motion_of_.at(node))});
   }
 
   SettingAt At(std::size_t slot, std::size_t node, const std::optional<Setting>& own,
                const Place& place) {
-    const int number = own ? FromSetting(slot, *own, place) : states_[node][slot];
+    const int number = own ? facts_.FromSetting(slot, *own, place) : states_[node][slot];
     if (number == kUnreached) return {"", place, "not reached"};
-    const Fact& fact = facts_[static_cast<std::size_t>(number)];
+    const Fact& fact = facts_[number];
     return fact.known ? SettingAt{fact.key, fact.place, ""} : SettingAt{"", fact.place, fact.key};
   }
 
@@ -634,7 +474,7 @@ class Analysis {
       if (previous == kUnreached) {
         at.previous_unknown = "not reached";
       } else {
-        const Fact& fact = facts_[static_cast<std::size_t>(previous)];
+        const Fact& fact = facts_[previous];
         for (const int start : fact.starts) {
           if (start != kAtStart) at.starts.push_back(static_cast<std::size_t>(start));
         }
@@ -691,7 +531,7 @@ class Analysis {
 
   const Program& program_;
   const EntryState& entry_;
-  std::array<Classes, kSlots> classes_;
+  Facts facts_;
   std::vector<std::size_t> first_, routine_of_;
   std::unordered_map<std::string, std::size_t> by_name_;
   std::vector<std::unordered_map<std::string, std::size_t>> labels_;
@@ -709,7 +549,6 @@ class Analysis {
   std::size_t next_unstarted_ = 0;
   std::vector<std::vector<std::size_t>> callers_;  ///< nodes of reached calls, by routine
   std::unordered_map<std::size_t, bool> registered_;
-  std::vector<Fact> facts_;
   std::unordered_map<std::size_t, int> made_;
   std::vector<State> states_;
   std::vector<bool> reached_, queued_;
