@@ -51,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       Require(!step.motion.end.point || *step.motion.end.point < program.points.size());
       if (step.kind != StepKind::kMotion) continue;
       const std::vector<double> numbers = {1, 2, 3, 4, 5, 6};
-      brand.InsertedMotion(program, step.motion, numbers);
+      brand.InsertedMotion(program, step.motion, numbers, 0.05);
     }
   }
   for (const SourceFile& file : files) {

@@ -75,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const Routine& routine : program.routines) {
     CheckRoutine(program, routine, routines);
     for (const Step& step : routine.steps) {
-      if (step.kind == StepKind::kMotion) brand.InsertedMotion(program, step.motion, pose);
+      if (step.kind == StepKind::kMotion) brand.InsertedMotion(program, step.motion, pose, 0.05);
     }
   }
   if (const auto insertion = brand.Mark(file, "seen")) {

@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (step.kind == programs::StepKind::kUse) check(*step.point < program.points.size());
       if (step.kind != programs::StepKind::kMotion) continue;
       const std::vector<double> numbers(6, 0.5);
-      if (const auto inserted = brand.InsertedMotion(program, step.motion, numbers)) {
+      if (const auto inserted = brand.InsertedMotion(program, step.motion, numbers, 0.05)) {
         check(inserted->find("0.5") != std::string::npos);
       }
     }

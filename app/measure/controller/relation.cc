@@ -155,6 +155,14 @@ void AddOfJoints(const RelationContext& context, std::vector<Relation>& all) {
   }
 }
 
+/// Whether a relation changes the arm, which the cell's own deflection is computed with.
+bool OfArm(Kind kind) {
+  constexpr std::array kKinds = {Kind::kFactoryTable,  Kind::kRoundedTable, Kind::kTableValue,
+                                 Kind::kAdjustedTable, Kind::kLengthScale,  Kind::kCoupling,
+                                 Kind::kZeroOffset,    Kind::kAxisSign};
+  return std::find(kKinds.begin(), kKinds.end(), kind) != kKinds.end();
+}
+
 }  // namespace
 
 std::string RelationNames(const std::vector<Relation>& relations) {
@@ -447,8 +455,8 @@ bool Exclude(const Relation& a, const Relation& b) {
          either({Kind::kBase, Kind::kDeclaredFrame}) ||
          either({Kind::kAngleConvention, Kind::kInverseRotation, Kind::kInversePose,
                  Kind::kQuaternionOrder}) ||
-         either({Kind::kCellDeflection, Kind::kCoupling, Kind::kZeroOffset, Kind::kAxisSign,
-                 Kind::kFactoryTable, Kind::kRoundedTable, Kind::kTableValue, Kind::kLengthScale});
+         (a.kind == Kind::kCellDeflection && OfArm(b.kind)) ||
+         (b.kind == Kind::kCellDeflection && OfArm(a.kind));
 }
 
 }  // namespace plumbline::measure

@@ -21,6 +21,7 @@ constexpr double kFloor_m = 1e-6, kFloorAngle = 2e-6;
 constexpr double kRejected = 1e-5;
 constexpr double kStep = 1e-6;  // of numerical derivatives, in prior standard deviations
 constexpr int kIterations = 25, kScreeningIterations = 7;
+constexpr int kAlternations = 10;     // of two frames, before the first iteration
 constexpr int kHopelessAfter = 4;     // iterations of a screening
 constexpr double kHopeless = 1e4;     // squared residual that remains then
 constexpr std::size_t kScreened = 6;  // postures that a hypothesis is tried on first
@@ -352,6 +353,7 @@ Eigen::VectorXd RelationFitter::StartOf(Prepared& prepared, const Rows& rows) co
         Mat3 tools = Mat3::Zero(), bases = Mat3::Zero();
         Vec3 tool = Vec3::Zero(), reported_mean = Vec3::Zero(), tip_mean = Vec3::Zero();
         Mat3 spread = Mat3::Zero();
+        std::vector<Mat3> flanges, reads, tips;
         for (const std::size_t row : rows) {
           const ControllerPosture& posture = sample_.postures[row];
           const Pose X_BF = poses.Flange(posture);
@@ -363,10 +365,15 @@ Eigen::VectorXd RelationFitter::StartOf(Prepared& prepared, const Rows& rows) co
           tools += flange.R.transpose() * R_F;
           tool += flange.R.transpose() * (read.p - R_F * X_FT.p - flange.p);
           bases += read.R * (X_BF.R * turn * X_FT.R).transpose();
+          flanges.push_back(X_BF.R);
+          reads.push_back(read.R);
+          tips.push_back(X_FT.R);
           reported_mean += read.p;
           tip_mean += predicted.p;
         }
         const double count = static_cast<double>(rows.size());
+        Mat3 base = Mat3::Identity(), at_flange = turn;
+        const bool both_turn = prepared.tool_at >= 0 && sample_.with_orientation;
         if (prepared.base_at >= 0) {
           if (!sample_.with_orientation) {
             for (const std::size_t row : rows) {
@@ -377,12 +384,22 @@ Eigen::VectorXd RelationFitter::StartOf(Prepared& prepared, const Rows& rows) co
             }
             bases = spread;
           }
-          const Mat3 R = NearestRotation(bases);
-          set(values, prepared.base_at, {R, reported_mean / count - R * tip_mean / count});
+          base = NearestRotation(bases);
+          // With a frame at either end, each follows from the other in turn.
+          for (int k = 0; k < kAlternations && both_turn; ++k) {
+            Mat3 at_tool = Mat3::Zero(), at_base = Mat3::Zero();
+            for (std::size_t i = 0; i < reads.size(); ++i)
+              at_tool += (base * flanges[i]).transpose() * reads[i] * tips[i].transpose();
+            at_flange = NearestRotation(at_tool);
+            for (std::size_t i = 0; i < reads.size(); ++i)
+              at_base += reads[i] * (flanges[i] * at_flange * tips[i]).transpose();
+            base = NearestRotation(at_base);
+          }
+          set(values, prepared.base_at, {base, reported_mean / count - base * tip_mean / count});
         }
         if (prepared.tool_at >= 0) {
           const bool both = prepared.base_at >= 0;
-          const Mat3 R = both                       ? turn
+          const Mat3 R = both                       ? at_flange
                          : sample_.with_orientation ? NearestRotation(tools)
                                                     : Mat3(Mat3::Identity());
           set(values, prepared.tool_at, {R, both ? Vec3(Vec3::Zero()) : Vec3(tool / count)});
