@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "app/vision/lens/calibration.h"
 #include "tests/app/vision/lens/stated_camera.h"
@@ -51,6 +52,7 @@ Arguments ArgumentsOf(int argc, char** argv) {
 struct Counts {
   int runs = 0, accepted = 0, in_part = 0, falsely_accepted = 0, refused_bad = 0, named = 0,
       unclear = 0, uncertain = 0;
+  std::vector<double> z;  ///< true error in units of the claimed one, of the accepted captures
   void Add(const Counts& other) {
     runs += other.runs;
     accepted += other.accepted;
@@ -60,6 +62,7 @@ struct Counts {
     named += other.named;
     unclear += other.unclear;
     uncertain += other.uncertain;
+    z.insert(z.end(), other.z.begin(), other.z.end());
   }
 };
 
@@ -119,6 +122,7 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     const bool wrong = error > 5 * claimed || (error > 3 * claimed && error > 0.3);
     ++counts.runs;
     counts.accepted += c.accepted;
+    if (c.accepted) counts.z.push_back(error / claimed);
     counts.in_part += c.accepted && !UsableEverywhere(c);
     counts.falsely_accepted += c.accepted && wrong;
     const bool unclear = !c.accepted && Names(c.reasons, "not clear");
@@ -140,6 +144,13 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     for (const std::string& reason : c.reasons) fmt::print("    {}\n", reason);
   }
   return counts;
+}
+
+/// The value that the share `part` of the values does not exceed.
+double Quantile(std::vector<double> values, double part) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
 }
 
 }  // namespace
@@ -169,6 +180,11 @@ int main(int argc, char** argv) {
       "kinds {} of {}\n",
       kinds, arguments.seed, bad.falsely_accepted + good.falsely_accepted, bad.runs + good.runs,
       good.falsely_accepted, good.runs);
+  for (const auto& [name, counts] : {std::pair("good", &good), {"other", &bad}}) {
+    fmt::print(
+        "largest error over claimed, accepted {} kinds: median {:.2f}, 95 % {:.2f}, 99 % {:.2f}\n",
+        name, Quantile(counts->z, 0.5), Quantile(counts->z, 0.95), Quantile(counts->z, 0.99));
+  }
   fmt::print(
       "good captures accepted: {} of {} ({:.1f} %, goal 99 %), {} of them for a part of the "
       "image\n",

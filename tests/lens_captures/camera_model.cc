@@ -67,7 +67,8 @@ Vector2d CameraModel::PixelOfDirection(const Vector3d& d) const {
     y /= w;
   }
   const double v = fy * y + cy;
-  return {fx * x + cx + skew * (v - cy), v};
+  const Vector2d pixel(fx * x + cx + skew * (v - cy), v);
+  return field ? Vector2d(pixel + field(pixel)) : pixel;
 }
 
 Vector2d CameraModel::PixelOfPoint(const Vector3d& p_C) const {

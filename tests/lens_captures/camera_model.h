@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <functional>
 
 namespace plumbline::lens_captures {
 
@@ -32,6 +33,8 @@ struct CameraModel {
   double skew = 0;             ///< u += skew * (v - cy)
   double tilt = 0;             ///< perspective of a sensor tilted about its vertical [rad]
   Plate pane;                  ///< in front of the lens
+  /// Displacement of a pixel by something that is fixed in the image, such as a drop on the glass.
+  std::function<Vector2d(const Vector2d&)> field;
 
   /// Pixel of a direction, for points at infinity.
   Vector2d PixelOfDirection(const Vector3d& d) const;

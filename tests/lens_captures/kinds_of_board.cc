@@ -232,6 +232,7 @@ std::vector<Kind> AllKinds() {
   AddKindsOfLens(kinds);
   AddKindsOfBoard(kinds);
   AddKindsOfImage(kinds);
+  AddKindsByPart(kinds);
   return kinds;
 }
 
