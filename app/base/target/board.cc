@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "app/base/target/tag_family.h"
@@ -55,6 +57,36 @@ std::optional<BoardFault> FaultOfCircles(const Board& board) {
 }
 
 }  // namespace
+
+std::vector<BoardTurn> SymmetriesOf(const Board& board) {
+  std::map<std::pair<int, int>, int> point_at;  // in half steps from the centre
+  const int width =
+      board.kind == BoardKind::kAsymmetricCircles ? 2 * board.columns - 1 : board.columns - 1;
+  const auto place = [&](int k) {
+    return std::pair(2 * board.StepsRight(k) - width, 2 * board.StepsDown(k) - (board.rows - 1));
+  };
+  for (int k = 0; k < board.corners(); ++k) point_at.emplace(place(k), k);
+  std::vector<BoardTurn> turns;
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    if (quarters > 0 && board.kind == BoardKind::kCharuco) break;
+    BoardTurn turn{quarters, {}};
+    for (int k = 0; k < board.corners(); ++k) {
+      auto [x, y] = place(k);
+      for (int q = 0; q < quarters; ++q) std::tie(x, y) = std::pair(-y, x);
+      const auto found = point_at.find({x, y});
+      if (found == point_at.end()) break;
+      turn.points.push_back(found->second);
+    }
+    if (turn.points.size() == point_at.size()) turns.push_back(std::move(turn));
+  }
+  return turns;
+}
+
+std::optional<BoardMark> MarkOf(const Board& board) {
+  constexpr double kShare = 0.4;  // of the square
+  if (board.kind != BoardKind::kChessboard) return std::nullopt;
+  return BoardMark{lens::Vec2::Constant(-0.5 * board.square_m), kShare * board.square_m};
+}
 
 std::optional<BoardKind> BoardKindOfName(std::string_view name) {
   const auto* const found = std::find_if(std::begin(kKinds), std::end(kKinds),

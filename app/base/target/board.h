@@ -49,6 +49,26 @@ struct Board {
   }
 };
 
+/// A turn of a board about its centre that leaves its points in the same places.
+struct BoardTurn {
+  int quarters = 0;  ///< quarter turns from x to y, 0..3
+  std::vector<int>
+      points;  ///< the point that takes the place of each point: R p_k + (1 - R) centre
+};
+/// All turns of a board, the identity first: the points do not show by which of them it is turned.
+/// Two for most rectangles, four for squares, one if tags or shifted rows reveal the order of the
+/// points.
+std::vector<BoardTurn> SymmetriesOf(const Board& board);
+
+/// White square inside the top left square of a chessboard: `plumbline print board` prints it, so
+/// that images show the order of the points.
+struct BoardMark {
+  lens::Vec2 centre;  ///< in the board plane [m]
+  double size_m;      ///< side
+};
+/// @return  nullopt for other boards
+std::optional<BoardMark> MarkOf(const Board& board);
+
 /// "chessboard", "charuco", "circles" or "acircles", as on the command line.
 std::optional<BoardKind> BoardKindOfName(std::string_view name);
 std::string_view NameOf(BoardKind kind);

@@ -248,19 +248,57 @@ Result<BoardView> DetectCharuco(const image::LumaView& image, const target::Boar
   return view;
 }
 
+constexpr double kMarked = 0.5, kUnmarked = 0.25;  // brightness where the mark is printed
+
+/// Brightness where a mark would be if the points of the view are in the right order: 0 as dark as
+/// around it, 1 as bright as the white next to it. Nullopt if the points there were not seen.
+std::optional<double> BrightnessOfMark(const image::LumaView& image, const target::Board& board,
+                                       const target::BoardMark& mark, const BoardView& view) {
+  for (const int k : {0, 1, board.columns}) {
+    if (!view.seen[k]) return std::nullopt;
+  }
+  const lens::Vec2 first = view.corners_px[0];
+  const lens::Vec2 along_row = (view.corners_px[1] - first) / board.square_m;
+  const lens::Vec2 down_column = (view.corners_px[board.columns] - first) / board.square_m;
+  const auto grey_at = [&](double x_m, double y_m) {
+    return GreyAt(
+        image, first + (mark.centre.x() + x_m) * along_row + (mark.centre.y() + y_m) * down_column);
+  };
+  const double around = 0.25 * (mark.size_m + board.square_m);  // between mark and edge
+  double dark = 0, spot = 0;
+  for (const auto& [x, y] : {std::pair{1, 0}, {0, 1}, {-1, 0}, {0, -1}}) {
+    dark += 0.25 * grey_at(x * around, y * around);
+    spot += 0.2 * grey_at(0.25 * mark.size_m * x, 0.25 * mark.size_m * y);
+  }
+  spot += 0.2 * grey_at(0, 0);
+  const double white = 0.5 * (grey_at(board.square_m, 0) + grey_at(0, board.square_m));
+  return (spot - dark) / std::max(1.0, white - dark);
+}
+
+/// The view in the order that the mark of the board shows, if it has one.
+BoardView OrderedByMark(const image::LumaView& image, const target::Board& board, BoardView view) {
+  const auto mark = target::MarkOf(board);
+  if (!mark) return view;
+  std::optional<BoardView> marked;
+  for (const target::BoardTurn& turn : target::SymmetriesOf(board)) {
+    BoardView turned = Turned(view, turn);
+    const auto brightness = BrightnessOfMark(image, board, *mark, turned);
+    if (!brightness) return view;
+    if (*brightness < kUnmarked) continue;
+    if (*brightness < kMarked || marked) return view;
+    marked = std::move(turned);
+  }
+  return marked ? *marked : view;
+}
+
 }  // namespace
 
 Result<BoardView> DetectBoard(const image::LumaView& image, const target::Board& board) {
-  switch (board.kind) {
-    case target::BoardKind::kChessboard:
-      return DetectChessboard(image, board);
-    case target::BoardKind::kCharuco:
-      return DetectCharuco(image, board);
-    case target::BoardKind::kCircles:
-    case target::BoardKind::kAsymmetricCircles:
-      return DetectCircles(image, board);
-  }
-  return Error{"unknown kind of board"};
+  if (board.kind == target::BoardKind::kCharuco) return DetectCharuco(image, board);
+  Result<BoardView> view =
+      board.circles() ? DetectCircles(image, board) : DetectChessboard(image, board);
+  if (!view) return view;
+  return OrderedByMark(image, board, std::move(view.value()));
 }
 
 }  // namespace plumbline::vision

@@ -18,4 +18,7 @@ struct BoardView {
   double blur_px = 0;                  ///< width of the edges, standard deviation
 };
 
+/// The view with its points numbered as on the turned board.
+BoardView Turned(const BoardView& view, const target::BoardTurn& turn);
+
 }  // namespace plumbline::vision

@@ -117,6 +117,16 @@ void AddDiscs(Sheet& sheet, const target::Board& board, const Vec2& first) {
   }
 }
 
+/// Adds the mark that shows the order of the points: white, by the even-odd rule.
+void AddMark(Sheet& sheet, const target::Board& board, const Vec2& first) {
+  const auto mark = target::MarkOf(board);
+  if (!mark) return;
+  const Vec2 centre = first + kMmPerMetre * mark->centre;
+  const double half = 0.5 * kMmPerMetre * mark->size_m;
+  sheet.outlines.push_back({centre + Vec2(-half, -half), centre + Vec2(half, -half),
+                            centre + Vec2(half, half), centre + Vec2(-half, half)});
+}
+
 std::string BoardTitle(const target::Board& board) {
   const std::string size = fmt::format("{} x {}", board.columns, board.rows);
   const double square = SquareMm(board), mark = MarkMm(board);
@@ -183,6 +193,7 @@ Result<Document> BoardSheet(const target::Board& board, const Paper& paper) {
     AddSquares(sheet, board, first);
   }
   if (board.kind == target::BoardKind::kCharuco) AddBoardTags(sheet, board, first);
+  AddMark(sheet, board, first);
   AddPatternDimension(sheet, board, first, corner.y() + pattern.y() + Border(board));
   AddUpArrow(sheet, {area.end().x() - 8, area.corner.y() - 3});
   AddFrame(

@@ -11,7 +11,7 @@
 namespace plumbline::vision {
 
 /// Lays out a board on one sheet, in portrait or landscape. The top left square is black; the tags
-/// of a ChArUco board are upright.
+/// of a ChArUco board are upright. A chessboard has a white mark in that square.
 /// @param board  valid: FaultOf(board) is nullopt
 /// @return       the sheet, or an error that names the largest square that fits
 Result<Document> BoardSheet(const target::Board& board, const Paper& paper);

@@ -201,7 +201,7 @@ TEST_CASE("both rulers measure 100 mm") {
   }
 }
 
-TEST_CASE("boards of every kind are found, with each point in its place") {
+TEST_CASE("boards of every kind are found, each point in its place even if the sheet is turned") {
   using target::BoardKind;
   const target::Board boards[] = {
       {},
@@ -231,10 +231,19 @@ TEST_CASE("boards of every kind are found, with each point in its place") {
       auto image = Rendered(*document, format);
       if (!image) continue;
       CAPTURE(format == SheetFormat::kSvg);
-      const auto view = DetectBoard(image->View(), board);
-      REQUIRE(view);
-      for (int k = 0; k < board.corners(); ++k) CHECK(view->seen[k]);
-      CHECK(LargestError(board, view->corners_px) < kTolerance_mm);
+      for (const bool turned : {false, true}) {
+        CAPTURE(turned);
+        if (turned && board.kind == target::BoardKind::kCircles) continue;  // looks the same
+        if (turned) std::ranges::reverse(image->grey);
+        const auto view = DetectBoard(image->View(), board);
+        REQUIRE(view);
+        for (int k = 0; k < board.corners(); ++k) CHECK(view->seen[k]);
+        std::vector<Vec2> points = view->corners_px;
+        if (turned) {
+          for (Vec2& point : points) point = Vec2(image->width - 1, image->height - 1) - point;
+        }
+        CHECK(LargestError(board, points) < kTolerance_mm);
+      }
     }
   }
 }
