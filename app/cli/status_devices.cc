@@ -93,9 +93,9 @@ void PrintCamera(const DaemonRegisters& daemon, int camera, std::ostream& out) {
                          tags > 1 ? fmt::format(" and {} more", tags - 1) : ""));
   }
   if (const int prompt = number("board_prompt"); prompt > 0) {
-    line("board",
-         fmt::format("{} ({} views)", lens::BoardPromptText(static_cast<lens::BoardPrompt>(prompt)),
-                     number("board_views")));
+    line("board", fmt::format("{} ({} view{})",
+                              lens::BoardPromptText(static_cast<lens::BoardPrompt>(prompt)),
+                              number("board_views"), number("board_views") == 1 ? "" : "s"));
   }
   for (int k = 0; k < number("bodies"); ++k) PrintBody(daemon, camera, k, out);
   if ((number("tip_validity") & plc::registers::kValid) != 0) {

@@ -1,6 +1,7 @@
 // plumbline-camera-stage FOLDER: what the camera of `./dev demo camera` sees, drawn with exact
 // optics through a zoom lens, a zoom sensor that speaks VISCA, and the person who follows the
-// prompts of a calibration. Writes frames, tags, objects and one lens that was calibrated before.
+// display while the lens is calibrated. Writes frames, tags, objects and one lens that was
+// calibrated before.
 #include <fmt/core.h>
 
 #include <atomic>
@@ -11,6 +12,7 @@
 #include <thread>
 
 #include "app/vision/lens_store/lens_store.h"
+#include "tests/app/cell/view_link/watched_display.h"
 #include "tests/app/vision/camera/camera_scene.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 #include "tests/virtual_cell/register_client.h"
@@ -77,7 +79,7 @@ colour = [0.6, 0.75, 0.85, 0.8]
 
 class Stage {
  public:
-  explicit Stage(const std::string& folder) : image_(folder) { ShowCell(); }
+  explicit Stage(const std::string& folder) : folder_(folder), image_(folder) { ShowCell(); }
 
   const std::string& sensor() const { return visca_.device(); }
   void ShowCell() {
@@ -92,29 +94,26 @@ class Stage {
     moving_ = false;
   }
   /// A person with the board, until the lens is valid. @return  views shown; -1: given up
-  int FollowPrompts(const std::string& daemon) {
+  int FollowDisplay(const std::string& daemon) {
     virtual_cell::RegisterClient plc("plumblined", daemon, 1, 10);
-    int views = 0;
+    test::WatchedDisplay display(folder_ + "/state");
+    test::GuidedPerson person(CameraAt(zoom_), {});
     while (plc.Read(500, 1).Word(0) != 4) {
-      if (views == kMostViews) return -1;
-      const auto status = plc.Read(500, 5);
-      auto prompt = static_cast<lens::BoardPrompt>(status.Word(3));
-      if (prompt == lens::BoardPrompt::kShowBoard || prompt == lens::BoardPrompt::kHoldStill) {
-        prompt = static_cast<lens::BoardPrompt>(3 + views % 4);
-      }
-      image_.Show(test::DrawBoard(CameraAt(zoom_), {}, prompt, static_cast<unsigned>(++views)));
-      const int kept = status.Word(4);
+      if (person.images() == kMostViews) return -1;
+      const int kept = plc.Read(504, 1).Word(0);
+      image_.Show(person.Next(display.Outline()));
       for (int wait = 0; wait < 60 && plc.Read(504, 1).Word(0) == kept; ++wait) {
         if (plc.Read(500, 1).Word(0) == 4) break;
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       }
     }
     ShowCell();
-    return views;
+    return static_cast<int>(person.images());
   }
   int zoom() const { return zoom_; }
 
  private:
+  const std::string folder_;
   test::ShownImage image_;
   std::atomic<int> zoom_{kKnownZoom};
   std::atomic<bool> moving_{false};
@@ -133,7 +132,7 @@ void Obey(Stage& stage) {
       stage.Zoom(std::stoi(argument));
       fmt::print("zoomed\n");
     } else if (command == "board") {
-      fmt::print("board shown {} times\n", stage.FollowPrompts(argument));
+      fmt::print("board shown {} times\n", stage.FollowDisplay(argument));
     } else if (command == "truth") {
       const Vec3 tip_C = test::GripperInCamera() * test::GripperTip();
       const Vec3 tip_mm = 1e3 * (CellInWorld() * (test::CellInCamera().Inverse() * tip_C));

@@ -30,7 +30,7 @@ struct ZoomConfig {
 
 struct BoardConfig {
   target::Board board;
-  int views = 20, max_views = 60;
+  int views = 6, max_views = 60;
   double patience_s = 180;
   double acceptable_px = 0.5;        ///< largest standard deviation of the projection
   std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt

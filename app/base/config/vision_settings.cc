@@ -103,9 +103,10 @@ void ListKeys(Settings& keys, target::Board& board) {
 void ListKeys(Settings& keys, BoardConfig& board) {
   keys.Add("family", board.board.family,
            {"tag family of a ChArUco board; it should differ from that of [tags]"});
-  keys.Add("views", board.views, {8, 200}, {"views to capture before the lens is first evaluated"});
+  keys.Add("views", board.views, {6, 200},
+           {"least number of views; the calibration ends once the lens is certain enough"});
   board.max_views = std::max(board.max_views, board.views);
-  keys.Add("most_views", board.max_views, {8, 400},
+  keys.Add("most_views", board.max_views, {6, 400},
            {"largest number of views before the calibration is refused"});
   keys.Add("patience_s", board.patience_s, {1, 3600}, {"time limit of one calibration"});
   keys.Add("acceptable_px", board.acceptable_px, {0.001, 100},

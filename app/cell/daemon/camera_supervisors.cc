@@ -50,8 +50,9 @@ Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(
     auto devices = vision::MakeCameraDevices(camera, vision.tags);
     if (!devices) return Error{CameraLogLine(name, devices.error())};
     const auto show = [&display, k](camera::Camera& shown, const camera::CameraFrame& frame,
-                                    const vision::TrackedFrame& seen, const lens::KnownLens* lens) {
-      display.PublishImage(k, shown, frame, seen, lens);
+                                    const vision::TrackedFrame& seen, const lens::KnownLens* lens,
+                                    const lens::BoardGuidance* guidance) {
+      display.PublishImage(k, shown, frame, seen, lens, guidance);
     };
     supervisors->cameras_.push_back(
         {name, std::make_unique<vision::CameraSupervisor>(

@@ -14,8 +14,9 @@ namespace {
 constexpr double kPeriodWithoutImages_s = 0.15;
 
 ViewCamera SeenBy(const camera::Camera& camera, const vision::TrackedFrame& seen,
-                  const lens::KnownLens* lens) {
+                  const lens::KnownLens* lens, const lens::BoardGuidance* guidance) {
   ViewCamera view;
+  if (guidance != nullptr) view.guidance = *guidance;
   view.serial = camera.identity().serial;
   view.mode = camera.identity().mode;
   if (lens != nullptr) {
@@ -114,7 +115,7 @@ void DisplayFeed::Start(const ControlCycle& cycle) {
 
 void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
                                const camera::CameraFrame& frame, const vision::TrackedFrame& seen,
-                               const lens::KnownLens* lens) {
+                               const lens::KnownLens* lens, const lens::BoardGuidance* guidance) {
   const std::lock_guard lock(mutex_);
   const bool has_viewers = HasViewers();
   if (!Needed(has_viewers)) return;
@@ -132,7 +133,7 @@ void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
   }
   image.time_s = frame.time_s;
   image.sequence = frame.sequence;
-  cameras_[k] = SeenBy(camera, seen, lens);
+  cameras_[k] = SeenBy(camera, seen, lens, guidance);
   cameras_[k].image = image;
   Send(has_viewers);
 }

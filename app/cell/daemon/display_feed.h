@@ -35,7 +35,8 @@ class DisplayFeed {
 
   /// Publishes a state with an image. Called by the k-th camera's image thread for each image.
   void PublishImage(std::size_t k, camera::Camera& camera, const camera::CameraFrame& frame,
-                    const vision::TrackedFrame& seen, const lens::KnownLens* lens);
+                    const vision::TrackedFrame& seen, const lens::KnownLens* lens,
+                    const lens::BoardGuidance* guidance);
   /// Publishes a state without an image if the last state is too old. Called often, by the main
   /// thread.
   void PublishIfDue();

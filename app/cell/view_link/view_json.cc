@@ -58,6 +58,7 @@ void VisitFields(Is<status::CameraStatus> auto& status, auto&& field) {
   field("frame_time_s", status.frame_time_s);
   field("tip_W_m", status.tip_W);
   field("tip_covariance_W_m2", status.tip_covariance_W);
+  field("tip_tag_covariance_W_m2", status.tip_tag_covariance_W);
   field("tip_time_s", status.tip_time_s);
   field("lens_stale", status.lens_stale);
   field("camera_lost", status.camera_lost);
@@ -86,6 +87,17 @@ void VisitFields(Is<ViewBody> auto& body, auto&& field) {
   field("ambiguous", body.ambiguous);
 }
 
+void VisitFields(Is<lens::BoardGuidance> auto& guidance, auto&& field) {
+  field("wanted_px", guidance.wanted_px);
+  field("seen_px", guidance.seen_px);
+  field("met", guidance.met);
+  field("views", guidance.views);
+  field("expected_views", guidance.expected_views);
+  field("columns", guidance.columns);
+  field("rows", guidance.rows);
+  field("uncertainty", guidance.uncertainty);
+}
+
 void VisitFields(Is<ViewCamera> auto& camera, auto&& field) {
   field("status", camera.status);
   field("serial", camera.serial);
@@ -95,6 +107,7 @@ void VisitFields(Is<ViewCamera> auto& camera, auto&& field) {
   field("usable_radius_px", camera.usable_radius_px);
   field("tags", camera.tags);
   field("bodies", camera.bodies);
+  field("guidance", camera.guidance);
 }
 
 void VisitFields(Is<ViewPoint> auto& point, auto&& field) {
@@ -267,7 +280,7 @@ constexpr auto LastOf(lens::ZoomReason) {
   return lens::kLastZoomReason;
 }
 constexpr auto LastOf(lens::BoardPrompt) {
-  return lens::BoardPrompt::kFarther;
+  return lens::BoardPrompt::kCounterclockwise;
 }
 constexpr auto LastOf(correction::CorrectionCode) {
   return correction::kLastCorrectionCode;
@@ -340,6 +353,11 @@ void Check(const ViewCamera& camera) {
     throw std::out_of_range("usable_radius_px is not positive");
 }
 
+void Check(const lens::BoardGuidance& guidance) {
+  if (guidance.uncertainty.size() != std::size_t{guidance.columns} * guidance.rows)
+    throw std::out_of_range("the uncertainty is not a grid");
+}
+
 void Check(const ViewState& state) {
   if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
   if (state.tool < 0 || state.tool > std::numeric_limits<std::uint16_t>::max())
@@ -364,7 +382,7 @@ void Read(const Json& json, T& value) {
   } else if constexpr (std::integral<T>) {
     value = text::IntegerFromJson<T>(json);
   } else if constexpr (std::floating_point<T>) {
-    value = NumberOf(json);
+    value = static_cast<T>(NumberOf(json));
   } else if constexpr (std::same_as<T, Pose>) {
     value = PoseOfJson(json);
   } else if constexpr (std::same_as<T, lens::Lens>) {

@@ -10,7 +10,7 @@
 namespace plumbline::cell {
 
 /// Incremented with every change that an older reader would misinterpret.
-inline constexpr int kViewSchema = 9;
+inline constexpr int kViewSchema = 10;
 
 /// @return  one JSON object without the points; non-finite numbers become null
 std::string JsonOfView(const ViewState& state);

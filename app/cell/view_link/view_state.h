@@ -9,6 +9,7 @@
 
 #include "app/cell/view_link/scene_measurements.h"
 #include "drivers/lateness.h"
+#include "firmware-like/lens/board_guidance.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/snapshot.h"
 #include "firmware-like/status/camera_status.h"
@@ -58,6 +59,7 @@ struct ViewCamera {
   std::optional<double> usable_radius_px;
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;
+  std::optional<lens::BoardGuidance> guidance;  ///< while the calibration board is captured
 };
 
 /// A log line.

@@ -135,9 +135,9 @@ Result<std::int64_t> CameraLenses::Store(const camera::CameraIdentity& camera,
   const int decimals = text::DecimalsFor({fx_sd}, 2);
   sink_({log::Event::kCalibrated,
          fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
-                     "{:.2g} px (both 1 sd), {} views{}",
+                     "{:.2g} px (both 1 sd), {}{}",
                      solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
-                     solved.frames_used.size(),
+                     BoardViewsText(solved.frames_used.size()),
                      solved.notes.empty() ? "" : "; " + solved.notes.front())});
   return stores_.lenses.Append(entry);
 }
@@ -341,7 +341,8 @@ void CameraSupervisor::TakeFrame(const camera::CameraFrame& frame) {
   if (context.standstill != standstill_) refused_board_in_view_ = false;
   standstill_ = context.standstill;
   if (context.state == lens::ZoomState::kCalibrating) {
-    if (show_) show_(*devices_.camera, frame, {}, nullptr);
+    if (show_)
+      show_(*devices_.camera, frame, {}, nullptr, session_ ? &session_->guidance() : nullptr);
     CaptureBoard(frame);
     return;
   }
@@ -367,7 +368,7 @@ void CameraSupervisor::Track(const FrameContext& context, const camera::CameraFr
   devices_.tracker->SetAside(context.set_aside);
   const TrackedFrame& tracked =
       devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
-  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known : nullptr);
+  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known : nullptr, nullptr);
   if (lens == nullptr) return;
   std::vector<SeenTag> tags;  // empty if the lens does not apply to this image
   if (fits) {
@@ -446,7 +447,7 @@ void CameraSupervisor::CaptureBoard(const camera::CameraFrame& frame) {
     }
   }
   WithSupervisor([&](LensSupervisor& supervisor) {
-    supervisor.OnBoardProgress(session_->prompt(), session_->kept(), MonotonicSeconds());
+    supervisor.OnBoardProgress(session_->prompt(), session_->guidance(), MonotonicSeconds());
   });
   if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
 }

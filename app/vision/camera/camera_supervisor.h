@@ -131,9 +131,11 @@ class CameraSupervisor {
  public:
   /// Display hook, called by the image thread for each frame.
   /// @param seen  tracked tags and bodies; empty while the board is captured
-  /// @param lens  the lens used for `seen`; null if there is none
+  /// @param lens      the lens used for `seen`; null if there is none
+  /// @param guidance  null unless the board is captured
   using Show = std::function<void(camera::Camera& camera, const camera::CameraFrame& frame,
-                                  const TrackedFrame& seen, const lens::KnownLens* lens)>;
+                                  const TrackedFrame& seen, const lens::KnownLens* lens,
+                                  const lens::BoardGuidance* guidance)>;
 
   /// @param camera     one of `vision.cameras`
   /// @param stores     shared by all cameras; must outlive this object

@@ -45,6 +45,18 @@ log::LogEntry TransitionEntry(const lens::ZoomTransition& transition, const std:
           fields};
 }
 
+std::string BoardViewsText(std::size_t count) {
+  return fmt::format("{} view{}", count, count == 1 ? "" : "s");
+}
+
+log::LogEntry BoardProgressEntry(lens::BoardPrompt prompt, const lens::BoardGuidance& guidance) {
+  return {
+      log::Event::kBoardProgress,
+      fmt::format("camera: {} of the board, about {} expected, {:.0f} % of the image certain; {}",
+                  BoardViewsText(guidance.views), guidance.expected_views,
+                  100 * guidance.CertainShare(), lens::BoardPromptText(prompt))};
+}
+
 log::LogEntry LensFoundEntry(const ActiveLens& lens) {
   const double fx_px = lens.known.lens.fx;
   if (lens.calibrated) {

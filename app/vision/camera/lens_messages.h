@@ -6,12 +6,20 @@
 #include "app/base/log/log_entry.h"
 #include "app/base/target/declared_facts.h"
 #include "app/vision/camera/tag_check.h"
+#include "firmware-like/lens/board_guidance.h"
+#include "firmware-like/lens/board_prompt.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 
 namespace plumbline::vision {
 
 /// @param tags  message of the last tag check, which explains a lens that the tags reject
 log::LogEntry TransitionEntry(const lens::ZoomTransition& transition, const std::string& tags);
+
+/// "1 view", "2 views".
+std::string BoardViewsText(std::size_t count);
+
+/// A further view of the board was kept.
+log::LogEntry BoardProgressEntry(lens::BoardPrompt prompt, const lens::BoardGuidance& guidance);
 
 log::LogEntry LensFoundEntry(const ActiveLens& lens);
 

@@ -308,14 +308,12 @@ bool LensSupervisor::StartBoard(double now_s) {
   return started;
 }
 
-void LensSupervisor::OnBoardProgress(lens::BoardPrompt prompt, std::size_t views, double now_s) {
+void LensSupervisor::OnBoardProgress(lens::BoardPrompt prompt, const lens::BoardGuidance& guidance,
+                                     double now_s) {
   if (state() != lens::ZoomState::kCalibrating) return;
-  if (views != board_views_ && prompt != lens::BoardPrompt::kHoldStill) {
-    sink_({log::Event::kBoardProgress,
-           fmt::format("camera: {} views of the board; {}", views, lens::BoardPromptText(prompt))});
-  }
+  if (guidance.views > board_views_) sink_(BoardProgressEntry(prompt, guidance));
   prompt_ = prompt;
-  board_views_ = views;
+  board_views_ = guidance.views;
   OnTime(now_s);
 }
 

@@ -18,6 +18,7 @@
 #include "app/vision/tracking/bodies.h"
 #include "drivers/camera/camera.h"
 #include "drivers/zoom/zoom.h"
+#include "firmware-like/lens/board_guidance.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
@@ -108,7 +109,7 @@ class LensSupervisor {
 
   /// @return  whether the capture started: it does not while the zoom moves or is unknown
   bool StartBoard(double now_s);
-  void OnBoardProgress(lens::BoardPrompt prompt, std::size_t views, double now_s);
+  void OnBoardProgress(lens::BoardPrompt prompt, const lens::BoardGuidance& guidance, double now_s);
   /// @param oldest_s  time of the oldest view in the calibration
   /// @return          whether the lens is now active: false if the zoom has moved since `oldest_s`
   bool OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s);

@@ -74,6 +74,11 @@ PriorCost::PriorCost(const SharedVector& sd, image::ImageSize size) {
   mean_[kCy] = 0.5 * (size.height - 1);
 }
 
+SharedMatrix PriorInformation(const LensPrior& prior, const target::Board& board,
+                              image::ImageSize size, double f) {
+  return PriorCost(PriorDeviations(prior, board, size, f), size).Information();
+}
+
 bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
                          double** jacobians) const {
   const Eigen::Map<const SharedVector> shared(parameters[0]);

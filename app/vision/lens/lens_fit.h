@@ -38,6 +38,10 @@ struct LensPrior {
   double bow = 0.005;  ///< height of the board's corner over its plane, share of the diagonal
 };
 
+/// The prior's contribution to the normal equations, for a lens of focal length f [px].
+SharedMatrix PriorInformation(const LensPrior& prior, const target::Board& board,
+                              image::ImageSize size, double f);
+
 /// Contribution of one view to the normal equations of the shared parameters, after its own pose is
 /// eliminated. The score vectors (`pull`) of all views and of the prior sum to zero at the
 /// solution.

@@ -80,6 +80,33 @@ PixelPlace PlaceAt(const lens::Lens& lens, const lens::Vec2& pixel,
 
 }  // namespace
 
+namespace {
+
+/// The places that represent a region, and the motion that compensates a change of the lens there.
+struct Region {
+  std::vector<PixelPlace> places;
+  Eigen::MatrixXd compensated;
+
+  Region(const lens::Lens& lens, image::ImageSize size, std::optional<double> distance_m,
+         double radius_px) {
+    const int motions = distance_m ? 6 : 3;
+    Eigen::MatrixXd square = Eigen::MatrixXd::Zero(motions, motions);
+    Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(lens::kLensParameters));
+    for (const lens::Vec2& pixel : PixelsWithin(size, radius_px, kColumns, kRows)) {
+      const PixelPlace& place = places.emplace_back(PlaceAt(lens, pixel, distance_m));
+      square += place.by_motion.transpose() * place.by_motion;
+      mixed += place.by_motion.transpose() * place.by_lens;
+    }
+    compensated = square.ldlt().solve(mixed);
+  }
+  /// Derivative of e(q) with respect to the lens.
+  LensRows ErrorByLens(const PixelPlace& place) const {
+    return place.by_lens - place.by_motion * compensated;
+  }
+};
+
+}  // namespace
+
 ProjectionUncertainty ProjectionUncertaintyOf(const lens::Lens& lens,
                                               const lens::LensCovariance& covariance,
                                               image::ImageSize size,
@@ -88,25 +115,17 @@ ProjectionUncertainty ProjectionUncertaintyOf(const lens::Lens& lens,
   result.distance_m = distance_m;
   result.columns = kColumns;
   result.rows = kRows;
-  const int motions = distance_m ? 6 : 3;
-  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(motions, motions);
-  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(lens::kLensParameters));
-  std::vector<PixelPlace> within;
-  for (const lens::Vec2& pixel : PixelsWithin(size, radius_px, kColumns, kRows)) {
-    const PixelPlace& place = within.emplace_back(PlaceAt(lens, pixel, distance_m));
-    square += place.by_motion.transpose() * place.by_motion;
-    mixed += place.by_motion.transpose() * place.by_lens;
-  }
-  const Eigen::MatrixXd compensated = square.ldlt().solve(mixed);
+  const Region region(lens, size, distance_m, radius_px);
   const auto deviation = [&](const PixelPlace& place) {
     if (!place.seen) return std::numeric_limits<double>::infinity();
-    const LensRows error = place.by_lens - place.by_motion * compensated;
+    const LensRows error = region.ErrorByLens(place);
     const Eigen::Matrix2d C = error * covariance * error.transpose();
     const double largest =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(C, Eigen::EigenvaluesOnly).eigenvalues()[1];
     return std::sqrt(std::max(0.0, largest));
   };
-  for (const PixelPlace& place : within) result.max_px = std::max(result.max_px, deviation(place));
+  for (const PixelPlace& place : region.places)
+    result.max_px = std::max(result.max_px, deviation(place));
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       const PixelPlace place = PlaceAt(lens, GridPixel(column, row, size), distance_m);
@@ -114,6 +133,17 @@ ProjectionUncertainty ProjectionUncertaintyOf(const lens::Lens& lens,
     }
   }
   return result;
+}
+
+lens::LensCovariance ProjectionWeight(const lens::Lens& lens, image::ImageSize size,
+                                      std::optional<double> distance_m) {
+  const Region region(lens, size, distance_m, INFINITY);
+  lens::LensCovariance weight = lens::LensCovariance::Zero();
+  for (const PixelPlace& place : region.places) {
+    const LensRows error = region.ErrorByLens(place);
+    weight += error.transpose() * error;
+  }
+  return weight / static_cast<double>(region.places.size());
 }
 
 double LargestDifference(const lens::Lens& a, const lens::Lens& b, image::ImageSize size,

@@ -41,6 +41,11 @@ inline ProjectionUncertainty ProjectionUncertaintyOf(
   return ProjectionUncertaintyOf(lens, FullCovariance(covariance), size, distance_m, radius_px);
 }
 
+/// Weight W of the lens's covariance C in the mean variance of the projection over the image, the
+/// mean of tr(E C E^T) = tr(W C) with E the derivative of e(q) [px^2].
+lens::LensCovariance ProjectionWeight(const lens::Lens& lens, image::ImageSize size,
+                                      std::optional<double> distance_m = std::nullopt);
+
 /// Largest difference between two lenses over the image by the same measure [px].
 double LargestDifference(const lens::Lens& a, const lens::Lens& b, image::ImageSize size,
                          std::optional<double> distance_m = std::nullopt,

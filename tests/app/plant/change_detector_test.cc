@@ -130,7 +130,7 @@ TEST_CASE("a restart repeats no alarm and reports the end of one that ended mean
   CHECK(end.at("event") == "end");
   CHECK(end.at("bit") == 1);
   // A malformed memory is ignored.
-  for (const char* text : {"", "x", "[]", "{\"schema\":9}", "null"}) {
+  for (const char* text : {"", "x", "[]", "{\"schema\":10}", "null"}) {
     ChangeDetector other(Rates(), {"plumbline", "cell-7", "UR10", {}, {}}, text);
     CHECK(detector.Count(other.Update(detector.state, 0), MessageKind::kModel) == 1);
   }

@@ -12,6 +12,7 @@
 #include "tests/app/cell/daemon/daemon_process.h"
 #include "tests/app/cell/daemon/demo_config.h"
 #include "tests/app/cell/daemon/status_command_output.h"
+#include "tests/app/cell/view_link/watched_display.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 namespace plumbline::camera_test {
@@ -33,7 +34,7 @@ std::string ConfigText(const std::string& robot, const std::string& folder, cons
          folder +
          "/frames\"\nrepeat = true\n"
          "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n" +
-         camera + "[zoom]\nlost_after_ms = 5000\n" + zoom + "[board]\nviews = 12\n" + board +
+         camera + "[zoom]\nlost_after_ms = 5000\n" + zoom + "[board]\n" + board +
          TagsTable(folder + "/bodies.toml");
 }
 
@@ -79,16 +80,13 @@ struct Station {
     return Eventually([&] { return State() == state; });
   }
   int Command(int code) { return test::Command(*plc, ++sequence, code); }
-  /// Somebody who follows the prompts, until the lens is valid.
+  /// Somebody who follows the outlines on the display, until the lens is valid.
   void ShowBoard(const renderer::Camera& camera, const target::Board& board) {
-    for (std::uint64_t views = 0; views < 80 && State() != 4; ++views) {
-      const auto told = plc->Read(500, 24);
-      const int kept = told.Word(4);
-      auto prompt = static_cast<lens::BoardPrompt>(told.Word(3));
-      if (prompt == lens::BoardPrompt::kShowBoard || prompt == lens::BoardPrompt::kHoldStill) {
-        prompt = static_cast<lens::BoardPrompt>(3 + views % 4);
-      }
-      image.Show(DrawBoard(camera, board, prompt, views + 1));
+    WatchedDisplay display(folder.path() + "/state");
+    GuidedPerson person(camera, board);
+    while (person.images() < 80 && State() != 4) {
+      const int kept = plc->Read(504, 1).Word(0);
+      image.Show(person.Next(display.Outline()));
       // Until this view is kept; one that is not is followed by another.
       const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(2);
       while (std::chrono::steady_clock::now() < give_up && State() != 4 &&

@@ -88,6 +88,8 @@ ViewState FullState() {
   state.cameras[0].lens = lens::Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
   state.cameras[0].lens->k4 = 0.01;
   state.cameras[0].usable_radius_px = 812.5;
+  state.cameras[0].guidance =
+      lens::BoardGuidance{{{1, 2}, {3, 4}, {1, 2}}, {{5, 6}}, true, 3, 8, 2, 1, {0.5F, 2}};
   ViewTag tag;
   tag.id = 17;
   tag.corners_px = {lens::Vec2(1, 2), lens::Vec2(3, 2), lens::Vec2(3, 4), lens::Vec2(1, 4)};
@@ -185,11 +187,11 @@ TEST_CASE("a malformed text is refused with the reason") {
   CHECK_THAT(PointsOfJson(text).error(), Contains("not a list"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":9"), 10, "\"schema\":7");
+  other.replace(other.find("\"schema\":10"), 11, "\"schema\":7");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
-  CHECK_THAT(ViewOfJson(senseless).error(), Contains("99 is outside 0..12"));
+  CHECK_THAT(ViewOfJson(senseless).error(), Contains("99 is outside 0..18"));
   for (const char* number : {"4e80", "-1", "0.5", "1000000000000000000000", "\"3\""}) {
     std::string beyond = text;
     beyond.replace(beyond.find("\"late\":3"), 8, std::string("\"late\":") + number);

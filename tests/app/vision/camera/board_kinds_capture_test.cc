@@ -42,7 +42,7 @@ renderer::Camera Small(renderer::Camera camera) {
 }  // namespace
 
 TEST_CASE(
-    "every kind of board: following the prompts gives a lens as accurate as its stated "
+    "every kind of board: following the outlines gives a lens as accurate as its stated "
     "uncertainty") {
   const target::Board boards[] = {
       {17, 11, 0.010},
@@ -57,14 +57,11 @@ TEST_CASE(
     settings.board = board;
     settings.views = 12;
     BoardSession session(settings, {camera.width, camera.height}, 0);
+    test::GuidedPerson person(camera, board);
     std::uint64_t frame = 0;
     std::string misses;
     for (; frame < 120 && session.state() == BoardSession::State::kCapturing; ++frame) {
-      lens::BoardPrompt prompt = session.prompt();
-      if (prompt == lens::BoardPrompt::kShowBoard || prompt == lens::BoardPrompt::kHoldStill) {
-        prompt = static_cast<lens::BoardPrompt>(3 + frame % 4);
-      }
-      const renderer::Image image = test::DrawBoard(camera, board, prompt, frame + 1, 0.25);
+      const renderer::Image image = person.Next(session.guidance().wanted_px, 0.1);
       REQUIRE(worker.Submit(test::ViewOf(image), board));
       auto found = Await(worker);
       const double time_s = static_cast<double>(frame);

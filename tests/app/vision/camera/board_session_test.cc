@@ -5,7 +5,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/image/image_size.h"
-#include "tests/app/vision/lens/rendered_views.h"
+#include "tests/app/vision/camera/camera_scene.h"
 
 namespace plumbline::board_session_test {
 
@@ -15,20 +15,26 @@ namespace {
 
 constexpr image::ImageSize kSize{1920, 1080};
 
-/// A user who holds the board and roughly follows the prompts.
+/// A person who brings the board to the outline, and holds it there for a few frames, 1/20 s each.
 class Operator {
  public:
   Operator(double f, std::uint64_t seed)
       : lens_(test::LensOfCamera(renderer::ZoomLens(f))), random_(seed) {}
 
-  /// The next frame, 1/20 s later. The pose is kept for several frames, as by hand.
-  vision::BoardView Next(lens::BoardPrompt prompt) {
+  vision::BoardView Next(const BoardSession& session) {
     if (frame_ % 4 == 0) {
-      X_ = PoseOfPrompt(prompt, board_, lens_, kSize);
-      X_.R = X_.R * RotationFromVector(0.08 * Vec3(N(), N(), N()));
-      X_.p +=
-          0.03 * X_.p.z() * Vec3(kSize.width / lens_.fx * N(), kSize.height / lens_.fy * N(), N());
+      X_ = test::PoseOfOutline(session.guidance().wanted_px, board_, lens_);
+      const Vec3 centre_K(board_.Centre().x(), board_.Centre().y(), 0);
+      Vec3 centre_C = X_ * centre_K;
+      centre_C += 0.02 * centre_C.z() *
+                  Vec3(kSize.width / lens_.fx * N(), kSize.height / lens_.fy * N(), N());
+      X_.R = RotationFromVector(0.08 * Vec3(N(), N(), N())) * X_.R;
+      X_.p = centre_C - X_.R * centre_K;
     }
+    return Same();
+  }
+  /// Without moving.
+  vision::BoardView Same() {
     vision::BoardView view;
     view.time_s = 0.05 * frame_++;
     view.blur_px = 0.8;
@@ -42,8 +48,8 @@ class Operator {
     }
     return view;
   }
+  void HoldAt(const Pose& X_CK) { X_ = X_CK; }
   const lens::Lens& lens() const { return lens_; }
-  double time_s() const { return 0.05 * frame_; }
 
  private:
   double N() { return std::normal_distribution<double>(0, 1)(random_); }
@@ -57,44 +63,14 @@ class Operator {
 int FramesUntilDone(BoardSession& session, Operator& somebody, int most) {
   int frames = 0;
   for (; frames < most && session.state() == BoardSession::State::kCapturing; ++frames) {
-    session.Take(somebody.Next(session.prompt()));
+    session.Take(somebody.Next(session));
   }
   return frames;
 }
 
 }  // namespace
 
-TEST_CASE("each prompt's pose matches its text, and the whole board is in the image") {
-  const target::Board board;
-  for (const double f : {1500.0, 5000.0}) {
-    const lens::Lens lens = test::LensOfCamera(renderer::ZoomLens(f));
-    const auto depth = [&](lens::BoardPrompt prompt, double x, double y) {
-      const lens::Vec2 c = board.Centre();
-      return (PoseOfPrompt(prompt, board, lens, kSize) * Vec3(c.x() + x, c.y() + y, 0)).z();
-    };
-    CHECK(depth(lens::BoardPrompt::kTiltLeft, -0.08, 0) <
-          depth(lens::BoardPrompt::kTiltLeft, 0.08, 0));
-    CHECK(depth(lens::BoardPrompt::kTiltRight, -0.08, 0) >
-          depth(lens::BoardPrompt::kTiltRight, 0.08, 0));
-    CHECK(depth(lens::BoardPrompt::kTiltUpper, 0, -0.05) <
-          depth(lens::BoardPrompt::kTiltUpper, 0, 0.05));
-    CHECK(depth(lens::BoardPrompt::kTiltLower, 0, -0.05) >
-          depth(lens::BoardPrompt::kTiltLower, 0, 0.05));
-    CHECK(depth(lens::BoardPrompt::kCloser, 0, 0) < depth(lens::BoardPrompt::kFarther, 0, 0));
-    for (int code = 3; code <= 12; ++code) {
-      CAPTURE(f, code);
-      const auto prompt = static_cast<lens::BoardPrompt>(code);
-      const Pose X = PoseOfPrompt(prompt, board, lens, kSize);
-      CHECK(InformationOfView(board, vision::SharedOfLens(lens), X, kSize, 0.05));
-      const lens::Vec2 middle =
-          Project<double>(lens, X * Vec3(board.Centre().x(), board.Centre().y(), 0));
-      if (prompt == lens::BoardPrompt::kUpperLeft) CHECK((middle.x() < 700 && middle.y() < 400));
-      if (prompt == lens::BoardPrompt::kLowerRight) CHECK((middle.x() > 1200 && middle.y() > 680));
-    }
-  }
-}
-
-TEST_CASE("following the prompts gives a lens as accurate as its stated uncertainty") {
+TEST_CASE("following the outlines gives a lens as accurate as its stated uncertainty") {
   for (const double f : {1700.0, 5000.0}) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       Operator somebody(f, seed);
@@ -102,7 +78,8 @@ TEST_CASE("following the prompts gives a lens as accurate as its stated uncertai
       const int frames = FramesUntilDone(session, somebody, 2000);
       CAPTURE(f, seed, frames, session.kept(), session.rejection());
       REQUIRE(session.state() == BoardSession::State::kAccepted);
-      CHECK(session.kept() <= 30);
+      CHECK(session.kept() <= 15);
+      CHECK(session.guidance().wanted_px.empty());
       CHECK(session.prompt() == lens::BoardPrompt::kNone);
       const auto& solved = *session.calibration();
       const double wrong = vision::LargestDifference(solved.lens, somebody.lens(), kSize);
@@ -112,88 +89,68 @@ TEST_CASE("following the prompts gives a lens as accurate as its stated uncertai
   }
 }
 
-TEST_CASE("a view that follows the prompt adds more information than repeating the last view") {
-  Operator somebody(3000, 4);
-  const target::Board board;
-  std::vector<vision::BoardView> views;
-  for (int k = 0; k < 6; ++k) {
-    for (int i = 0; i < 4; ++i) {
-      vision::BoardView view =
-          somebody.Next(k < 3 ? lens::BoardPrompt::kTiltLeft : lens::BoardPrompt::kTiltUpper);
-      if (i == 0) views.push_back(view);
-    }
-  }
-  const auto worst = [&](lens::BoardPrompt prompt) {
-    Operator next(3000, 9);
-    std::vector<vision::BoardView> more = views;
-    more.push_back(next.Next(prompt));
-    more.back().time_s = 10;
-    const auto fit = vision::FitLens(board, more, kSize);
-    REQUIRE(fit);
-    const vision::LensMatrix C =
-        fit->covariance.topLeftCorner<vision::kLensCount, vision::kLensCount>();
-    return vision::ProjectionUncertaintyOf(vision::LensFromShared(fit->shared), C, kSize).max_px;
-  };
-  const auto fit = vision::FitLens(board, views, kSize);
-  REQUIRE(fit);
-  const lens::BoardPrompt best = BestPrompt(board, *fit, kSize);
-  CHECK(best != lens::BoardPrompt::kTiltLeft);
-  CHECK(worst(best) < worst(lens::BoardPrompt::kTiltLeft));
-  CHECK(BestPrompt(board, *fit, kSize, {best}) != best);
-}
-
-TEST_CASE("rejected views and their reasons") {
+TEST_CASE("rejected views, their reasons and the instruction") {
   Operator somebody(1700, 2);
   BoardSession session({}, kSize, 0);
   CHECK(session.prompt() == lens::BoardPrompt::kShowBoard);
-  const vision::BoardView first = somebody.Next(lens::BoardPrompt::kTiltLeft);
-  session.Take(first);
+  CHECK_FALSE(session.guidance().wanted_px.empty());
+  session.Take(somebody.Next(session));
   CHECK(session.kept() == 1);
-  CHECK(session.prompt() == lens::BoardPrompt::kTiltUpper);
+  CHECK(session.guidance().views == 1);
+  CHECK(session.guidance().expected_views >= 6);
 
-  session.Take(somebody.Next(lens::BoardPrompt::kTiltLeft));
+  session.Take(somebody.Same());
   CHECK(session.kept() == 1);
   CHECK_THAT(session.rejection(), Catch::Contains("too similar"));
+  CHECK(session.prompt() > lens::BoardPrompt::kHoldStill);
+  CHECK_FALSE(session.guidance().met);
+  CHECK_FALSE(session.guidance().seen_px.empty());
 
-  vision::BoardView moved = somebody.Next(lens::BoardPrompt::kTiltLeft);
-  for (lens::Vec2& corner : moved.corners_px) corner.x() += 200;
-  session.Take(moved);
-  CHECK_THAT(session.rejection(), Catch::Contains("moved by 200"));
-  CHECK(session.prompt() == lens::BoardPrompt::kHoldStill);
+  SECTION("where it is wanted, a board only has to be held still") {
+    for (int k = 0; k < 3; ++k) somebody.Next(session);
+    vision::BoardView moving = somebody.Same();
+    somebody.HoldAt(test::PoseOfOutline(session.guidance().wanted_px, {}, somebody.lens()));
+    vision::BoardView there = somebody.Same();
+    session.Take(moving);
+    session.Take(there);
+    CHECK(session.guidance().met);
+    CHECK(session.prompt() == lens::BoardPrompt::kHoldStill);
+    CHECK_THAT(session.rejection(), Catch::Contains("since the previous frame"));
+    CHECK(session.kept() == 1);
+    session.Take(somebody.Same());
+    CHECK(session.kept() == 2);
 
-  vision::BoardView blurred = somebody.Next(lens::BoardPrompt::kTiltLeft);
-  blurred.blur_px = 4;
-  session.Take(blurred);
-  CHECK_THAT(session.rejection(), Catch::Contains("blurred"));
-  CHECK(session.prompt() == lens::BoardPrompt::kHoldStill);
-
-  session.TakeFailure("only a part of the board", 0.25);
-  CHECK(session.prompt() == lens::BoardPrompt::kShowBoard);
-  CHECK(session.kept() == 1);
+    vision::BoardView blurred = somebody.Next(session);
+    blurred.blur_px = 4;
+    blurred.time_s += 1;
+    session.Take(blurred);
+    CHECK(session.kept() == 2);
+  }
+  SECTION("a board that is not seen") {
+    session.TakeFailure("only a part of the board", 0.25);
+    CHECK(session.prompt() == lens::BoardPrompt::kShowBoard);
+    CHECK(session.guidance().seen_px.empty());
+    CHECK(session.kept() == 1);
+  }
 }
 
-TEST_CASE("a prompt that brings no new view is replaced by another") {
+TEST_CASE("an outline where the board never comes is replaced by another") {
   Operator somebody(1700, 6);
   BoardSession session({}, kSize, 0);
-  while (session.kept() < 4) session.Take(somebody.Next(session.prompt()));
-  vision::BoardView view = somebody.Next(session.prompt());
-  while (session.kept() < 5) session.Take(view = somebody.Next(session.prompt()));
-  const lens::BoardPrompt stuck = session.prompt();
-  int frames = 0;
-  for (; frames < 200 && session.prompt() == stuck; ++frames) {
-    view.time_s += 0.05;
-    session.Take(view);
-  }
-  CHECK(session.prompt() != stuck);
-  CHECK(session.prompt() != lens::BoardPrompt::kHoldStill);
-  CHECK(frames > 10);
+  while (session.kept() < 5) session.Take(somebody.Next(session));
+  const std::vector<lens::Vec2> stuck = session.guidance().wanted_px;
+  double waited_s = 0;
+  for (; waited_s < 60 && session.guidance().wanted_px == stuck; waited_s += 0.05)
+    session.Take(somebody.Same());
+  CHECK(session.guidance().wanted_px != stuck);
+  CHECK(waited_s > 5);
   CHECK(session.kept() == 5);
 }
 
 TEST_CASE("a board that is never moved: refused at the timeout, with the reason") {
   Operator somebody(1700, 3);
   BoardSession session({}, kSize, 0);
-  const vision::BoardView view = somebody.Next(lens::BoardPrompt::kTiltLeft);
+  const vision::BoardView view = somebody.Next(session);
   double time_s = 0;
   for (; session.state() == BoardSession::State::kCapturing && time_s < 1000; time_s += 0.05) {
     vision::BoardView same = view;
@@ -203,7 +160,7 @@ TEST_CASE("a board that is never moved: refused at the timeout, with the reason"
   CHECK(session.state() == BoardSession::State::kRefused);
   CHECK(time_s == Approx(BoardSettings{}.patience_s).margin(0.1));
   REQUIRE_FALSE(session.reasons().empty());
-  CHECK_THAT(session.reasons().back(), Catch::Contains("1 views kept"));
+  CHECK_THAT(session.reasons().back(), Catch::Contains("1 view kept"));
 }
 
 TEST_CASE("a lens that creeps during the capture is refused at once: further views cannot help") {
@@ -211,7 +168,7 @@ TEST_CASE("a lens that creeps during the capture is refused at once: further vie
   Operator somebody(1700, 5);
   int frames = 0;
   for (; frames < 2000 && session.state() == BoardSession::State::kCapturing; ++frames) {
-    vision::BoardView view = somebody.Next(session.prompt());
+    vision::BoardView view = somebody.Next(session);
     const double grown = 1 + 1e-4 * frames;
     for (lens::Vec2& p : view.corners_px) {
       p = (lens::Vec2(959.5, 539.5) + grown * (p - lens::Vec2(959.5, 539.5))).eval();

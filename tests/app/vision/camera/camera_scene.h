@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/vision/camera/board_session.h"
+#include "tests/app/vision/camera/outline_pose.h"
 #include "tests/app/vision/camera/reference_tag_scene.h"
 #include "tests/app/vision/lens/rendered_views.h"
 #include "tests/renderer/pgm.h"
@@ -49,28 +50,54 @@ inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK
   return renderer::Render(camera, sheets, {}, 1);
 }
 
-/// The board roughly where the prompt asks for it. @param roll_rad  largest random roll, as by hand
+/// The board in a pose.
 inline renderer::Image DrawBoard(const renderer::Camera& camera, const target::Board& board,
-                                 lens::BoardPrompt prompt, std::uint64_t seed,
-                                 double roll_rad = 0) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> U(-1, 1);
-  Pose X = vision::PoseOfPrompt(prompt, board, test::LensOfCamera(camera),
-                                {camera.width, camera.height});
-  X.R = X.R * RotationFromVector(0.1 * Vec3(U(random), U(random), U(random)));
-  X.p *= 1.08 + 0.06 * U(random);
-  const Vec3 centre = X * Vec3(board.Centre().x(), board.Centre().y(), 0);
-  const Mat3 rolled = RotationFromVector(Vec3(0, 0, roll_rad * U(random)));
-  X = Pose{rolled * X.R, centre + rolled * (X.p - centre)};
+                                 const Pose& X_CK, std::uint64_t seed) {
   renderer::Sheet sheet;
   sheet.print = vision::PrintOf(board);
-  sheet.X_CK = IsometryOf(X);
+  sheet.X_CK = IsometryOf(X_CK);
   sheet.centre_x_m = board.Centre().x();
   sheet.centre_y_m = board.Centre().y();
   sheet.half_width_m = board.Centre().x() + 2 * board.square_m;
   sheet.half_height_m = board.Centre().y() + 2 * board.square_m;
   return renderer::Render(camera, {sheet}, {}, seed);
 }
+
+/// The board near the middle of the image, as a person first shows it.
+inline Pose FirstPose(const renderer::Camera& camera, const target::Board& board) {
+  const double z_m = camera.fx * (2 * board.Centre().x()) / (0.5 * camera.width);
+  return {RotationFromVector(Vec3(0.2, -0.2, 0)),
+          Vec3(-board.Centre().x(), -board.Centre().y(), z_m)};
+}
+
+/// A person who brings the board to where the display shows it, off by a few degrees and per cent.
+class GuidedPerson {
+ public:
+  GuidedPerson(const renderer::Camera& camera, const target::Board& board)
+      : camera_(camera), board_(board) {}
+
+  /// The next image. @param wanted_px  empty: shows the board as it comes to mind
+  renderer::Image Next(const std::vector<lens::Vec2>& wanted_px, double roll_rad = 0) {
+    ++images_;
+    std::mt19937_64 random(images_);
+    std::uniform_real_distribution<double> U(-1, 1);
+    Pose X = wanted_px.empty() ? FirstPose(camera_, board_)
+                               : PoseOfOutline(wanted_px, board_, LensOfCamera(camera_));
+    const Vec3 centre_K(board_.Centre().x(), board_.Centre().y(), 0);
+    const Vec3 centre_C = (1.02 + 0.02 * U(random)) * (X * centre_K);
+    X.R = RotationFromVector(
+              Vec3(0.06 * U(random), 0.06 * U(random), 0.03 * U(random) + roll_rad * U(random))) *
+          X.R;
+    X.p = centre_C - X.R * centre_K;
+    return DrawBoard(camera_, board_, X, images_);
+  }
+  std::uint64_t images() const { return images_; }
+
+ private:
+  const renderer::Camera camera_;
+  const target::Board board_;
+  std::uint64_t images_ = 0;
+};
 
 /// A folder with one image, for `kind = "recorded"` with `repeat = true`.
 class ShownImage {

@@ -22,14 +22,10 @@ TEST_CASE("a calibration that the tags contradict is not repeated while the boar
   REQUIRE(bench.Becomes(lens::ZoomState::kStale));
   const renderer::Camera camera = renderer::ZoomLens(2600);
   const target::Board board;
-  for (std::uint64_t view = 0; view < 400 && bench.Count("camera: calibrated: f") == 0; ++view) {
-    const auto status = bench.link.status.Read();
-    lens::BoardPrompt prompt = status->prompt;
-    if (prompt <= lens::BoardPrompt::kHoldStill) {
-      prompt = static_cast<lens::BoardPrompt>(3 + view % 4);
-    }
-    bench.image.Show(DrawBoard(camera, board, prompt, view + 1));
-    const auto kept = status->board_views;
+  GuidedPerson person(camera, board);
+  while (person.images() < 400 && bench.Count("camera: calibrated: f") == 0) {
+    const auto kept = bench.link.status.Read()->board_views;
+    bench.image.Show(person.Next(bench.Outline()));
     for (int wait = 0; wait < 40 && bench.link.status.Read()->board_views == kept; ++wait) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -42,7 +38,7 @@ TEST_CASE("a calibration that the tags contradict is not repeated while the boar
   CHECK(status->reason == lens::ZoomReason::kTagsContradict);
   CHECK_FALSE(status->board_wanted);
   CHECK(status->contradicting_count == 2);
-  bench.image.Show(DrawBoard(camera, board, lens::BoardPrompt::kShowBoard, 7));
+  bench.image.Show(DrawBoard(camera, board, FirstPose(camera, board), 7));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // five searches' worth
   CHECK(bench.link.status.Read()->state == lens::ZoomState::kStale);
   CHECK(bench.Count("the board is in view; capture started") == 1);

@@ -60,6 +60,7 @@ struct SupervisedCamera {
   CameraLink link;
   std::mutex mutex;
   std::vector<std::string> log;
+  std::vector<lens::Vec2> wanted_px;
   std::optional<CameraStores> stores;
   std::optional<CameraSupervisor> supervisor;
 
@@ -88,11 +89,22 @@ struct SupervisedCamera {
       log.push_back(entry.text);
     };
     stores.emplace(folder.path(), config::CellReferenceTags(vision.tags), sink);
-    supervisor.emplace(config, vision, std::move(devices).value(), *stores, worker, link, sink);
+    const auto show = [this](camera::Camera&, const camera::CameraFrame&, const TrackedFrame&,
+                             const lens::KnownLens*, const lens::BoardGuidance* guidance) {
+      const std::lock_guard lock(mutex);
+      wanted_px = guidance != nullptr ? guidance->wanted_px : std::vector<lens::Vec2>{};
+    };
+    supervisor.emplace(config, vision, std::move(devices).value(), *stores, worker, link, sink,
+                       show);
     supervisor->Start();
   }
   void ShowCell() const {
     image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera(), turned_rad));
+  }
+  /// Outline in which the board is wanted; empty if none is shown.
+  std::vector<lens::Vec2> Outline() {
+    const std::lock_guard lock(mutex);
+    return wanted_px;
   }
   int Count(const std::string& text) {
     const std::lock_guard lock(mutex);
