@@ -13,6 +13,7 @@
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/known_lens.h"
+#include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::display {
 namespace {
@@ -60,6 +61,7 @@ class OverlayBuilder {
     AddToolAxis();
     AddPoints();
     AddMeasured();
+    AddMeasuredTip();
   }
 
  private:
@@ -394,6 +396,21 @@ class OverlayBuilder {
       AddCross(p_C, static_cast<double>(layout_.em), false, kAlarm);
       AddLabel(p_C, fmt::format("■ {} hits {}", sweep.name, sweep.other), kAlarm, kFirst);
     }
+  }
+
+  /// The tip as this camera measures it.
+  void AddMeasuredTip() {
+    const status::CameraStatus& status = camera_.status;
+    if (!status.tip_valid || !carriers_.world || carriers_.world->stale) return;
+    const Vec3 p_C = carriers_.world->X_CK * status.tip_W;
+    const double ring_px = 0.6 * static_cast<double>(layout_.em);
+    AddCircle(p_C, LengthOf(ring_px, p_C), kTaught);
+    AddCross(p_C, 1.6 * ring_px, false, kTaught);
+    KeepClear({p_C}, kToolWidth_em);
+    const double radius_m =
+        statistics::RadiusHolding95Percent(status.tip_covariance_W + status.tip_tag_covariance_W);
+    AddLabel(p_C, fmt::format("tip as measured ±{:.2f} mm", kMmPerMetre * radius_m), kTaught,
+             kPoint, "tip as measured");
   }
 
   const cell::ViewState& state_;

@@ -42,6 +42,7 @@ struct OverlayInput {
 ///     reach without correction, p = X_WP.p - e R_WB t_B with t_B the correction's translation
 ///     (first order: the correction changes the deflection by micrometres only); a circle of
 ///     radius e u, with u the 95 % radius of the corrected position;
+///   - the tip as the camera measures it: a circle with an oblique cross;
 ///   - datum lines, approach paths, nearest points of watched pairs, the clip plane.
 /// e is the exaggeration; the picture states it if it is not 1. It does not apply to the joint
 /// deflection: the flange is drawn where it is. Everything that depends on stale data is grey, and

@@ -25,6 +25,10 @@ inline constexpr scene::Colour kWarningFill = FromRgb(0xf0b429), kAlarmFill = Fr
 inline constexpr scene::Colour kTaught = FromRgb(0xffffff), kUncorrected = FromRgb(0xdcb0ff),
                                kCorrected = FromRgb(0x6fe0ff);
 
+/// Guidance of a person: what is done, as a mark and as an area under kDarkText, and what is open.
+inline constexpr scene::Colour kMet = FromRgb(0x5fe08a), kMetFill = FromRgb(0x4ccb78),
+                               kOpen = FromRgb(0x4a525d);
+
 /// Text of a tone. Normal states have no hue.
 constexpr scene::Colour OfTone(Tone tone) {
   switch (tone) {

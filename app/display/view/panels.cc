@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/display/view/board_guide.h"
 #include "app/display/view/point_tiles.h"
 #include "app/display/view/state_strip.h"
 #include "app/display/view/status_text.h"
@@ -75,11 +76,7 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
        valid ? Tone::kGood : Tone::kAttention}};
   if (status.prompt != lens::BoardPrompt::kNone) {
     lines.push_back({"→ " + std::string(lens::BoardPromptText(status.prompt)), Tone::kAttention});
-    lines.push_back({facts.model != nullptr
-                         ? fmt::format("{} of {} views recorded", status.board_views,
-                                       facts.model->config.vision.board.views)
-                         : fmt::format("{} views recorded", status.board_views),
-                     Tone::kAttention});
+    if (camera.guidance) lines.push_back({BoardViewsText(camera), Tone::kAttention});
   }
   std::string zoom = status.zoom_counts ? fmt::format("zoom {}", *status.zoom_counts)
                                         : std::string("no zoom reading");

@@ -52,8 +52,12 @@ void PictureWriter::Circle(scene::PicturePoint centre, float radius, const scene
   Stroke(CornersOfCircle(centre, radius), colour, width);
 }
 
+void PictureWriter::Polygon(std::vector<scene::PicturePoint> points, const scene::Colour& colour) {
+  list_.strokes.push_back({std::move(points), colour, 1, true});
+}
+
 void PictureWriter::Disc(scene::PicturePoint centre, float radius, const scene::Colour& colour) {
-  list_.strokes.push_back({CornersOfCircle(centre, radius), colour, 1, true});
+  Polygon(CornersOfCircle(centre, radius), colour);
 }
 
 void PictureWriter::Cross(scene::PicturePoint centre, float arm, const scene::Colour& colour,
@@ -63,6 +67,9 @@ void PictureWriter::Cross(scene::PicturePoint centre, float arm, const scene::Co
 }
 
 float PictureWriter::FittingEm(const std::string& text, float em, float width) const {
+  // In proportion: each size that is measured takes room in the renderer's glyph atlas.
+  const float taken = WidthOf(text, em);
+  if (taken > width) em = std::max(layout_.em, std::floor(em * width / taken));
   while (em > layout_.em && WidthOf(text, em) > width) em -= 1;
   return em;
 }

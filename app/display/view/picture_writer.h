@@ -21,6 +21,8 @@ class PictureWriter {
   void Frame(const scene::Area& area, float width, const scene::Colour& colour);
   void Stroke(std::vector<scene::PicturePoint> points, const scene::Colour& colour, float width);
   void Circle(scene::PicturePoint centre, float radius, const scene::Colour& colour, float width);
+  /// Filled. @param points  closed and convex
+  void Polygon(std::vector<scene::PicturePoint> points, const scene::Colour& colour);
   void Disc(scene::PicturePoint centre, float radius, const scene::Colour& colour);
   /// Plus-shaped.
   void Cross(scene::PicturePoint centre, float arm, const scene::Colour& colour, float width);

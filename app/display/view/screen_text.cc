@@ -8,6 +8,7 @@
 #include <ctime>
 #include <span>
 
+#include "app/display/view/board_guide.h"
 #include "app/display/view/palette.h"
 #include "app/display/view/panels.h"
 #include "app/display/view/point_tiles.h"
@@ -281,12 +282,7 @@ std::vector<PanelLine> NotesOf(const OverlayInput& input, std::size_t k) {
   if (camera.lens && camera.usable_radius_px)
     notes.push_back({"lens calibrated inside the dashed line only", Tone::kAttention});
   if (status.prompt != lens::BoardPrompt::kNone) {
-    const auto* const model = input.facts.model;
-    const std::string all =
-        model != nullptr ? fmt::format(" of {}", model->config.vision.board.views) : "";
-    notes.push_back({fmt::format("→ {} ({}{} views)", lens::BoardPromptText(status.prompt),
-                                 status.board_views, all),
-                     Tone::kAttention});
+    notes.push_back({fmt::format("→ {}", lens::BoardPromptText(status.prompt)), Tone::kAttention});
   }
   return notes;
 }
@@ -362,6 +358,10 @@ void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWi
                scene::DisplayList& list) {
   PictureWriter writer(layout, text_width, list);
   AddStrip(facts, writer);
+  if (const auto guiding = GuidingCamera(facts)) {
+    AddBoardGuide(cell::CameraOf(*facts.state, *guiding), writer);
+    return;
+  }
   AddPointTiles(facts, writer);
   AddDetailBand(facts, writer);
 }
@@ -372,6 +372,12 @@ bool AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayou
   PictureWriter writer(layout, text_width, list);
   const scene::Area& image = layout.image;
   LabelPlacer placer(image, layout.em);
+  if (const cell::ViewCamera& camera = cell::CameraOf(*input.facts.state, k); IsGuiding(camera)) {
+    AddBoardOutlines(camera, writer);
+    if (camera.status.name != status::CameraName::kNone)
+      AddNotes({{status::CameraNameText(camera.status.name)}}, image, placer, writer);
+    return false;
+  }
   for (const scene::Area& area : marks.keep_clear) placer.KeepClear(area);
   if (!StaleReasons(input.facts, std::span(&k, 1)).empty())
     writer.Frame(image, std::max(3.0F, 0.25F * layout.em), palette::kWarningFill);

@@ -24,12 +24,14 @@ std::vector<double> ScaleTicks(double full);
 /// Layout for the displayed cameras and the size of their images.
 PictureLayout LayoutFor(const ViewFacts& facts, image::ImageSize size);
 
-/// Adds the state strip, the tiles of the points and the band of details. Texts never overlap or
-/// leave their area.
+/// Adds the state strip, the tiles of the points and the band of details, or in place of the last
+/// two the guidance of the person who holds the calibration board. Texts never overlap or leave
+/// their area.
 void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
                scene::DisplayList& list);
 
-/// Annotates the image of the k-th camera in the layout's image area: its name, a frame and the
+/// Annotates the image of the k-th camera in the layout's image area. While it captures the
+/// calibration board: where to hold that. Otherwise: its name, a frame and the
 /// reasons if the overlay is stale, the exaggeration if it is not 1, and in the first image the
 /// stress scale if stress is shown. Then adds the inset at the tip if there is room, and the labels
 /// with leader lines; a label without room is omitted. Nothing covers what `marks` keeps clear,

@@ -89,7 +89,8 @@ std::vector<StaleReason> StaleCameraReasons(const ViewFacts& facts, std::size_t 
     const std::string_view prompt = lens::BoardPromptText(camera.status.prompt);
     reasons.push_back({fmt::format("lens {}: {}", lens::ZoomStateText(camera.status.state),
                                    lens::ZoomReasonText(camera.status.reason)),
-                       camera.status.prompt != lens::BoardPrompt::kNone
+                       camera.guidance ? "hold the board where the outline shows it"
+                       : camera.status.prompt != lens::BoardPrompt::kNone
                            ? std::string(prompt)
                            : "keep the zoom at rest and the reference tags in view"});
   } else if (camera.image && !camera.lens) {

@@ -107,6 +107,39 @@ struct Wall {
     cell::MeasuredDistance gap{"left gap", 0.1231, Tip_W(), Tip_W() + Vec3(0.3, 0.2, 0.1)};
     measured.distances = {gap};
   }
+  /// The board is captured, and is where it is wanted or not. A corner of the image is unknown.
+  void Calibrate(bool met) {
+    cell::ViewCamera& camera = scene.state.cameras[0];
+    camera.status.state = lens::ZoomState::kCalibrating;
+    camera.status.reason = lens::ZoomReason::kBoardStarted;
+    camera.status.prompt = met ? lens::BoardPrompt::kHoldStill : lens::BoardPrompt::kUpperRight;
+    camera.lens.reset();
+    lens::BoardGuidance& guidance = camera.guidance.emplace();
+    const auto outline = [](const std::array<lens::Vec2, 4>& corners) {
+      std::vector<lens::Vec2> closed;
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        for (int part = 0; part < 4; ++part)
+          closed.emplace_back(corners[edge] +
+                              0.25 * part * (corners[(edge + 1) % 4] - corners[edge]));
+      }
+      closed.push_back(closed.front());
+      return closed;
+    };
+    guidance.wanted_px = outline({lens::Vec2(1100, 90), {1850, 30}, {1850, 560}, {1100, 500}});
+    guidance.seen_px = met ? outline({lens::Vec2(1110, 100), {1840, 50}, {1835, 570}, {1105, 505}})
+                           : outline({lens::Vec2(620, 330), {1180, 300}, {1190, 690}, {630, 680}});
+    guidance.met = met;
+    guidance.views = 4;
+    guidance.expected_views = 9;
+    guidance.columns = 13;
+    guidance.rows = 9;
+    for (int k = 0; k < 13 * 9; ++k) {
+      const auto right = static_cast<float>(k % 13), up = 8 - static_cast<float>(k / 13);
+      guidance.uncertainty.push_back(0.02F * right * right + 0.03F * up * up);
+    }
+    scene.state.alarms = 0;
+    scene.state.health = HealthOf({.warnings = warning::kLensStale});
+  }
   void SecondCamera() {
     scene.state.cameras.push_back(scene.state.cameras[0]);
     scene.state.cameras[0].status.name = status::CameraName::kSide;
@@ -194,8 +227,8 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
     std::puts("SKIPPED: no EGL here");
     return;
   }
-  const std::string state =
-      GENERATE("good", "note", "interference", "stale", "silent", "two", "drawn", "drawn-stale");
+  const std::string state = GENERATE("good", "note", "interference", "stale", "silent", "two",
+                                     "drawn", "drawn-stale", "guided", "met", "guided-two");
   Wall wall(state == "good" ? "" : "exaggeration = 10.0\nstress = true\nstress_full_MPa = 20.0\n");
   if (state == "good") wall.MorePoints(2);
   if (state == "good") {
@@ -210,6 +243,8 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
     wall.scene.state.cameras[0].status.state = lens::ZoomState::kCalibrating;
     wall.scene.state.cameras[0].status.prompt = lens::BoardPrompt::kTiltLeft;
   }
+  if (state == "guided-two") wall.SecondCamera();
+  if (state.starts_with("guided") || state == "met") wall.Calibrate(state == "met");
   if (state.starts_with("drawn")) {
     wall.scene.state.cameras.clear();
     wall.objects = std::make_shared<cell::SceneSnapshot>();
