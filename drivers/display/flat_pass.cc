@@ -191,8 +191,12 @@ float FlatPass::TextWidth(const std::string& text, float height_px) {
   int width = 0;
   for (const char32_t code_point : CodePointsFromUtf8(text)) {
     if (code_point < U' ') continue;
-    const AtlasEntry* placed = Find(code_point, WholeSize(height_px));
-    if (placed != nullptr) width += placed->glyph.advance;
+    const int size_px = WholeSize(height_px);
+    if (const AtlasEntry* placed = Find(code_point, size_px)) {
+      width += placed->glyph.advance;
+    } else if (const auto glyph = font_ ? font_->Rasterise(code_point, size_px) : std::nullopt) {
+      width += glyph->advance;  // the atlas is full; it is cleared before the next drawing
+    }
   }
   return static_cast<float>(width);
 }
