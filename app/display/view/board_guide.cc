@@ -257,8 +257,11 @@ void AddBoardGuide(const cell::ViewCamera& camera, PictureWriter& writer) {
   const std::string certain = fmt::format("{:.0f} % certain", 100 * guidance.CertainShare());
   writer.Text(map.x, map.bottom() + 0.2F * pad, room,
               writer.FittingEm(certain, layout.name_em, room), certain, palette::kText);
-  writer.Text(map.x, map.bottom() + 0.2F * pad + text, room, layout.em, "amber: not certain yet",
-              palette::kWarning);
+  const bool known = guidance.CertainShare() == 1;
+  const PanelLine next = known ? PanelLine{"further views confirm it"}
+                               : PanelLine{"amber: not certain yet", Tone::kAttention};
+  writer.Text(map.x, map.bottom() + 0.2F * pad + text, room, layout.em, next.text,
+              palette::OfTone(next.tone));
 }
 
 }  // namespace plumbline::display

@@ -184,10 +184,16 @@ TEST_CASE(
   CHECK(rig.supervisor.Status().board_wanted);
   REQUIRE(rig.supervisor.StartBoard(rig.now_s));
   const double began_s = rig.now_s;
-  rig.supervisor.OnBoardProgress(lens::BoardPrompt::kTiltLeft, 3, rig.now_s += 0.5);
+  lens::BoardGuidance guidance;
+  guidance.views = 1;
+  guidance.expected_views = 6;
+  guidance.uncertainty = {0.5F, 3};
+  rig.supervisor.OnBoardProgress(lens::BoardPrompt::kTiltLeft, guidance, rig.now_s += 0.5);
+  CHECK(
+      rig.Says("camera: 1 view of the board, about 6 expected, 50 % of the image certain; tilt "
+               "the left edge towards the camera"));
   CHECK(rig.supervisor.Status().prompt == lens::BoardPrompt::kTiltLeft);
-  CHECK(rig.supervisor.Status().board_views == 3);
-  CHECK(rig.Says("tilt the board's left edge"));
+  CHECK(rig.supervisor.Status().board_views == 1);
   rig.Reading();
   SECTION("accepted") {
     REQUIRE(rig.supervisor.OnBoardAccepted(*Rig::LensOf(rig.real, 0), began_s, rig.now_s));
