@@ -214,6 +214,30 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK(drawn.Says("STALE: lens calibrating"));
     CHECK(drawn.Says("→ tilt the left edge towards the camera"));
   }
+  SECTION("a calibration in progress: instruction, views and what is still uncertain") {
+    ViewScene scene;
+    cell::ViewCamera& camera = scene.state.cameras[0];
+    camera.status.state = lens::ZoomState::kCalibrating;
+    camera.status.prompt = lens::BoardPrompt::kUpperLeft;
+    camera.guidance =
+        lens::BoardGuidance{{{100, 100}, {500, 90}, {510, 400}, {95, 390}, {100, 100}},
+                            {},
+                            false,
+                            4,
+                            9,
+                            2,
+                            1,
+                            {0.5F, 2}};
+    const Drawn drawn(scene, {1920, 1080});
+    CHECK(drawn.Says("↖ Move the board up and to the left"));
+    CHECK(drawn.Says("of about 9"));
+    CHECK(drawn.Says("50 % certain"));
+    CHECK(drawn.Says("amber: not certain yet"));
+    CHECK_FALSE(drawn.Says("4.15 mm"));
+    CHECK_FALSE(drawn.Says("views recorded"));
+    camera.guidance->uncertainty = {0.5F, 1};
+    CHECK(Drawn(scene, {1920, 1080}).Says("further views confirm it"));
+  }
   SECTION("no lens: tags may be in the image, but nothing is placed") {
     ViewScene scene;
     scene.state.cameras[0].status.state = lens::ZoomState::kStale;
