@@ -382,7 +382,7 @@ def main():
     made.add_argument("--product", default=os.path.join(ROOT, "build/bin/plumbline"))
     made.add_argument("--brand", action="append", help="only these modules of program_brands")
     made.add_argument("--program", action="append", help="only these programs")
-    made.add_argument("--quick", action="store_true", help="the first two programs of each brand")
+    made.add_argument("--quick", action="store_true", help="the first program of each brand")
     made.add_argument("--public", metavar="FOLDER")
     made.add_argument("--keep", metavar="FOLDER", help="keep cells and programs there")
     options = made.parse_args()
@@ -399,7 +399,7 @@ def main():
         programs = brand.programs()
         names = [n for n in programs if not options.program or n in options.program]
         results = {}
-        for name in names[:2] if options.quick else names:
+        for name in names[:1] if options.quick else names:
             with tempfile.TemporaryDirectory() as folder:
                 if options.keep:
                     folder = os.path.join(options.keep, brand_name, name)
