@@ -23,6 +23,8 @@ constexpr double kAlwaysSharp_px = 1.2;  ///< .. and wider than this
 constexpr std::size_t kRecentBlurs = 40;
 /// A view is kept if it gains this share of what the next best view would.
 constexpr double kMinGainShare = 0.6;
+constexpr double kOutlineNovelty = 2 * kMinNovelty;  ///< a hand misses the outline by as much
+constexpr int kMostAlternatives = 40;
 constexpr double kPatienceWithView_s = 12;  ///< then another view is shown as the next one
 constexpr double kSufficientShare = 0.9;    ///< of the image
 /// Consecutive judgements: the first ones rest on few views.
@@ -63,6 +65,17 @@ double BoardSession::NoveltyOf(const BoardView& view) const {
   double nearest = INFINITY;
   for (const BoardView& other : kept_) nearest = std::min(nearest, Distance(view, other));
   return nearest / std::hypot(size_.width, size_.height);
+}
+
+/// The same of the board at a pose.
+double BoardSession::NoveltyAt(const Pose& X_CK) const {
+  BoardView view;
+  if (!BoardPixels(settings_.board, choice_->knowledge().shared, X_CK.R, Vec3::Zero(), X_CK.p,
+                   view.corners_px, nullptr, nullptr)) {
+    return INFINITY;
+  }
+  view.seen.assign(view.corners_px.size(), true);
+  return NoveltyOf(view);
 }
 
 /// What is wrong with a frame whose board moves; empty if nothing is.
@@ -150,8 +163,15 @@ void BoardSession::Keep(BoardView view) {
 }
 
 void BoardSession::ChooseNextView(double time_s) {
-  choice_.emplace(settings_.board, KnowledgeFrom(settings_.board, kept_, size_), size_,
-                  settings_.options.distance_m);
+  const LensKnowledge knowledge = KnowledgeFrom(settings_.board, kept_, size_);
+  choice_.emplace(settings_.board, knowledge, size_, settings_.options.distance_m);
+  // An outline where a view has been kept asks for one that would be too similar to it.
+  for (int k = 0; k < kMostAlternatives && choice_->gain() > 0; ++k) {
+    if (NoveltyAt(choice_->X_CK()) >= kOutlineNovelty) break;
+    choice_->ChooseAnother();
+  }
+  if (!(choice_->gain() > 0))
+    choice_.emplace(settings_.board, knowledge, size_, settings_.options.distance_m);
   chosen_s_ = time_s;
   const double acceptable_px = settings_.options.acceptable_px;
   // The claim may rest on more than the covariance: at least one more view is expected.

@@ -57,6 +57,7 @@ class BoardSession {
   std::string ReasonToReject(const BoardView& view);
   std::string Unsteadiness(const BoardView& view);
   double NoveltyOf(const BoardView& view) const;
+  double NoveltyAt(const Pose& X_CK) const;
   void Keep(BoardView view);
   void ChooseNextView(double time_s);
   void ShowWantedView();
