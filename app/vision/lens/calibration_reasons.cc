@@ -10,6 +10,11 @@
 namespace plumbline::vision {
 namespace {
 
+/// After half a turn a board without a mark looks the same, so that its errors would count in the
+/// wrong place.
+constexpr const char* kTurnBoard =
+    "turn the board by 90 degrees, always to the same side, for some of the views";
+
 // Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
 // in a hundred is refused at this level.
 constexpr double kChangeSignificance = 1e-2;
@@ -90,13 +95,11 @@ Exclusion ExclusionOf(const UnprovedEffect& effect) {
       return {"motion of the board while the rows of the image are read out (rolling shutter)",
               "rest the board for each frame, and turn it by 90 degrees for some"};
     case CaptureCause::kStretchedPrint:
-      return {"a print that is stretched or skewed",
-              "turn the board by 90 degrees for some of the views"};
+      return {"a print that is stretched or skewed", kTurnBoard};
     case CaptureCause::kUnevenPrint:
-      return {"an uneven print", "turn the board by 90 and by 180 degrees for some of the views"};
+      return {"an uneven print", kTurnBoard};
     case CaptureCause::kBoardNotFlat:
-      return {"a board that is not flat",
-              "turn the board by 90 and by 180 degrees for some of the views"};
+      return {"a board that is not flat", kTurnBoard};
     case CaptureCause::kBoardGlass:
       return {"glass on the board", "take views with the board tilted by up to 50 degrees"};
     default:
