@@ -52,8 +52,8 @@ struct Board {
 /// A turn of a board about its centre that leaves its points in the same places.
 struct BoardTurn {
   int quarters = 0;  ///< quarter turns from x to y, 0..3
-  std::vector<int>
-      points;  ///< the point that takes the place of each point: R p_k + (1 - R) centre
+  /// The point that takes the place of each point: R p_k + (1 - R) centre.
+  std::vector<int> points;
 };
 /// All turns of a board, the identity first: the points do not show by which of them it is turned.
 /// Two for most rectangles, four for squares, one if tags or shifted rows reveal the order of the
