@@ -68,6 +68,9 @@ void AddDeclarationOptions(CLI::App& command, target::DeclaredFacts& declared) {
   command.add_flag("--fixed-focus", declared.fixed_focus,
                    "Declare that the focal length is the same in all images: no autofocus, no zoom "
                    "drive that moves by itself");
+  command.add_flag("--oblong-pixels", declared.oblong_pixels,
+                   "Declare that the pixels are not square, as those of a camera with an analogue "
+                   "signal or a scaled image");
 }
 
 target::Board BoardOf(const BoardOptions& options) {

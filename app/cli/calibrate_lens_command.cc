@@ -7,6 +7,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -125,7 +126,8 @@ std::string OtherBoardHint(const std::string& folder, const std::vector<std::str
 struct CalibrateLensOptions {
   std::string images, match = "*", json, yaml, xml, dat;
   BoardOptions board;
-  double acceptable_px = vision::CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  std::optional<double> acceptable_px;
+  double distance_mm = 0;
   target::DeclaredFacts declared;
   bool quiet = false;
 
@@ -283,7 +285,8 @@ int Run(const CalibrateLensOptions& options) {
   if (Interruption::Requested()) return Interrupted();
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
   vision::CalibrationOptions criteria;
-  criteria.acceptable_px = options.acceptable_px;
+  if (options.acceptable_px) criteria.acceptable_px = *options.acceptable_px;
+  criteria.accept_least = !options.acceptable_px;
   criteria.declared = options.declared;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   vision::LensCalibration calibration =
@@ -341,8 +344,8 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
                       "Write an accepted lens as ARToolKit's camera_para.dat (without covariance)");
   command
       ->add_option("--acceptable-px", options->acceptable_px,
-                   "Largest accepted standard deviation of the projection")
-      ->capture_default_str()
+                   "Largest accepted standard deviation of the projection; if not given, 0.5 px if "
+                   "the images can prove it, else what they prove, with a note")
       ->check(NumberWithin(0.001, 100));
   command
       ->add_option("--distance-mm", options->distance_mm,

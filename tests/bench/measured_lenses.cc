@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -11,6 +12,7 @@
 
 #include "app/vision/lens/calibration.h"
 #include "app/vision/lens/lens_fit.h"
+#include "app/vision/lens/projection_uncertainty.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/lens_captures/camera_model.h"
 #include "tests/lens_captures/measured_captures.h"
@@ -195,6 +197,30 @@ std::string AcceptedFrom(const MeasuredCapture& capture) {
   return "none up to 10 px";
 }
 
+/// Two halves of the images, every other one, each solved on its own: the largest difference of the
+/// two lenses within the usable region, in units of what the claim of the whole set implies. The
+/// halves have twice the variance each, so that their difference has twice the standard deviation.
+std::string HalvesOf(const MeasuredCapture& capture, const vision::LensCalibration& c) {
+  std::vector<int> images;
+  for (const int image : std::set<int>(capture.image_of.begin(), capture.image_of.end()))
+    images.push_back(image);
+  std::vector<vision::BoardView> halves[2];
+  for (std::size_t j = 0; j < capture.views.size(); ++j) {
+    const auto at = std::ranges::find(images, capture.image_of[j]) - images.begin();
+    halves[at % 2].push_back(capture.views[j]);
+  }
+  std::optional<lens::Lens> lenses[2];
+  for (int half : {0, 1}) {
+    const auto fit = vision::FitLens(capture.board, halves[half], capture.size);
+    if (fit) lenses[half] = vision::LensFromShared(fit->shared);
+  }
+  if (!lenses[0] || !lenses[1]) return "no lens from one of the halves";
+  const double apart_px = vision::LargestDifference(*lenses[0], *lenses[1], capture.size,
+                                                    std::nullopt, c.usable_radius_px);
+  return fmt::format("{:.2f} px apart, {:.2f} of their claimed standard deviation", apart_px,
+                     apart_px / (2 * c.uncertainty.max_px));
+}
+
 }  // namespace
 
 void MeasuredLenses() {
@@ -222,6 +248,7 @@ void MeasuredLenses() {
     }
     fmt::print("    RMS {:.3f} px, standard deviation at most {:.2f} px, accepted from {}\n",
                c.rms_px, c.uncertainty.max_px, AcceptedFrom(capture));
+    fmt::print("    halves {}\n", HalvesOf(capture, c));
     const double reference_px = HeldOut(capture, OpenCv(0));
     for (const auto& [name, solver] : peers) {
       if (std::string(name) == "mrcal" && !HasMrcal()) {

@@ -18,10 +18,10 @@ using Views = std::vector<vision::BoardView>;
 constexpr const char* kInImage = "fixed in the image|distort|window|fisheye";
 constexpr const char* kOnBoard = "board|print|flat|glass";
 constexpr const char* kOfView =
-    "rame to frame|in each frame|rolling shutter|haze|not fit|cannot be used|two states|pixels are "
-    "not square";
+    "rame to frame|rolling shutter|not fit|cannot be used|two states|pixels are not square|fy / fx "
+    "is";
 constexpr const char* kInTime = "changed|moved|bent|from the first|rame to frame|two states";
-constexpr const char* kOfDetector = "noise|not fit|cannot be used|in each frame";
+constexpr const char* kOfDetector = "rame to frame|not fit|cannot be used";
 
 constexpr double kPi = std::numbers::pi;
 
@@ -579,7 +579,7 @@ void AddConfounded(std::vector<Kind>& kinds) {
            }
          };
        }});
-  kinds.push_back({"confounded: pixels not square", Expected::kEither, "square|aspect",
+  kinds.push_back({"confounded: pixels not square", Expected::kEither, "square|fy / fx is",
                    [](Conditions& c, Random& random) {
                      c.camera.fy *= 1 + EitherSign(random, 1, 1) * Size(random, 3e-4, 7e-2);
                    }});

@@ -147,7 +147,7 @@ void AddPoorViews(std::vector<Kind>& kinds) {
                        }
                      };
                    }});
-  kinds.push_back({"heat haze", Expected::kEither, "haze", [](Conditions& c, Random& random) {
+  kinds.push_back({"heat haze", Expected::kEither, "hot air", [](Conditions& c, Random& random) {
                      const auto seed = random();
                      c.change_views = [seed](Views& views) {
                        Random own(seed);

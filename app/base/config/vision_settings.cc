@@ -58,6 +58,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
       "fixed_focus", camera.declared.fixed_focus,
       {"true: you declare that the focal length is the same in all frames of a calibration: no "
        "autofocus, no zoom drive that moves by itself"});
+  keys.Add(
+      "oblong_pixels", camera.declared.oblong_pixels,
+      {"true: you declare that the pixels are not square, as those of a camera with an analogue "
+       "signal or a scaled image"});
   keys.Add("device", v4l2.device,
            Required("for \"v4l2\": path, serial number, or serial number and port, as printed by "
                     "`plumbline cameras`; for \"dv\": the FIFO that DV frames are written to",

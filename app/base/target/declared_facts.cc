@@ -3,7 +3,8 @@
 namespace plumbline::target {
 
 DeclaredFacts MissingOf(const DeclaredFacts& needed, const DeclaredFacts& declared) {
-  return {needed.no_window && !declared.no_window, needed.fixed_focus && !declared.fixed_focus};
+  return {needed.no_window && !declared.no_window, needed.fixed_focus && !declared.fixed_focus,
+          needed.oblong_pixels && !declared.oblong_pixels};
 }
 
 bool Includes(const DeclaredFacts& declared, const DeclaredFacts& needed) {
@@ -11,8 +12,13 @@ bool Includes(const DeclaredFacts& declared, const DeclaredFacts& needed) {
 }
 
 std::string TextOf(const DeclaredFacts& facts) {
-  std::string text = facts.no_window ? "no_window" : "";
-  if (facts.fixed_focus) text += text.empty() ? "fixed_focus" : ", fixed_focus";
+  std::string text;
+  const auto add = [&](bool declared, const char* name) {
+    if (declared) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(facts.no_window, "no_window");
+  add(facts.fixed_focus, "fixed_focus");
+  add(facts.oblong_pixels, "oblong_pixels");
   return text;
 }
 

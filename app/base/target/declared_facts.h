@@ -12,6 +12,9 @@ struct DeclaredFacts {
   /// The focal length is the same in all frames: no autofocus, and no zoom or focus drive that
   /// moves by itself.
   bool fixed_focus = false;
+  /// The pixels are not square, as those of a camera with an analogue signal or a scaled image.
+  /// Otherwise fy / fx = 1 is expected of a lens.
+  bool oblong_pixels = false;
 
   bool operator==(const DeclaredFacts&) const = default;
 };
@@ -22,7 +25,7 @@ DeclaredFacts MissingOf(const DeclaredFacts& needed, const DeclaredFacts& declar
 /// Whether everything that `needed` declares is declared.
 bool Includes(const DeclaredFacts& declared, const DeclaredFacts& needed);
 
-/// "no_window, fixed_focus", the names of the keys; empty if nothing is declared.
+/// "no_window, fixed_focus, oblong_pixels", the names of the keys; empty if nothing is declared.
 std::string TextOf(const DeclaredFacts& facts);
 
 }  // namespace plumbline::target

@@ -31,6 +31,7 @@ constexpr double kSufficientShare = 0.9;    ///< of the image
 constexpr int kHopelessToRefuse = 5;
 constexpr int kMostExpectedViews = 30;       ///< beyond those already kept
 constexpr double kLargestUncertainty = 1e6;  ///< in place of infinity where the lens folds back
+constexpr double kNotYetCertain = 1.001;     ///< in units of the limit
 
 /// RMS distance over the points that both views show [px]; infinite if they share none (possible
 /// with partial views of a ChArUco board).
@@ -187,9 +188,11 @@ void BoardSession::ChooseNextView(double time_s) {
   guidance_.columns = static_cast<std::uint16_t>(claim.columns);
   guidance_.rows = static_cast<std::uint16_t>(claim.rows);
   guidance_.uncertainty.clear();
+  // Nothing is certain before it has been judged.
+  const double least_shown = calibration_ ? 0 : kNotYetCertain;
   for (const double sd_px : claim.sd_px)
     guidance_.uncertainty.push_back(
-        static_cast<float>(std::min(sd_px / acceptable_px, kLargestUncertainty)));
+        static_cast<float>(std::clamp(sd_px / acceptable_px, least_shown, kLargestUncertainty)));
   ShowWantedView();
 }
 

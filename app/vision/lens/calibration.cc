@@ -14,8 +14,10 @@
 #include "app/vision/lens/calibration_reasons.h"
 #include "app/vision/lens/capture_change.h"
 #include "app/vision/lens/capture_diagnosis.h"
+#include "app/vision/lens/residual_parts.h"
 #include "app/vision/lens/unproved_effects.h"
 #include "app/vision/lens/usable_region.h"
+#include "app/vision/lens/view_dependence.h"
 #include "app/vision/lens/view_selection.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -31,14 +33,19 @@ struct LensVerdict {
   RegionChoice region;
   /// Because of these it is not certain enough; see DecisiveEffects().
   std::vector<UnprovedEffect> decisive;
-  std::string change;      ///< see ChangeReason()
+  std::string change;  ///< see ChangeReason()
+  ResidualParts parts;
+  /// Errors that the capture shows and that neither the covariance nor a finding contains: the
+  /// field fixed in the image and the effect of a change [px].
+  RadiusErrors shown_px{};
+  double oblong_px = 0;    ///< of it, see EffectOfAspect()
   bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
   bool displaced = false;  ///< some views do not fit
   /// Least uncertainty in half of the image or more, of all lenses that a larger limit would accept
   /// [px]; infinite if there is none.
   double least_px = std::numeric_limits<double>::infinity();
 
-  bool acceptable() const { return region.acceptable && change.empty() && !displaced; }
+  bool acceptable() const { return region.acceptable && !displaced; }
 };
 
 /// Chooses the usable region and states the uncertainty there, including that errors of this size
@@ -46,10 +53,13 @@ struct LensVerdict {
 RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOptions& options,
                               LensCalibration& result);
 
-/// Tests for changes, and widens the covariance for those that are too small to be detected.
+/// What the residuals of the fit show beyond one lens and one board: a field fixed in the image, a
+/// change, a lens that depends on how the board was held. Each is an error of the lens, of the size
+/// that is found; changes too small to be detected widen the covariance.
 /// @param widening  of the fit's covariance
-void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
-                 const target::DeclaredFacts& declared, LensVerdict& verdict);
+void TestResiduals(const LensFit& fit, const ViewConsistency& consistency,
+                   std::span<const BoardView> views, double widening,
+                   const target::DeclaredFacts& declared, LensVerdict& verdict);
 
 // A zoom by 1 % before the last view must exceed five standard deviations ..
 constexpr double kMaxLastViewFocalSd = 2e-3;
@@ -67,8 +77,10 @@ RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
 }
 
 /// StateUncertainty() with the effects that are not excluded.
-void ChooseRegion(const RadiusErrors& errors_px, const std::vector<UnprovedEffect>& unproved,
+void ChooseRegion(RadiusErrors errors_px, const std::vector<UnprovedEffect>& unproved,
                   const CalibrationOptions& options, LensVerdict& verdict) {
+  for (std::size_t k = 0; k < errors_px.size(); ++k)
+    errors_px[k] = std::hypot(errors_px[k], verdict.shown_px[k]);
   const lens::LensCovariance covariance = verdict.result.covariance;
   verdict.region = StateUncertainty(ErrorsWith(unproved, errors_px), options, verdict.result);
   verdict.decisive =
@@ -79,8 +91,7 @@ void ChooseRegion(const RadiusErrors& errors_px, const std::vector<UnprovedEffec
 
 /// Least uncertainty of a lens that can be accepted at all [px].
 double LeastOf(const LensVerdict& verdict) {
-  return verdict.change.empty() && !verdict.displaced ? verdict.region.least_px
-                                                      : std::numeric_limits<double>::infinity();
+  return verdict.displaced ? std::numeric_limits<double>::infinity() : verdict.region.least_px;
 }
 
 /// Whether a view fits much worse than the others and than its noise.
@@ -103,7 +114,8 @@ LensVerdict AdoptedVerdict(const CaptureDiagnosis::Adopted& adopted, const Consi
   verdict.result.board_bow = adopted.board_bow;
   verdict.result.board_bow_m = LargestBow(adopted.board_bow, plain.board);
   verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
-  TestChanges(adopted.linearized, kept, adopted.precision.dispersion, options.declared, verdict);
+  TestResiduals(adopted.linearized, fitted.consistency, kept, adopted.precision.dispersion,
+                options.declared, verdict);
   verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
   ChooseRegion(adopted.error_px, adopted.unproved, options, verdict);
   return verdict;
@@ -123,13 +135,30 @@ RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOp
   return region;
 }
 
-void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
-                 const target::DeclaredFacts& declared, LensVerdict& verdict) {
+void TestResiduals(const LensFit& fit, const ViewConsistency& consistency,
+                   std::span<const BoardView> views, double widening,
+                   const target::DeclaredFacts& declared, LensVerdict& verdict) {
+  const target::Board& board = verdict.result.board;
+  const image::ImageSize size = verdict.result.size;
+  verdict.parts = PartsOf(fit, consistency, views, size);
+  verdict.shown_px = verdict.parts.field_px;
+  const double by_image = WideningByImage(verdict.parts, fit.sigma_px);
+  if (by_image > widening) {
+    verdict.result.covariance *= by_image / widening;
+    widening = by_image;
+  }
   const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
   verdict.result.covariance += FullCovariance(test.undetected_covariance);
+  if (const auto dependence = DependenceOnViews(fit, views, board, size, widening))
+    verdict.result.covariance += FullCovariance(dependence->covariance);
+  const double change_px = EffectOfChanges(test, fit, size);
+  verdict.oblong_px = declared.oblong_pixels
+                          ? 0
+                          : EffectOfAspect(verdict.result.lens, verdict.result.covariance, size);
+  for (double& px : verdict.shown_px) px = std::hypot(px, change_px, verdict.oblong_px);
   verdict.head_on = test.last_view_focal_sd >
                     std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
-  verdict.change = ChangeReason(test, fit, views, verdict.result.board, declared);
+  verdict.change = ChangeReason(test, fit, views, board, declared);
 }
 
 /// States the uncertainty of the plain lens, with what the diagnosis finds or does not exclude.
@@ -151,7 +180,7 @@ std::vector<UnprovedEffect> AdoptBest(const CaptureDiagnosis& diagnosis,
     if (verdict.acceptable() && lens::UsableEverywhere(verdict.result)) break;
     LensVerdict other = AdoptedVerdict(adopted, fitted, kept, options, plain);
     other.least_px = verdict.least_px = std::min(verdict.least_px, LeastOf(other));
-    if (other.change.empty() && !other.displaced && decisive.empty()) decisive = other.decisive;
+    if (!other.displaced && decisive.empty()) decisive = other.decisive;
     if (!other.acceptable() ||
         (verdict.acceptable() && other.region.radius_px <= verdict.region.radius_px))
       continue;
@@ -163,6 +192,7 @@ std::vector<UnprovedEffect> AdoptBest(const CaptureDiagnosis& diagnosis,
   return verdict.acceptable() ? std::vector<UnprovedEffect>{} : decisive;
 }
 
+constexpr double kMostUseful = 1.0 / 400;  // largest uncertainty, share of the image's width
 constexpr double kMinCoverage = 0.35;
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
 constexpr double kMostlyNoise = 0.7;        // noise in the residuals
@@ -199,10 +229,9 @@ lens::LensCovariance CovarianceByNoise(const ConsistentFit& fitted) {
 }
 
 /// The findings, or what they leave if that is more than they explain.
-std::string FindingsReason(const CaptureDiagnosis& diagnosis, const ConsistentFit& fitted,
+std::string FindingsReason(const CaptureDiagnosis& diagnosis, const ResidualParts& parts,
                            const target::DeclaredFacts& declared) {
-  return diagnosis.explains_little ? UnexplainedWords(fitted.fit, fitted.consistency)
-                                   : ReasonOf(diagnosis, declared);
+  return diagnosis.explains_little ? UnexplainedWords(parts) : ReasonOf(diagnosis, declared);
 }
 
 /// What would make the lens certain where it is not.
@@ -216,6 +245,10 @@ Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
                 const LensVerdict& verdict) {
   if (!verdict.decisive.empty()) return {UnprovedAdvice(verdict.decisive, options.declared), true};
   const LensCalibration& result = verdict.result;
+  if (verdict.parts.field_px[0] > kMinShareOfNoise * result.everywhere_px)
+    return {FieldAdvice(verdict.parts.field_px[0]), false};
+  if (verdict.oblong_px > kMinShareOfNoise * result.everywhere_px)
+    return {AspectAdvice(result.lens), false};
   // More views help only if the noise alone makes the lens uncertain.
   const auto& [fit, consistency] = fitted;
   const double by_noise_px = ProjectionUncertaintyOf(result.lens, CovarianceByNoise(fitted),
@@ -225,8 +258,8 @@ Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
       !(by_noise_px <= options.acceptable_px) || NoiseShare(fit, consistency) > kMostlyNoise)
     return {AdviceOnViews(fit, kept, result.size), true};
   if (!diagnosis.findings.empty())
-    return {FindingsReason(diagnosis, fitted, options.declared), false};
-  return {UnexplainedWords(fit, consistency), true};
+    return {FindingsReason(diagnosis, verdict.parts, options.declared), false};
+  return {UnexplainedWords(verdict.parts), true};
 }
 
 /// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
@@ -254,15 +287,14 @@ void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> view
 std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiagnosis& diagnosis,
                                    const ConsistentFit& fitted,
                                    const target::DeclaredFacts& declared, double shared) {
-  const bool found = !diagnosis.findings.empty();
-  if (verdict.displaced || (found && (!verdict.region.acceptable || !verdict.change.empty())))
-    return {FindingsReason(diagnosis, fitted, declared)};
+  if (verdict.acceptable()) return {};
+  if (verdict.displaced || !diagnosis.findings.empty())
+    return {FindingsReason(diagnosis, verdict.parts, declared)};
   // A change that explains little of the residuals is not their cause.
-  if (!verdict.change.empty() && !found &&
-      NoiseShare(fitted.fit, fitted.consistency) <= kMostlyNoise)
-    return {UnexplainedWords(fitted.fit, fitted.consistency)};
+  if (!verdict.change.empty() && NoiseShare(fitted.fit, fitted.consistency) <= kMostlyNoise)
+    return {UnexplainedWords(verdict.parts)};
   if (!verdict.change.empty()) return {verdict.change};
-  if (verdict.region.acceptable || !(shared > kMaxSharedVariance)) return {};
+  if (!(shared > kMaxSharedVariance)) return {};
   return {fmt::format(
       "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
       "same in all views; use a flat board that is printed true to size",
@@ -326,7 +358,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const double shared = FillResult(fit, kept, result, widening);
   LensVerdict verdict;
   verdict.result = result;
-  TestChanges(fit, kept, widening, options.declared, verdict);
+  TestResiduals(fit, consistency, kept, widening, options.declared, verdict);
   verdict.displaced = !consistency.displaced.empty();
   const CaptureDiagnosis diagnosis =
       DiagnoseCapture(result.board, kept, result.size, fit, consistency, options.declared,
@@ -338,6 +370,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const std::vector<UnprovedEffect> decisive =
       AdoptBest(diagnosis, fitted, kept, options, result, verdict);
   result = verdict.result;
+  result.least_px = verdict.least_px;
   result.reasons = ReasonsOf(verdict, diagnosis, fitted, options.declared, shared);
   if (result.reasons.empty()) {
     JudgeCertainty(fitted, kept, views, diagnosis, options, verdict, result);
@@ -347,10 +380,9 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   return true;
 }
 
-}  // namespace
-
-LensCalibration CalibrateLens(const target::Board& board, std::span<const BoardView> views,
-                              image::ImageSize size, const CalibrationOptions& options) {
+/// CalibrateLens() within the limit.
+LensCalibration CalibrateWithin(const target::Board& board, std::span<const BoardView> views,
+                                image::ImageSize size, const CalibrationOptions& options) {
   LensCalibration result;
   result.size = size;
   result.board = board;
@@ -389,6 +421,23 @@ LensCalibration CalibrateLens(const target::Board& board, std::span<const BoardV
   result.accepted = result.reasons.empty();
   if (!result.accepted) result.usable_radius_px = std::numeric_limits<double>::infinity();
   return result;
+}
+
+}  // namespace
+
+LensCalibration CalibrateLens(const target::Board& board, std::span<const BoardView> views,
+                              image::ImageSize size, const CalibrationOptions& options) {
+  LensCalibration within = CalibrateWithin(board, views, size, options);
+  if (within.accepted || !options.accept_least || !(within.least_px <= kMostUseful * size.width))
+    return within;
+  CalibrationOptions wider = options;
+  wider.acceptable_px = RoundedUp(within.least_px);
+  LensCalibration least = CalibrateWithin(board, views, size, wider);
+  if (!least.accepted) return within;
+  least.notes.insert(least.notes.begin(),
+                     fmt::format("certain to {:.2g} px, not to {:.2g} px: {}", wider.acceptable_px,
+                                 options.acceptable_px, within.reasons.front()));
+  return least;
 }
 
 }  // namespace plumbline::vision

@@ -20,6 +20,9 @@ struct CalibrationOptions {
   std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt
   /// The residuals can still contradict them: the capture is then refused, and the reason says so.
   target::DeclaredFacts declared{};
+  /// If the capture does not reach the limit, accept what it proves, up to a four-hundredth of the
+  /// image's width; a note says so.
+  bool accept_least = false;
 };
 
 struct RefusedFrame {
@@ -41,7 +44,10 @@ struct LensCalibration : lens::KnownLens {
   double coverage = 0;                ///< share of the image's cells in which a corner was seen
   ProjectionUncertainty uncertainty;  ///< its maximum is that within the usable region
   double everywhere_px = 0;           ///< largest uncertainty over the whole image
-  target::DeclaredFacts declared;     ///< facts on which that rests
+  /// If not accepted: the least limit at which it would be, as far as the uncertainty decides;
+  /// infinite if there is none [px].
+  double least_px = std::numeric_limits<double>::infinity();
+  target::DeclaredFacts declared;  ///< facts on which that rests
   std::vector<std::string> frames_used;
   std::vector<RefusedFrame> frames_refused;
 };

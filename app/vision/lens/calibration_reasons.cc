@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "app/vision/lens/projection_uncertainty.h"
 #include "app/vision/lens/view_selection.h"
 
 namespace plumbline::vision {
@@ -19,6 +21,7 @@ constexpr const char* kTurnBoard =
 // in a hundred is refused at this level.
 constexpr double kChangeSignificance = 1e-2;
 constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
+constexpr double kDominates = 0.75;                // of the variance, a part that is stated alone
 constexpr double kMinTilt_rad = 0.15;              // range of the board's normals
 constexpr double kSufficientReach = 0.9;  // of the way to the image's corner; selects the advice
 
@@ -108,11 +111,9 @@ Exclusion ExclusionOf(const UnprovedEffect& effect) {
   }
 }
 
-/// "0.53 px": rounded up to two digits, so that it suffices as a limit.
-std::string RoundedUp(double value_px) {
-  if (!(value_px > 0) || !std::isfinite(value_px)) return fmt::format("{:.2g} px", value_px);
-  const double step = std::pow(10.0, std::floor(std::log10(value_px)) - 1);
-  return fmt::format("{:.2g} px", step * std::ceil(value_px / step * (1 - 1e-9)));
+/// "0.53 px", rounded up.
+std::string LimitWords(double value_px) {
+  return fmt::format("{:.2g} px", RoundedUp(value_px));
 }
 
 }  // namespace
@@ -129,6 +130,12 @@ double LargestBow(const Vec3& bow, const target::Board& board) {
     highest = std::max(highest, z);
   }
   return highest - lowest;
+}
+
+double RoundedUp(double value_px) {
+  if (!(value_px > 0) || !std::isfinite(value_px)) return value_px;
+  const double step = std::pow(10.0, std::floor(std::log10(value_px)) - 1);
+  return step * std::ceil(value_px / step * (1 - 1e-9));
 }
 
 std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
@@ -152,6 +159,18 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
       "the {} moved while the frames were taken: {}; let the zoom come to rest, "
       "fasten camera, lens and board, and repeat the capture",
       lens_moved ? "lens" : "board", words);
+}
+
+double EffectOfChanges(const CaptureChangeTest& test, const LensFit& fit, image::ImageSize size) {
+  double largest_px = 0;
+  for (const CaptureChange& change : test.changes) {
+    if (change.p_value > kChangeSignificance) continue;
+    SharedVector other = fit.shared;
+    other.head<kLensCount>() += change.error;
+    largest_px = std::max(
+        largest_px, LargestDifference(LensFromShared(fit.shared), LensFromShared(other), size));
+  }
+  return largest_px;
 }
 
 std::string WordsOf(const CaptureDiagnosis::Finding& finding,
@@ -179,20 +198,51 @@ std::string ReasonOf(const CaptureDiagnosis& diagnosis, const target::DeclaredFa
   return reason + "; " + findings[0].remedy;
 }
 
-std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency) {
-  const double smooth_px2 = fit.sigma_px * fit.sigma_px - std::pow(consistency.noise_px, 2);
-  if (2 * SharedVariance(fit) < smooth_px2) {
-    return fmt::format(
-        "the corners are displaced smoothly by {:.2f} px, most of it differently in each frame, as "
-        "by hot air (heat haze), and no change of lens or board explains it; keep heat, air "
-        "currents and vibration away, and repeat the capture",
-        std::sqrt(smooth_px2));
+std::string UnexplainedWords(const ResidualParts& parts) {
+  struct Part {
+    double px;
+    const char *words, *remedy;
+  };
+  std::array all{
+      Part{parts.image_px,
+           "are fixed in the image, as by a drop on the glass, a windscreen, or distortion that no "
+           "lens model describes",
+           "clean the glass, remove a window in front of the lens, and repeat the capture"},
+      Part{parts.board_px, "are fixed on the board, as by its print or shape",
+           "use a stiff board that is printed true to size, and repeat the capture"},
+      Part{parts.view_px, "differ from frame to frame, as by motion, hot air or glare",
+           "hold the board still, keep heat, glare and vibration away, and repeat the capture"}};
+  std::ranges::sort(all, [](const Part& a, const Part& b) { return a.px > b.px; });
+  const double smooth_px = std::hypot(all[0].px, all[1].px, all[2].px);
+  std::string words = fmt::format("displacements of {:.2g} px beyond the corners' noise {}",
+                                  all[0].px, all[0].words);
+  // Where no part dominates, the largest two are stated, and no cause.
+  if (std::pow(all[0].px, 2) < kDominates * std::pow(smooth_px, 2)) {
+    words = fmt::format(
+        "one lens and one flat board do not explain the frames, and the cause is not clear: {}, "
+        "and "
+        "of {:.2g} px {}",
+        words, all[1].px, all[1].words);
   }
+  return words + "; " + all[0].remedy;
+}
+
+std::string FieldAdvice(double field_px) {
   return fmt::format(
-      "one lens and one flat board explain the corners to {:.3f} px, but their noise is {:.3f} px, "
-      "and the cause is not clear; use a stiff board printed true to size, avoid heat haze and "
-      "vibration",
-      fit.sigma_px, consistency.noise_px);
+      "displacements of up to {:.2g} px are fixed in the image, as by a drop or a scratch on the "
+      "glass, a windscreen, or distortion that no lens model describes; clean the glass, remove a "
+      "window, and repeat the capture",
+      field_px);
+}
+
+std::string AspectAdvice(const lens::Lens& lens) {
+  return fmt::format(
+      "fy / fx is {:.4f}, as if the pixels were not square; if they are, the board moved while the "
+      "rows of the image were read out (rolling shutter), or its print is stretched: rest the "
+      "board "
+      "for each frame, and turn it by 90 degrees for some; if they are not, declare it "
+      "(--oblong-pixels, or oblong_pixels in [camera])",
+      lens.fy / lens.fx);
 }
 
 std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,
@@ -235,14 +285,14 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
   return fmt::format(
       "the projection is uncertain by {} at the worst place of the image, but at most {:.2g} px is "
       "acceptable: {}",
-      RoundedUp(uncertain_px), acceptable_px, advice);
+      LimitWords(uncertain_px), acceptable_px, advice);
 }
 
 std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
   return fmt::format(
       "even so, the projection would be uncertain by {} in the best half of the image or more, but "
-      "at most {:.2g} px is acceptable",
-      RoundedUp(least_px), acceptable_px);
+      "at most {:.2g} px is acceptable; --acceptable-px {:.2g} accepts that",
+      LimitWords(least_px), acceptable_px, RoundedUp(least_px));
 }
 
 std::string RegionNote(const lens::KnownLens& lens, double beyond_px, const std::string& advice) {

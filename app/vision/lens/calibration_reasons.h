@@ -8,6 +8,7 @@
 #include "app/vision/lens/board_view.h"
 #include "app/vision/lens/capture_change.h"
 #include "app/vision/lens/capture_diagnosis.h"
+#include "app/vision/lens/residual_parts.h"
 
 namespace plumbline::vision {
 
@@ -15,11 +16,17 @@ namespace plumbline::vision {
 /// @param bow  kBowX, kBowY, kBowXY
 double LargestBow(const Vec3& bow, const target::Board& board);
 
+/// Rounded up to two digits, so that the printed value suffices as a limit.
+double RoundedUp(double value_px);
+
 /// What changed by more than chance: "the lens moved while the frames were taken: .."; empty:
 /// nothing.
 std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
                          std::span<const BoardView> views, const target::Board& board,
                          const target::DeclaredFacts& declared);
+
+/// Largest effect on the projection of the changes that ChangeReason() names, over the image [px].
+double EffectOfChanges(const CaptureChangeTest& test, const LensFit& fit, image::ImageSize size);
 
 /// The words of a finding, and that it contradicts a declaration.
 std::string WordsOf(const CaptureDiagnosis::Finding& finding,
@@ -29,7 +36,13 @@ std::string WordsOf(const CaptureDiagnosis::Finding& finding,
 std::string ReasonOf(const CaptureDiagnosis& diagnosis, const target::DeclaredFacts& declared);
 
 /// Residuals that neither noise nor any explanation accounts for.
-std::string UnexplainedWords(const LensFit& fit, const ViewConsistency& consistency);
+std::string UnexplainedWords(const ResidualParts& parts);
+
+/// What to do about displacements that are fixed in the image. @param field_px  the largest
+std::string FieldAdvice(double field_px);
+
+/// What to do about pixels that seem not to be square.
+std::string AspectAdvice(const lens::Lens& lens);
 
 /// Effects that are not excluded, with what would exclude each of them.
 std::string UnprovedAdvice(const std::vector<UnprovedEffect>& effects,

@@ -233,7 +233,9 @@ void DescribeFinding(const Candidate& candidate, const RivalResult& result, cons
     case CaptureCause::kPixelAspect:
       finding.words = fmt::format("the pixels are not square: fy / fx is {:.4f}",
                                   result.shared[kFy] / result.shared[kFx]);
-      finding.remedy = "use the sensor's own resolution, without scaling";
+      finding.remedy =
+          "use the sensor's own resolution, without scaling, and rest the board for each frame; or "
+          "declare it (--oblong-pixels, or oblong_pixels in [camera])";
       break;
     case CaptureCause::kStretchedPrint:
       finding.words = StretchWords(result);

@@ -77,14 +77,9 @@ std::vector<ChangeProfile> AllProfiles(std::span<const BoardView> views) {
   return profiles;
 }
 
-/// Estimated change for one profile, and the error of the fitted lens if it is real.
-struct Trial {
-  CaptureChange change;
-  LensMatrix error_square = LensMatrix::Zero();  ///< e e^T
-};
-
-Trial Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profile,
-          const Directions& D, double widening) {
+/// Estimated change for one profile.
+CaptureChange Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profile,
+                  const Directions& D, double widening) {
   SharedMatrix A = SharedMatrix::Zero(), square = SharedMatrix::Zero();
   SharedVector pull = SharedVector::Zero();
   for (std::size_t j = 0; j < profile.w.size(); ++j) {
@@ -95,17 +90,15 @@ Trial Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profil
   const Eigen::VectorXd S = D.transpose() * pull;
   const Eigen::MatrixXd V = D.transpose() * (square - A * C * A) * D;
   const Eigen::VectorXd d = V.ldlt().solve(S);
-  Trial trial;
-  trial.change.steady = profile.steady;
-  trial.change.first_view_after = profile.first_view_after;
-  trial.change.chi2 = std::max(0.0, S.dot(d) / widening);
-  trial.change.delta = D * d;
-  const SharedVector bias = C * A * trial.change.delta;
-  const SharedVector last = 0.5 * trial.change.delta - bias,
-                     first = -0.5 * trial.change.delta - bias;
-  const auto e = (std::abs(last[kFx]) > std::abs(first[kFx]) ? last : first).head<kLensCount>();
-  trial.error_square = e * e.transpose();
-  return trial;
+  CaptureChange change;
+  change.steady = profile.steady;
+  change.first_view_after = profile.first_view_after;
+  change.chi2 = std::max(0.0, S.dot(d) / widening);
+  change.delta = D * d;
+  const SharedVector bias = C * A * change.delta;
+  const SharedVector last = 0.5 * change.delta - bias, first = -0.5 * change.delta - bias;
+  change.error = (std::abs(last[kFx]) > std::abs(first[kFx]) ? last : first).head<kLensCount>();
+  return change;
 }
 
 /// Standard deviation of a change of the focal length in view j only, for each view (1):
@@ -138,18 +131,19 @@ CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const Boar
     change.kind = static_cast<CaptureChange::Kind>(k);
     const Directions D = DirectionsOf(change.kind, fit.shared);
     for (const ChangeProfile& profile : profiles) {
-      Trial trial = Try(fit, C, profile, D, widening);
-      const double chi2 = trial.change.chi2;
+      CaptureChange trial = Try(fit, C, profile, D, widening);
+      const double chi2 = trial.chi2;
       const bool early = profile.first_view_after < kMinBeside;
       const bool late = profile.first_view_after + kMinBeside > views.size();
       if (change.kind == CaptureChange::Kind::kFocalLength && chi2 > largest_undetected &&
           (profile.steady || (!early && !late))) {
         largest_undetected = chi2;
-        test.undetected_covariance = (1 - kExpectedChi2 / chi2) * trial.error_square;
+        test.undetected_covariance =
+            (1 - kExpectedChi2 / chi2) * trial.error * trial.error.transpose();
       }
       if (!(chi2 > change.chi2)) continue;
-      trial.change.kind = change.kind;
-      change = trial.change;
+      trial.kind = change.kind;
+      change = trial;
     }
     change.p_value =
         ScanPValue(change.chi2, static_cast<int>(D.cols()), 1 / static_cast<double>(views.size()));

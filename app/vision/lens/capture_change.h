@@ -26,15 +26,15 @@ struct CaptureChange {
   double chi2 = 0;                            ///< maximum over all profiles
   double p_value = 1;                         ///< upper bound if nothing changed
   SharedVector delta = SharedVector::Zero();  ///< d
+  /// +-d/2 - C A d: difference between the fitted lens and that of the first or last view,
+  /// whichever is larger.
+  LensVector error = LensVector::Zero();
 };
 
 struct CaptureChangeTest {
   std::array<CaptureChange, 3> changes;  ///< one of each kind
   /// Addition to the covariance of the lens for a focal length change too small to be detected:
-  /// e e^T, with
-  ///   e = +-d/2 - C A d
-  /// the difference between the fitted lens and that of the first or last view, whichever is
-  /// larger, scaled by the share of d^2 that exceeds what noise alone produces.
+  /// e e^T, with e its error, scaled by the share of d^2 that exceeds what noise alone produces.
   LensMatrix undetected_covariance = LensMatrix::Zero();
   /// Standard deviation of a change of the focal length in one view only (1): in the last view, and
   /// the median of all. Large if the view shows the board head-on, where a zoom looks like another

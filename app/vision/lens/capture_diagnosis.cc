@@ -158,6 +158,7 @@ namespace {
 // Score test: a rival is fitted if its decrease exceeds the mean of chi^2 by this many standard
 // deviations.
 constexpr double kMaxScore = 6;
+constexpr double kMostPlausible = 4;     // of a parameter, in standard deviations of its prior
 constexpr double kUsualAspect = 1.5e-3;  // of fy / fx from 1
 constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
@@ -166,7 +167,8 @@ constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
 constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
-constexpr double kNoisyShare = 2;      // variance of the residuals, in units of the noise
+constexpr double kNoisyShare = 1.5;    // variance of the residuals, in units of the noise
+constexpr double kMinNamed = 0.75;  // of the variance beyond the noise that a named cause explains
 
 /// One fitted explanation.
 struct Attempt {
@@ -219,7 +221,7 @@ class Attempts {
     RivalResult start = plain_;
     if (candidate.cause == CaptureCause::kWindowPane) start.extra[kPaneZ] = kPaneStart_m;
     attempt.result = problem_.Fit(candidate.rival, start);
-    if (!attempt.result.converged) return;
+    if (!attempt.result.converged || !Possible(attempt.result)) return;
     attempt.result.prior_chi2 += extra_chi2;
     attempt.finding.cause = candidate.cause;
     if (words) attempt.finding.words = words(attempt.result);
@@ -264,6 +266,14 @@ class Attempts {
   const std::vector<Attempt>& all() const { return all_; }
 
  private:
+  /// Whether no parameter is far beyond what is plausible.
+  bool Possible(const RivalResult& result) const {
+    const auto possible = [&](const ExtraVector& extra) {
+      return (extra.array().abs() <= kMostPlausible * problem_.deviations().array()).all();
+    };
+    return possible(result.extra) && std::ranges::all_of(result.local, possible);
+  }
+
   const RivalProblem& problem_;
   const RivalResult& plain_;
   std::span<const BoardView> views_;
@@ -298,11 +308,14 @@ CaptureDiagnosis::Adopted AdoptedBy(const CaptureViews& capture, const RivalProb
   if (!rival.global.empty() && rival.global.back() >= kFree) {  // the board is free already
     std::erase_if(candidates, [](const Candidate& candidate) { return IsBoard(candidate.cause); });
   }
+  const RivalPrecision precision = problem.PrecisionOf(rival, result);
+  LensFit linearized = problem.Linearized(rival, result);
+  linearized.sigma_px = precision.sigma_px;
   return {LensOfRival(rival.fisheye, result.shared, result.extra),
-          problem.PrecisionOf(rival, result),
+          precision,
           result.shared.segment<3>(kBowX),
           std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
-          problem.Linearized(rival, result),
+          std::move(linearized),
           {},
           UnprovedEffects(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
                           capture.size, capture.declared)};
@@ -452,10 +465,10 @@ CaptureDiagnosis DiagnoseCapture(const target::Board& board, std::span<const Boa
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
-  const double left_px2 = first.result.square_sum_px2 - noise2 * plain.observations;
-  diagnosis.explains_little =
-      first.result.square_sum_px2 > kNoisyShare * noise2 * plain.observations &&
-      left_px2 > plain.square_sum_px2 - first.result.square_sum_px2;
+  const double noise_px2 = noise2 * plain.observations;
+  diagnosis.explains_little = first.result.square_sum_px2 > kNoisyShare * noise_px2 &&
+                              first.result.square_sum_px2 - noise_px2 >
+                                  (1 - kMinNamed) * (plain.square_sum_px2 - noise_px2);
   std::vector<const Attempt*> others =
       AddFindings(attempts, LensFromShared(fit.shared), size, diagnosis);
   if (IsBoard(first.finding.cause)) AddCredibleBesideBoard(attempts, declared, others);

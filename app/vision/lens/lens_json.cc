@@ -48,6 +48,7 @@ Json DeclaredJson(const target::DeclaredFacts& declared) {
   Json names = Json::array();
   if (declared.no_window) names.push_back("no_window");
   if (declared.fixed_focus) names.push_back("fixed_focus");
+  if (declared.oblong_pixels) names.push_back("oblong_pixels");
   return names;
 }
 

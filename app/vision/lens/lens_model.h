@@ -29,6 +29,7 @@ inline constexpr int kLensCount = lens::kUsualParameters;
 
 using SharedVector = Eigen::Matrix<double, kSharedCount, 1>;
 using SharedMatrix = Eigen::Matrix<double, kSharedCount, kSharedCount>;
+using LensVector = Eigen::Matrix<double, kLensCount, 1>;
 using LensMatrix = Eigen::Matrix<double, kLensCount, kLensCount>;
 
 /// Covariance of all lens parameters from that of the five-coefficient lens.

@@ -51,6 +51,14 @@ double LargestDifference(const lens::Lens& a, const lens::Lens& b, image::ImageS
                          std::optional<double> distance_m = std::nullopt,
                          double radius_px = INFINITY);
 
+/// Largest difference to the same lens with square pixels, the most likely one by the covariance C
+/// [px]. With a = fx / fy and g its derivative by the lens, that lens is
+///   lens - C g (a - 1) / (g^T C g)
+/// Zero if a is within three of its standard deviations of 1, since the covariance then contains
+/// it, or within 0.06 %.
+double EffectOfAspect(const lens::Lens& lens, const lens::LensCovariance& covariance,
+                      image::ImageSize size);
+
 /// Pixels that represent the image up to a distance from its middle: the points of a grid, and of
 /// the circle around the middle.
 std::vector<lens::Vec2> PixelsWithin(image::ImageSize size, double radius_px, int columns,

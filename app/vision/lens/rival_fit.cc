@@ -220,6 +220,7 @@ RivalProblem::RivalProblem(const target::Board& board, std::span<const BoardView
     for (const RivalBoard::Point& point : board_.points()) {
       data.rows_px.push_back(views[j].corners_px[point.corner].y());
       data.corners_px.push_back(views[j].corners_px[point.corner]);
+      data.seen.push_back(views[j].seen[point.corner]);
       data.used.push_back(used[j][point.corner]);
     }
     if (board.circles()) {

@@ -184,8 +184,9 @@ class RivalProblem {
   RivalResult Fit(const Rival& rival) const;
   /// The same from another start. @param start  `converged` is not needed
   RivalResult Fit(const Rival& rival, RivalResult start) const;
-  /// Information and score of each view about a fit, with the extra parameters held, for
-  /// TestForCaptureChanges(); nothing else of the result is set except `shared` and `covariance`.
+  /// Information and score of each view about a fit, with the extra parameters held, and the
+  /// residuals of the board's points that take part, as far as they are seen; of the result, what
+  /// describes the precision of the corners is not set.
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
@@ -194,12 +195,13 @@ class RivalProblem {
   std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
                                     const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }
+  const ExtraVector& deviations() const { return deviations_; }  ///< see ExtraDeviations()
 
  private:
   struct ViewData {
     std::vector<double> rows_px;
     std::vector<lens::Vec2> corners_px;
-    std::vector<bool> used;
+    std::vector<bool> seen, used;
   };
   /// Derivatives and residuals of one view.
   struct Blocks {
@@ -221,6 +223,7 @@ class RivalProblem {
   bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
                        Blocks& block) const;
   static OwnEquations EquationsOf(const Blocks& block);
+  void SetResiduals(std::size_t j, const Rival& rival, const RivalResult& at, LensFit& fit) const;
   NormalEquations NormalEquationsOf(const Rival& rival, const RivalResult& at,
                                     const std::vector<Blocks>& blocks) const;
   RivalResult Stepped(const Rival& rival, const RivalResult& at, const NormalEquations& normal,

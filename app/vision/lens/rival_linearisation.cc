@@ -94,15 +94,34 @@ bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
   return true;
 }
 
+void RivalProblem::SetResiduals(std::size_t j, const Rival& rival, const RivalResult& at,
+                                LensFit& fit) const {
+  const ViewData& view = views_[j];
+  const auto corners = static_cast<std::size_t>(declared_.corners());
+  fit.residuals_px.emplace_back(corners, lens::Vec2::Zero());
+  fit.used.emplace_back(corners, false);
+  std::vector<lens::Vec2> pixels;
+  if (!RivalPixels(board_, size_, rival.fisheye, at.shared, ExtraOf(rival, at, j), at.X_CK[j],
+                   view.rows_px, pixels))
+    return;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const std::size_t corner = board_.points()[i].corner;
+    fit.used.back()[corner] = view.used[i];
+    if (view.seen[i]) fit.residuals_px.back()[corner] = view.corners_px[i] - pixels[i];
+  }
+}
+
 LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) const {
   LensFit fit;
   fit.shared = at.shared;
+  fit.X_CK = at.X_CK;
   std::vector<Blocks> blocks;
   SharedVector mean;
   SharedMatrix information = PriorInformation(rival, at.shared, mean);
   if (!Linearize(rival, at, blocks)) return fit;
   const double weight = 1 / (noise_px_ * noise_px_);
-  for (Blocks& block : blocks) {
+  for (std::size_t j = 0; j < blocks.size(); ++j) {
+    Blocks& block = blocks[j];
     block.common = Eigen::MatrixXd(block.common.leftCols<kSharedCount>());
     Eigen::MatrixXd S = block.common.transpose() * block.common;
     Eigen::VectorXd s = block.common.transpose() * block.residuals;
@@ -115,6 +134,7 @@ LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) cons
     }
     information += view.information;
     fit.view_information.push_back(view);
+    SetResiduals(j, rival, at, fit);
   }
   fit.covariance = information.inverse();
   return fit;

@@ -289,7 +289,7 @@ TEST_CASE("each cause wins against its rivals where they come close to it") {
       // The stretch takes more than twelve steps to fit.
       {"squares declared wrong: not square", 5160800979863669372, "the print is stretched by -7.7"},
       // What zoom and shift explain is less than what they leave.
-      {"heat haze", 12142521818127880069U, "heat haze"},
+      {"heat haze", 12142521818127880069U, "hot air"},
   };
   for (const Case& c : cases) {
     const LensCalibration calibration = CalibrationOf(c.name, c.seed);

@@ -94,15 +94,15 @@ TEST_CASE("OpenCV's two sample cameras: every board found, focal lengths as publ
       CHECK(lens::UsableShare(c) < 0.9);
       CHECK(c.notes.front().find("the board was seen only up to") != std::string::npos);
     } else {
-      CHECK(AllReasons(c).find("the print is uneven") != std::string::npos);
+      // An uneven print explains less than three quarters of the displacements.
+      CHECK(AllReasons(c).find("the cause is not clear") != std::string::npos);
     }
-    if (camera.name == std::string("left")) {
-      CHECK(c.accepted);
-    } else {
-      LensCalibration wider = CalibrateLens({9, 6, 0.025}, views, {640, 480}, {0.75, {}});
-      INFO(AllReasons(wider));
-      CHECK(wider.accepted);
-    }
+    CHECK((c.accepted || camera.name == std::string("right")));
+    const LensCalibration proved =
+        CalibrateLens({9, 6, 0.025}, views, {640, 480}, {.accept_least = true});
+    INFO(AllReasons(proved));
+    CHECK(proved.accepted);
+    CHECK(proved.uncertainty.max_px < 0.7);
   }
   // The stated uncertainty covers the difference to the published lens of the same images.
   const LensCalibration left =
