@@ -17,7 +17,7 @@ namespace plumbline::vision {
 struct CalibrationOptions {
   /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
   double acceptable_px = 0.5;
-  std::optional<double> distance_m;  ///< distance at which it is evaluated; infinity if nullopt
+  std::optional<double> distance_m{};  ///< distance at which it is evaluated; infinity if nullopt
   /// The residuals can still contradict them: the capture is then refused, and the reason says so.
   target::DeclaredFacts declared{};
   /// If the capture does not reach the limit, accept what it proves, up to a four-hundredth of the

@@ -282,6 +282,8 @@ std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
 
 std::string UncertaintyReason(double uncertain_px, double acceptable_px,
                               const std::string& advice) {
+  if (!std::isfinite(uncertain_px))
+    return fmt::format("in a part of the image the projection is unknown: {}", advice);
   return fmt::format(
       "the projection is uncertain by {} at the worst place of the image, but at most {:.2g} px is "
       "acceptable: {}",

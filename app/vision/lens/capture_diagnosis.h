@@ -11,29 +11,9 @@
 #include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/rival_fit.h"
 #include "app/vision/lens/usable_region.h"
+#include "app/vision/lens/view_consistency.h"
 
 namespace plumbline::vision {
-
-// Consistency of the views of a capture: repeated frames, wrong detections, and views that a
-// physical change has displaced.
-
-/// Residuals of a fit, separated into noise and smooth patterns. The noise is estimated from second
-/// differences along rows and columns, because they are insensitive to smooth displacements (a
-/// moved lens, a bent board).
-struct ViewConsistency {
-  double noise_px = 0;                  ///< median over the views, of a coordinate
-  std::vector<double> view_noise_px;    ///< per view
-  std::vector<std::vector<bool>> used;  ///< corners seen that do not deviate from their neighbours
-  std::vector<std::size_t> wrong;       ///< views detected wrongly: rough residuals
-  std::vector<std::size_t> displaced;   ///< views that do not fit, but whose residuals are smooth
-};
-ViewConsistency ConsistencyOf(const target::Board& board, const LensFit& fit,
-                              std::span<const BoardView> views);
-
-/// Indices of views whose corners equal those of an earlier view: a driver delivered a frame twice.
-std::vector<std::size_t> RepeatedViews(std::span<const BoardView> views);
-
-// Causes of a spoilt capture, and which of them a declaration excludes.
 
 /// What spoilt a capture.
 enum class CaptureCause {

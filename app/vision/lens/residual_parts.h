@@ -4,9 +4,9 @@
 #include <span>
 
 #include "app/vision/lens/board_view.h"
-#include "app/vision/lens/capture_diagnosis.h"
 #include "app/vision/lens/lens_fit.h"
 #include "app/vision/lens/usable_region.h"
+#include "app/vision/lens/view_consistency.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::vision {
