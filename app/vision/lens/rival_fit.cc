@@ -317,6 +317,17 @@ RivalResult RivalProblem::Fit(const Rival& rival) const {
   return Fit(rival, start_);
 }
 
+double RivalProblem::SeenRadius() const {
+  const lens::Vec2 middle(0.5 * (size_.width - 1), 0.5 * (size_.height - 1));
+  double radius_px = 0;
+  for (const ViewData& view : views_) {
+    for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
+      if (view.used[k]) radius_px = std::max(radius_px, (view.corners_px[k] - middle).norm());
+    }
+  }
+  return radius_px;
+}
+
 RivalProblem::OwnEquations RivalProblem::EquationsOf(const Blocks& block) {
   return {block.own.transpose() * block.own, block.own.transpose() * block.common,
           block.own.transpose() * block.residuals};

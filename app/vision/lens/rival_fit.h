@@ -196,6 +196,8 @@ class RivalProblem {
                                     const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }
   const ExtraVector& deviations() const { return deviations_; }  ///< see ExtraDeviations()
+  /// Largest distance of a corner used from the middle of the image [px].
+  double SeenRadius() const;
 
  private:
   struct ViewData {

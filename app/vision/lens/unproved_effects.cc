@@ -63,6 +63,20 @@ UnprovedEffect UnprovedVariation(const ScoreTest& test, std::size_t views) {
           std::sqrt(kVariationOdds * square_sum / (1 + odds))};
 }
 
+/// Counts the error of an effect with which there is no one lens over the whole image. If that is
+/// infinite because the lens itself, extrapolated, has no direction for some pixel, then over the
+/// smallest candidate region that contains all corners seen.
+void CountEverywhere(double seen_radius_px, image::ImageSize size, UnprovedEffect& effect) {
+  if (LeavesOneLens(effect.cause)) return;
+  std::size_t whole = 0;
+  if (!std::isfinite(effect.error_px[0])) {
+    while (whole + 1 < kCandidateRadii && CandidateRadius(whole + 1, size) >= seen_radius_px)
+      ++whole;
+  }
+  const double error_px = effect.error_px[whole];
+  effect.error_px.fill(error_px);
+}
+
 /// The fit from which the score tests start.
 struct TestedFit {
   const ScoredCandidates& scored;
@@ -87,7 +101,8 @@ std::optional<UnprovedEffect> LocalEffect(const TestedFit& fit, std::size_t k) {
   zoomed.extra[kZoom] = effect.variation;
   Rival zoom = fit.base;
   zoom.global.push_back(kZoom);
-  IncludeErrors(effect.cause, LensDifferences(fit.lens, zoom, zoomed, fit.size), effect.error_px);
+  effect.error_px = LensDifferences(fit.lens, zoom, zoomed, fit.size);
+  CountEverywhere(fit.scored.seen_radius_px, fit.size, effect);
   return effect;
 }
 
@@ -108,11 +123,12 @@ std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) 
   if (effect.probability < kNegligible) return std::nullopt;
   const double weight = std::max(std::sqrt(effect.probability), 1.0 / 3);
   const RadiusErrors difference = LensDifferences(fit.lens, test.rival, test.result, fit.size);
-  RadiusErrors errors = ExcessOf(fit.lens, dispersion * test.covariance,
-                                 dispersion * fit.scored.tests[0].covariance, fit.size);
+  RadiusErrors& errors = effect.error_px;
+  errors = ExcessOf(fit.lens, dispersion * test.covariance,
+                    dispersion * fit.scored.tests[0].covariance, fit.size);
   for (std::size_t r = 0; r < errors.size(); ++r)
     errors[r] = weight * std::hypot(difference[r], errors[r]);
-  IncludeErrors(effect.cause, errors, effect.error_px);
+  CountEverywhere(fit.scored.seen_radius_px, fit.size, effect);
   return effect;
 }
 
@@ -120,7 +136,7 @@ std::optional<UnprovedEffect> GlobalEffect(const TestedFit& fit, std::size_t k) 
 
 ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, const RivalResult& at,
                               const std::vector<Candidate>& candidates) {
-  ScoredCandidates scored{{CaptureCause::kNone}, {}};
+  ScoredCandidates scored{{CaptureCause::kNone}, {}, problem.SeenRadius()};
   std::vector<Rival> rivals{{}};
   for (const Candidate& candidate : candidates) {
     if (candidate.always) continue;

@@ -17,6 +17,7 @@ namespace plumbline::vision {
 struct ScoredCandidates {
   std::vector<CaptureCause> causes;
   std::vector<ScoreTest> tests;
+  double seen_radius_px = 0;  ///< see RivalProblem::SeenRadius()
 };
 
 /// @param at  the fit of `base`, from which each step starts
@@ -34,7 +35,9 @@ ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const Rival& base, co
 /// to the variance [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The distribution has long tails:
 /// an effect of a probability above 1 - 0.9973 also lies within three standard deviations. A focal
 /// length that differs from view to view counts as well, integrated over its amount; other effects
-/// that differ from view to view do not.
+/// that differ from view to view do not. The error of an effect with which there is no one lens
+/// counts over the whole image, or as far as corners were seen if the lens has no direction for
+/// some pixel beyond.
 /// @param scored    tests from the fit of `base`
 /// @param declared  effects that are declared to be absent are left out, unless they are more
 ///                  probable than three standard deviations
