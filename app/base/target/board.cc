@@ -77,7 +77,12 @@ std::vector<BoardTurn> SymmetriesOf(const Board& board) {
       if (found == point_at.end()) break;
       turn.points.push_back(found->second);
     }
-    if (turn.points.size() == point_at.size()) turns.push_back(std::move(turn));
+    if (turn.points.size() != point_at.size()) continue;
+    // A quarter turn, and each step along a row or column, swap the colours of a chessboard.
+    const int first = turn.points.front();
+    const bool recoloured = (quarters + board.StepsRight(first) + board.StepsDown(first)) % 2 != 0;
+    if (recoloured && board.kind == BoardKind::kChessboard) continue;
+    turns.push_back(std::move(turn));
   }
   return turns;
 }

@@ -56,8 +56,8 @@ struct BoardTurn {
   std::vector<int> points;
 };
 /// All turns of a board, the identity first: the points do not show by which of them it is turned.
-/// Two for most rectangles, four for squares, one if tags or shifted rows reveal the order of the
-/// points.
+/// Two for most rectangles, four for squares, one if tags, shifted rows or the colours of a
+/// chessboard reveal the order of the points: half a turn swaps the colours of 9 x 6 inner corners.
 std::vector<BoardTurn> SymmetriesOf(const Board& board);
 
 /// White square inside the top left square of a chessboard: `plumbline print board` prints it, so

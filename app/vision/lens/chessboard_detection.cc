@@ -229,21 +229,43 @@ Lattice Rotated(const Lattice& lattice) {
   return turned;
 }
 
-/// The rotation that fits the board's size with the first corner nearest to the top left.
+/// Whether the square before the first corner is dark, by the majority of the corners.
+bool StartsDark(const Lattice& lattice, const std::vector<SaddlePoint>& points) {
+  int votes = 0;
+  for (int row = 0; row < lattice.rows; ++row) {
+    for (int column = 0; column + 1 < lattice.columns; ++column) {
+      const int here = lattice.At(column, row), next = lattice.At(column + 1, row);
+      if (here < 0 || next < 0) continue;
+      const lens::Vec2 step = points[next].at - points[here].at;
+      const double along_row = std::atan2(step.y(), step.x());
+      const auto& edges = points[here].edge_rad;
+      const bool bright = AngleBetween(edges[0], along_row) < AngleBetween(edges[1], along_row);
+      votes += bright == ((column + row) % 2 == 1) ? 1 : -1;
+    }
+  }
+  return votes > 0;
+}
+
+/// The rotation that fits the board's size and has the first corner at a dark square, if one has;
+/// of several, that with the first corner nearest to the top left.
 Lattice ChooseUpright(Lattice lattice, const target::Board& board,
                       const std::vector<SaddlePoint>& points) {
   Lattice best;
+  bool best_dark = false;
   double least = 0;
   for (int turn = 0; turn < 4; ++turn) {
     lattice = Rotated(lattice);
     if (lattice.columns != board.columns || lattice.rows != board.rows) continue;
+    const bool dark = StartsDark(lattice, points);
+    if (best_dark && !dark) continue;
     double along = 0;  // u + v of the first row minus that of the last one
     for (int column = 0; column < lattice.columns; ++column) {
       const int first = lattice.At(column, 0), last = lattice.At(column, lattice.rows - 1);
       if (first >= 0 && last >= 0) along += (points[first].at - points[last].at).sum();
     }
-    if (best.points.empty() || along < least) {
+    if (best.points.empty() || (dark && !best_dark) || along < least) {
       least = along;
+      best_dark = dark;
       best = lattice;
     }
   }

@@ -2,6 +2,7 @@
 #include "app/vision/lens/board_detection.h"
 
 #include <catch2/catch.hpp>
+#include <numbers>
 #include <numeric>
 
 #include "tests/app/vision/lens/rendered_views.h"
@@ -56,6 +57,25 @@ TEST_CASE("corners are found to a few hundredths of a pixel, at every zoom") {
       CHECK(std::count(found->seen.begin(), found->seen.end(), true) >= board.corners() - 4);
       CHECK(RmsOf(*found, TrueCorners(views[k], board)) < 0.08);
       CHECK(found->blur_px == Approx(0.9).margin(0.3));
+    }
+  }
+}
+
+TEST_CASE("the colours show which way round a board of 9 x 6 is held") {
+  const target::Board board{9, 6, 0.020};
+  Capture capture;
+  capture.views = 3;
+  for (DrawnView& view : DrawViews(capture, board, 12)) {
+    for (const bool turned : {false, true}) {
+      if (turned) {
+        const Eigen::Translation3d centre(board.Centre().x(), board.Centre().y(), 0);
+        const Eigen::AngleAxisd half(std::numbers::pi, Eigen::Vector3d::UnitZ());
+        view.sheet.X_CK = view.sheet.X_CK * centre * half * centre.inverse();
+      }
+      const auto image = renderer::Render(view.camera, {view.sheet}, Light(180, 3), 100);
+      const auto found = DetectBoard(test::ViewOf(image), board);
+      REQUIRE(found);
+      CHECK((found->corners_px[0] - TrueCorners(view, board)[0]).norm() < 1);
     }
   }
 }
