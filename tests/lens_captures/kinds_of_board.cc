@@ -108,6 +108,45 @@ void AddShapes(std::vector<Kind>& kinds) {
        }});
 }
 
+/// Reverses the order of the points in some views: the board was held the other way round.
+void TurnSome(Conditions& c, Random& random) {
+  const auto seed = random();
+  c.change_views = [seed](Views& views) {
+    Random own(seed);
+    const double share = Uniform(own, 0, 0.5);
+    for (std::size_t j = 0; j < views.size(); ++j) {
+      if (j == 1 || Uniform(own, 0, 1) < share)
+        std::reverse(views[j].corners_px.begin(), views[j].corners_px.end());
+    }
+  };
+}
+
+/// Boards of which the two halves differ, but which look the same after half a turn, held the other
+/// way round in some views.
+void AddTurned(std::vector<Kind>& kinds) {
+  constexpr const char* kNames[] = {"printer's paper feed slips",
+                                    "two sheets joined with a gap",
+                                    "corners printed with errors of 0.15 mm",
+                                    "corners printed with errors of 0.02 mm",
+                                    "board S-shaped",
+                                    "board wavy",
+                                    "board folded",
+                                    "board's corner curled",
+                                    "board with a dent"};
+  std::vector<Kind> whole;
+  AddPrints(whole);
+  AddShapes(whole);
+  for (const Kind& kind : whole) {
+    if (std::ranges::find(kNames, kind.name) == std::end(kNames)) continue;
+    kinds.push_back({kind.name + ", turned in places", kind.expected, kind.words,
+                     [prepare = kind.prepare](Conditions& c, Random& random) {
+                       c.board = {17, 11, 0.2 / 17};
+                       prepare(c, random);
+                       TurnSome(c, random);
+                     }});
+  }
+}
+
 void AddPoorViews(std::vector<Kind>& kinds) {
   kinds.push_back({"board never tilted", Expected::kBad, "similar|tilt",
                    [](Conditions& c, Random&) { c.max_tilt_rad = 0.02; }});
@@ -166,6 +205,7 @@ void AddPoorViews(std::vector<Kind>& kinds) {
 void AddKindsOfBoard(std::vector<Kind>& kinds) {
   AddPrints(kinds);
   AddShapes(kinds);
+  AddTurned(kinds);
   AddPoorViews(kinds);
 }
 
@@ -207,6 +247,11 @@ void AddGoodKinds(std::vector<Kind>& kinds) {
       for (std::size_t j = 0; j < views.size(); j += 4)
         std::reverse(views[j].corners_px.begin(), views[j].corners_px.end());
     };
+  });
+  good("good, 17 x 11 turned by 180 degrees in places", [](Conditions& c, Random& random) {
+    c.board = {17, 11, 0.2 / 17};
+    c.bow_per_m = 0.3;
+    TurnSome(c, random);
   });
   good("good, frames out of order", [](Conditions& c, Random& random) {
     const auto seed = random();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/vision/lens/board_orders.h"
 #include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::vision {
@@ -103,6 +104,11 @@ Result<ConsistentFit> FitConsistentViews(const target::Board& board, image::Imag
     Result<LensFit> fit = FitLens(board, kept, size);
     if (!fit) return Error{fit.error()};
     ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
+    if (RenumberToOneOrder(board, size, *fit, consistency, kept)) {
+      fit = FitLens(board, kept, size);
+      if (!fit) return Error{fit.error()};
+      consistency = ConsistencyOf(board, *fit, kept);
+    }
     if (consistency.wrong.empty())
       return ConsistentFit{std::move(fit.value()), std::move(consistency)};
     RemoveViews(consistency.wrong, kDoesNotFit, kept, refused);

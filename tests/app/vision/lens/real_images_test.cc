@@ -117,6 +117,34 @@ TEST_CASE("OpenCV's two sample cameras: every board found, focal lengths as publ
         k95Percent * left.uncertainty.max_px);
 }
 
+TEST_CASE("an S-shaped board: one more view of it, held the other way round, changes nothing",
+          "[measured]") {
+  const fs::path folder = Measured("captures-half-turn");
+  if (folder.empty()) return;
+  std::vector<LensCalibration> calibrations;
+  for (const char* views : {"accepted", "refused"}) {
+    const fs::path images = folder / views;
+    const auto names = camera::ListImageNames(images.string());
+    REQUIRE(names);
+    std::vector<BoardView> found;
+    for (const std::string& name : *names) {
+      const auto image = camera::ReadImage((images / name).string());
+      REQUIRE(image);
+      const auto view = DetectBoard(image->View(), {17, 11, 0.010});
+      INFO(name);
+      REQUIRE(view);
+      found.push_back(*view);
+      found.back().name = name;
+      found.back().time_s = static_cast<double>(found.size());
+    }
+    calibrations.push_back(CalibrateLens({17, 11, 0.010}, found, {1280, 720}));
+    INFO(views << "\n" << AllReasons(calibrations.back()));
+    CHECK(calibrations.back().accepted);
+    REQUIRE_FALSE(calibrations.back().notes.empty());
+  }
+  CHECK(calibrations[1].lens.fx == Approx(calibrations[0].lens.fx).epsilon(0.005));
+}
+
 TEST_CASE("OpenCV's sample board: its shape as one camera measures it explains the other's images",
           "[measured]") {
   const fs::path folder = Measured("camera-chessboards/opencv-left-right");
