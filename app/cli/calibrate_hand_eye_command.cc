@@ -8,6 +8,7 @@
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/required_file.h"
+#include "app/base/target/board.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/cli/board_option.h"
 #include "app/cli/commands.h"
@@ -148,10 +149,10 @@ int Run(const CalibrateHandEyeOptions& options) {
   how.free_lens = options.free_lens;
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
-  const target::BoardKind kind = inputs.target.board.kind;
+  const std::vector<target::BoardTurn> turns = target::SymmetriesOf(inputs.target.board);
   how.half_turn_symmetric =
       inputs.target.body == nullptr &&
-      (kind == target::BoardKind::kChessboard || kind == target::BoardKind::kCircles);
+      std::ranges::find(turns, 2, &target::BoardTurn::quarters) != turns.end();
   how.acceptable_m = 1e-3 * options.acceptable_mm;
   std::optional<kinematics::Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
