@@ -96,8 +96,7 @@ TEST_CASE("OpenCV's two sample cameras: every board found, focal lengths as publ
       CHECK(lens::UsableShare(c) < 0.9);
       CHECK(c.notes.front().find("the board was seen only up to") != std::string::npos);
     } else {
-      // An uneven print explains less than three quarters of the displacements.
-      CHECK(AllReasons(c).find("the cause is not clear") != std::string::npos);
+      CHECK(AllReasons(c).find("the print is uneven") != std::string::npos);
     }
     CHECK((c.accepted || camera.name == std::string("right")));
     const LensCalibration proved =
