@@ -265,6 +265,9 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
   }
   quads_.Find(search_, limits, found_);
   seen.limited |= quads_.limited();
+  segments_.clear();
+  segment_finder_.Find(search_, {.min_step = threshold_.min_range()}, segments_);
+  line_quads_.Find(search_, segments_, found_);
   for (const Corners& corners : found_) {
     // Stay within the border: the edges of the data cells are a cell further in.
     const double reach_px =

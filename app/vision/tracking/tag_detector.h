@@ -6,6 +6,8 @@
 
 #include "app/base/target/tag_family.h"
 #include "app/vision/tracking/corner_refinement.h"
+#include "app/vision/tracking/edge_segments.h"
+#include "app/vision/tracking/line_quads.h"
 #include "app/vision/tracking/threshold.h"
 
 namespace plumbline::vision {
@@ -75,6 +77,9 @@ class TagDetector {
   Threshold threshold_;
   SearchImage search_;
   QuadFinder quads_;
+  EdgeSegmentFinder segment_finder_;
+  std::vector<EdgeSegment> segments_;
+  LineQuads line_quads_;
   std::vector<Corners> found_;
 };
 

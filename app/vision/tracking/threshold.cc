@@ -7,7 +7,7 @@
 namespace plumbline::vision {
 namespace {
 
-constexpr int kTile = 4;                         // [px]
+constexpr int kTile = SearchImage::kTile;
 constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, flattest fifth [sd]
 constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
 constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
@@ -126,6 +126,9 @@ int Threshold::MinRange() const {
 
 void Threshold::Apply(SearchImage& search, bool whole_image) {
   search.dark.resize(search.grey.size());
+  const std::size_t tiles =
+      static_cast<std::size_t>(search.tile_columns()) * ((search.height + kTile - 1) / kTile);
+  search.contrast.assign(tiles, 1);
   if (fixed_) {
     min_range_ = kMinRange;
     const int level = *fixed_;
@@ -136,7 +139,7 @@ void Threshold::Apply(SearchImage& search, bool whole_image) {
   min_range_ = whole_image ? MinRange() : std::min(min_range_, MinRange());
   levels_.resize(static_cast<std::size_t>(columns_) * kTile);
   for (int tile_row = 0; tile_row < rows_; ++tile_row) {
-    SetLevels(tile_row);
+    SetLevels(tile_row, &search.contrast[static_cast<std::size_t>(tile_row) * columns_]);
     const auto width = static_cast<std::size_t>(search.width);
     const std::uint8_t* const levels = levels_.data();
     for (int y = tile_row * kTile; y < std::min((tile_row + 1) * kTile, search.height); ++y) {
@@ -149,7 +152,7 @@ void Threshold::Apply(SearchImage& search, bool whole_image) {
 
 /// The threshold of each column in a row of tiles: halfway between the extremes of three by three
 /// tiles. Level 0 marks no pixel as dark: the grey levels hardly vary there.
-void Threshold::SetLevels(int tile_row) {
+void Threshold::SetLevels(int tile_row, std::uint8_t* contrast) {
   const auto columns = static_cast<std::size_t>(columns_);
   const std::size_t here = static_cast<std::size_t>(tile_row) * columns;
   const std::size_t above = tile_row > 0 ? here - columns : here;
@@ -165,6 +168,7 @@ void Threshold::SetLevels(int tile_row) {
     const auto level =
         high - low < min_range_ ? std::uint8_t{0} : static_cast<std::uint8_t>((low + high + 1) / 2);
     std::fill_n(&levels_[kTile * c], kTile, level);
+    contrast[c] = level > 0 ? 1 : 0;
   }
 }
 

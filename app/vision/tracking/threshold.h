@@ -30,10 +30,15 @@ enum class Reduction : std::uint8_t {
 
 /// A part of the image at half (shrink 2) or full resolution (shrink 1).
 struct SearchImage {
+  static constexpr int kTile = 4;  ///< side of a tile [px]
+
   int width = 0, height = 0;
   int shrink = 2;
   int u0 = 0, v0 = 0;  ///< pixel of the full image at its top left
   std::vector<std::uint8_t> grey, dark;
+  std::vector<std::uint8_t> contrast;  ///< by tile: 1 where the grey levels vary
+
+  int tile_columns() const { return (width + kTile - 1) / kTile; }
 
   /// Position in the full image of (x, y) in this one; in both, pixel centres have integer
   /// coordinates.
@@ -66,7 +71,7 @@ class Threshold {
 
  private:
   void MeasureTiles(const SearchImage& search);
-  void SetLevels(int tile_row);
+  void SetLevels(int tile_row, std::uint8_t* contrast);
   int MinRange() const;
 
   std::optional<int> fixed_;
