@@ -24,6 +24,7 @@ struct EdgeRegion {
   lens::Vec2 before, after;  ///< outward unit normals of the adjacent sides at start and end
   double cell_px = 0;        ///< width of the dark zone inside and of the bright zone outside
   double bow_px = 0;         ///< outward deflection of the edge at its middle
+  HiddenParts hidden;        ///< not to be used
 };
 
 /// Fitted edge; d0 and d1 are its outward distances from start and end.
@@ -109,6 +110,7 @@ void CollectSamples(const image::LumaView& image, const EdgeRegion& region, doub
       const double along = t.dot(x), s = along / length;
       if (-region.before.dot(x) < from_corner || -region.after.dot(p - region.end) < from_corner)
         continue;
+      if (region.hidden.Hides(s)) continue;
       const double d = n.dot(x) - 4 * region.bow_px * s * (1 - s);
       if (std::abs(d) > reach) continue;
       const int u = by_columns ? i : j, v = by_columns ? j : i;
@@ -239,7 +241,7 @@ double BowAtMiddle(const lens::Lens& lens, const lens::Vec2& from, const lens::V
 }  // namespace
 
 std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
-                                            int cells, const lens::Lens* lens) {
+                                            const std::array<HiddenParts, 4>& hidden, int cells, const lens::Lens* lens) {
   std::array<EdgeFit, 4> fits;
   std::array<lens::Vec2, 4> direction, normal;
   std::array<double, 4> length{};
@@ -256,7 +258,7 @@ std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const 
     const double across = std::min(-normal[k].dot(rough[(k + 2) % 4] - rough[k]),
                                    -normal[k].dot(rough[(k + 3) % 4] - rough[k]));
     EdgeRegion region{rough[k], rough[(k + 1) % 4], normal[(k + 3) % 4], normal[(k + 1) % 4],
-                      across / cells};
+                      across / cells, 0, hidden[k]};
     if (lens != nullptr) {
       region.bow_px = BowAtMiddle(*lens, rough[k], rough[(k + 1) % 4], normal[k]);
     }

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "app/vision/tracking/edge_alignment.h"
 #include "app/vision/tracking/quads.h"
 #include "firmware-like/image/luma_view.h"
 #include "firmware-like/lens/lens.h"
@@ -27,10 +28,11 @@ struct RefinedCorners {
 /// side from a straight line caused by lens distortion (a parabola, zero at both corners). The
 /// corners are the intersections of the sides; their covariance follows from the residual grey
 /// levels. The initial corners must be accurate to about half a pixel.
-/// @param cells  per side, including the border
-/// @param lens   null if unknown: sides are then assumed to be straight in the image
-/// @return       nullopt if a side has too few pixels or its edge cannot be fitted
+/// @param hidden  parts of the sides to be ignored
+/// @param cells   per side, including the border
+/// @param lens    null if unknown: sides are then assumed to be straight in the image
+/// @return        nullopt if a side has too few pixels or its edge cannot be fitted
 std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
-                                            int cells, const lens::Lens* lens);
+                                            const std::array<HiddenParts, 4>& hidden, int cells, const lens::Lens* lens);
 
 }  // namespace plumbline::vision

@@ -8,8 +8,7 @@ namespace plumbline::vision {
 namespace {
 
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
-constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
-constexpr double kTinyCell_px = 1.9;    // and even smaller ones twice as much
+constexpr double kTinyCell_px = 1.9;    // smaller cells are sharpened twice as much
 constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
 constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
 constexpr int kMaxCells = 13;          // per side, including the surrounding ring
@@ -122,8 +121,7 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
                                      (corners[2] - corners[0]).y() * (corners[3] - corners[1]).x());
   const double cell_px = std::sqrt(area) / n;
   const double sharpening = cell_px < kTinyCell_px    ? kTinySharpening
-                            : cell_px < kSmallCell_px ? kSharpening
-                                                      : 0;
+                                                      : kSharpening;
   int bright_border = 0, border = 0, dark_around = 0, around = 0;
   const auto level_at = [&](int r, int c) { return threshold.dot(Vec3(1, c, r)); };
   for (int r = -1; r <= n; ++r) {
@@ -143,7 +141,7 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
   double margin = reading.contrast;  // smallest distance of a data cell from its threshold
   for (int r = border_cells; r < n - border_cells; ++r) {
     for (int c = border_cells; c < n - border_cells; ++c) {
-      const double grey = sharpening > 0 ? cells.Sharpened(r, c, sharpening) : cells.At(r, c);
+      const double grey = cells.Sharpened(r, c, sharpening);
       reading.bits = (reading.bits << 1) | (grey > level_at(r, c) ? 1 : 0);
       margin = std::min(margin, std::abs(grey - level_at(r, c)));
     }

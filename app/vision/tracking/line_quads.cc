@@ -89,7 +89,7 @@ void LineQuads::FindSuccessors() {
       const lens::Vec2 between = b.start - a.end;
       const double after_a = Cross(between, b.direction) / turn;
       if (after_a < -kOverlap_px || after_a > gap_a) continue;
-      const double before_b = Cross(between, a.direction) / turn;
+      const double before_b = Cross(a.direction, between) / turn;
       if (before_b < -kOverlap_px || before_b > GapAllowed(b)) continue;
       candidates_.push_back({static_cast<int>(j - lines_.begin()),
                              static_cast<float>(std::abs(after_a) + std::abs(before_b)),

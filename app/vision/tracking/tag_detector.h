@@ -68,6 +68,8 @@ class TagDetector {
               SeenTags& seen);
   std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
                                 int most_wrong_bits) const;
+  std::optional<SeenTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
+                                       const Corners& corners, const lens::Lens* lens);
   std::optional<SeenTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
                                const lens::Lens* lens) const;
 
@@ -76,6 +78,7 @@ class TagDetector {
   DetectorSettings settings_;
   Threshold threshold_;
   SearchImage search_;
+  std::array<SearchImage, 2> coarser_;  ///< search_ halved once and twice; width 0: not yet made
   QuadFinder quads_;
   EdgeSegmentFinder segment_finder_;
   std::vector<EdgeSegment> segments_;

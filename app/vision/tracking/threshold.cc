@@ -80,6 +80,22 @@ void MakeSearchImage(const image::LumaView& image, const ImageBox& box, Reductio
   }
 }
 
+void MakeCoarser(const SearchImage& search, SearchImage& coarser) {
+  const image::LumaView view{search.grey.data(), search.width, search.height, search.width};
+  MakeSearchImage(view, {0, 0, search.width, search.height}, Reduction::kHalf, coarser);
+  coarser.shrink = 2 * search.shrink;
+  coarser.u0 = search.u0;
+  coarser.v0 = search.v0;
+}
+
+lens::Lens SearchImage::LensOf(const lens::Lens& lens) const {
+  lens::Lens reduced = lens;
+  const lens::Vec2 centre = PixelOf({lens.cx, lens.cy});
+  reduced.fx /= shrink, reduced.fy /= shrink;
+  reduced.cx = centre.x(), reduced.cy = centre.y();
+  return reduced;
+}
+
 void Threshold::MeasureTiles(const SearchImage& search) {
   columns_ = (search.width + kTile - 1) / kTile;
   rows_ = (search.height + kTile - 1) / kTile;

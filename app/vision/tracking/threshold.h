@@ -40,6 +40,14 @@ struct SearchImage {
 
   int tile_columns() const { return (width + kTile - 1) / kTile; }
 
+  /// The inverse of ImagePixel.
+  lens::Vec2 PixelOf(const lens::Vec2& image_px) const {
+    const double half = 0.5 * (shrink - 1);
+    return {(image_px.x() - half - u0) / shrink, (image_px.y() - half - v0) / shrink};
+  }
+  /// The lens of the full image, for pixels of this one.
+  lens::Lens LensOf(const lens::Lens& lens) const;
+
   /// Position in the full image of (x, y) in this one; in both, pixel centres have integer
   /// coordinates.
   lens::Vec2 ImagePixel(double x, double y) const {
@@ -51,6 +59,9 @@ struct SearchImage {
 /// Fills `search` with a part of the image.
 void MakeSearchImage(const image::LumaView& image, const ImageBox& box, Reduction reduction,
                      SearchImage& search);
+
+/// Halves a search image: the means of 2 x 2 pixels. Only the grey levels are filled.
+void MakeCoarser(const SearchImage& search, SearchImage& coarser);
 
 /// Classifies pixels as dark or bright.
 class Threshold {
