@@ -241,7 +241,8 @@ double BowAtMiddle(const lens::Lens& lens, const lens::Vec2& from, const lens::V
 }  // namespace
 
 std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
-                                            const std::array<HiddenParts, 4>& hidden, int cells, const lens::Lens* lens) {
+                                            const std::array<HiddenParts, 4>& hidden, int cells,
+                                            const lens::Lens* lens) {
   std::array<EdgeFit, 4> fits;
   std::array<lens::Vec2, 4> direction, normal;
   std::array<double, 4> length{};
@@ -257,8 +258,9 @@ std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const 
     // Cell size across this side, at the narrower end of the tag.
     const double across = std::min(-normal[k].dot(rough[(k + 2) % 4] - rough[k]),
                                    -normal[k].dot(rough[(k + 3) % 4] - rough[k]));
-    EdgeRegion region{rough[k], rough[(k + 1) % 4], normal[(k + 3) % 4], normal[(k + 1) % 4],
-                      across / cells, 0, hidden[k]};
+    EdgeRegion region{
+        rough[k], rough[(k + 1) % 4], normal[(k + 3) % 4], normal[(k + 1) % 4], across / cells,
+        0,        hidden[k]};
     if (lens != nullptr) {
       region.bow_px = BowAtMiddle(*lens, rough[k], rough[(k + 1) % 4], normal[k]);
     }

@@ -33,6 +33,7 @@ struct RefinedCorners {
 /// @param lens    null if unknown: sides are then assumed to be straight in the image
 /// @return        nullopt if a side has too few pixels or its edge cannot be fitted
 std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
-                                            const std::array<HiddenParts, 4>& hidden, int cells, const lens::Lens* lens);
+                                            const std::array<HiddenParts, 4>& hidden, int cells,
+                                            const lens::Lens* lens);
 
 }  // namespace plumbline::vision

@@ -120,8 +120,7 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
   const double area = 0.5 * std::abs((corners[2] - corners[0]).x() * (corners[3] - corners[1]).y() -
                                      (corners[2] - corners[0]).y() * (corners[3] - corners[1]).x());
   const double cell_px = std::sqrt(area) / n;
-  const double sharpening = cell_px < kTinyCell_px    ? kTinySharpening
-                                                      : kSharpening;
+  const double sharpening = cell_px < kTinyCell_px ? kTinySharpening : kSharpening;
   int bright_border = 0, border = 0, dark_around = 0, around = 0;
   const auto level_at = [&](int r, int c) { return threshold.dot(Vec3(1, c, r)); };
   for (int r = -1; r <= n; ++r) {

@@ -92,6 +92,7 @@ HiddenParts HiddenPartsOf(const std::array<Place, kMaxProfiles>& places, int cou
 struct FittedSide {
   Line line;
   double share;
+  double scatter_px;  ///< mean distance of these positions from it
   HiddenParts hidden;
 };
 
@@ -130,12 +131,18 @@ std::optional<FittedSide> FitLineNear(const image::LumaView& image, const EdgeSe
     }
     fit = Fit(places, count);
   }
-  const auto kept = std::count_if(places.begin(), places.begin() + count,
-                                  [](const Place& place) { return place.used; });
-  if (!fit || static_cast<double>(kept) < search.min_share * count) return std::nullopt;
+  int kept = 0;
+  double misses = 0;
+  for (int i = 0; fit && i < count; ++i) {
+    if (!places[i].used) continue;
+    ++kept;
+    misses += std::abs(places[i].across - fit->first - fit->second * places[i].along);
+  }
+  if (kept == 0 || kept < search.min_share * count) return std::nullopt;
   const lens::Vec2 turned = (normal - fit->second * direction).normalized();
   return FittedSide{{turned, turned.dot(middle + fit->first * normal)},
                     static_cast<double>(kept) / count,
+                    misses / kept,
                     HiddenPartsOf(places, count)};
 }
 
@@ -149,29 +156,31 @@ void HiddenParts::Hide(double from, double to) {
   for (int part = PartOf(from); part <= PartOf(to); ++part) bits_ |= std::uint32_t{1} << part;
 }
 
-bool AlignWithEdges(const image::LumaView& image, const EdgeSearch& search, Corners& corners,
-                    std::array<HiddenParts, 4>& hidden) {
+std::optional<AlignedSides> AlignWithEdges(const image::LumaView& image, const EdgeSearch& search,
+                                           Corners& corners) {
   std::array<Line, 4> lines;
+  AlignedSides sides;
   double shares = 0;
   for (int k = 0; k < 4; ++k) {
     const auto side = FitLineNear(image, search, corners[k], corners[(k + 1) % 4]);
-    if (!side) return false;
+    if (!side) return std::nullopt;
     lines[k] = side->line;
-    hidden[k] = side->hidden;
+    sides.hidden[k] = side->hidden;
+    sides.scatter_px += 0.25 * side->scatter_px;
     shares += side->share;
-    if (shares + (3 - k) < 4 * search.min_mean_share) return false;
+    if (shares + (3 - k) < 4 * search.min_mean_share) return std::nullopt;
   }
   Corners snapped;
   for (int k = 0; k < 4; ++k) {
     const Line &before = lines[(k + 3) % 4], &after = lines[k];
     Eigen::Matrix2d N;
     N << before.normal.transpose(), after.normal.transpose();
-    if (std::abs(N.determinant()) < 0.15) return false;
+    if (std::abs(N.determinant()) < 0.15) return std::nullopt;
     snapped[k] = N.inverse() * lens::Vec2(before.offset, after.offset);
-    if ((snapped[k] - corners[k]).norm() > 3 * search.reach_px) return false;
+    if ((snapped[k] - corners[k]).norm() > 3 * search.reach_px) return std::nullopt;
   }
   corners = snapped;
-  return true;
+  return sides;
 }
 
 }  // namespace plumbline::vision

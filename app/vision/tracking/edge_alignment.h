@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "app/vision/tracking/quads.h"
 #include "firmware-like/image/luma_view.h"
@@ -30,13 +31,17 @@ class HiddenParts {
   std::uint32_t bits_ = 0;
 };
 
+/// What AlignWithEdges finds along the sides.
+struct AlignedSides {
+  std::array<HiddenParts, 4> hidden;  ///< where a side shows no step
+  double scatter_px = 0;              ///< mean distance of the steepest points from the lines
+};
 
 /// Moves the sides onto the steps from dark inside to bright outside: finds the steepest point of
 /// up to 24 profiles across each side, fits a straight line to these points without outliers, and
 /// intersects the four lines.
-/// @param hidden  where a side shows no such step
-/// @return        true if all four sides follow an edge; otherwise the quadrilateral is not a tag
-bool AlignWithEdges(const image::LumaView& image, const EdgeSearch& search, Corners& corners,
-                    std::array<HiddenParts, 4>& hidden);
+/// @return  nullopt unless all four sides follow an edge: the quadrilateral is not a tag
+std::optional<AlignedSides> AlignWithEdges(const image::LumaView& image, const EdgeSearch& search,
+                                           Corners& corners);
 
 }  // namespace plumbline::vision

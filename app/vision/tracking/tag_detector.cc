@@ -24,7 +24,7 @@ constexpr double kFewPixels = 3.25;
 /// Largest number of wrong cells that more exact corners may correct; 8 % of random cells of 36h11
 /// have no more.
 constexpr int kMostWrongBits = 6;
-constexpr double kSnapped_px = 0.35;  // standard deviation of the corners after AlignWithEdges()
+constexpr double kAligned_px = 0.35;  // least standard deviation of corners by AlignWithEdges()
 /// Smallest range that counts as an edge at half the resolution, above which the image is so noisy
 /// that the search at full resolution needs a smoothed one [grey levels].
 constexpr int kNoisyRange = 13;
@@ -68,6 +68,11 @@ TagDetector::TagDetector(target::TagFamily family, const DetectorSettings& setti
   family_.strict &= settings.strict;
 }
 
+struct TagDetector::FoundTag {
+  SeenTag tag;
+  bool exact;  ///< its corners are refined
+};
+
 struct TagDetector::Decoded {
   target::TagCode code;
   double contrast;
@@ -87,13 +92,14 @@ std::optional<TagDetector::Decoded> TagDetector::Decode(const image::LumaView& i
 }
 
 /// Verifies and decodes one quadrilateral.
-std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double reach_px,
-                                          Corners corners, const lens::Lens* lens) const {
+std::optional<TagDetector::FoundTag> TagDetector::TagAt(const image::LumaView& image,
+                                                        double reach_px, Corners corners,
+                                                        const lens::Lens* lens) const {
   EdgeSearch edges;
   edges.min_step = 0.4 * threshold_.min_range();
   edges.reach_px = reach_px;
-  std::array<HiddenParts, 4> hidden;
-  if (!AlignWithEdges(image, edges, corners, hidden)) return std::nullopt;
+  const auto sides = AlignWithEdges(image, edges, corners);
+  if (!sides) return std::nullopt;
   const double side_px = ShortestSide(corners);
   const auto is_small = [side_px](int cells) { return side_px < kFewPixels * cells; };
   auto decoded = Decode(image, corners, family_.correctable_bits);
@@ -104,18 +110,21 @@ std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double r
     if (!nearly || !is_small(nearly->cells)) return std::nullopt;
     cells = nearly->cells;
   }
-  auto refined = RefineCorners(image, corners, hidden, cells, lens);
+  auto refined = RefineCorners(image, corners, sides->hidden, cells, lens);
+  const bool exact = refined.has_value();
   if (!refined) {
-    if (!decoded || !is_small(cells)) return std::nullopt;
-    // A small tag may have too few pixels for the fit.
-    refined = RefinedCorners{corners, kSnapped_px * kSnapped_px * CornersCovariance::Identity()};
+    if (!decoded) return std::nullopt;
+    // Too few pixels for the fit, or too much of the cells in the blurred edge.
+    const double sd_px = std::max(kAligned_px, sides->scatter_px);
+    refined = RefinedCorners{corners, sd_px * sd_px * CornersCovariance::Identity()};
   }
   if (!decoded) decoded = Decode(image, refined->corners, family_.correctable_bits);
   if (!decoded) return std::nullopt;
   const target::TagCode& code = decoded->code;
-  return Turned(
-      {code.id, code.wrong_bits, refined->corners, refined->covariance, decoded->contrast},
-      code.turns);
+  return FoundTag{
+      Turned({code.id, code.wrong_bits, refined->corners, refined->covariance, decoded->contrast},
+             code.turns),
+      exact};
 }
 
 void TagDetector::Search(const image::LumaView& image, const Part& part, bool whole,
@@ -158,26 +167,29 @@ std::optional<SeenTag> TagDetector::TagAtAnyLevel(const image::LumaView& image, 
   const double cell_px = ShortestSide(corners) / family_.cells();
   // Stay within the border: the edges of the data cells are a cell further in.
   const double reach_px = std::clamp(0.8 * cell_px, 2.0, 2.0 * search_.shrink);
-  if (auto tag = TagAt(image, reach_px, corners, lens)) return tag;
-  if (part.reduction != Reduction::kHalf) return std::nullopt;
-  const SearchImage* level = &search_;
-  for (std::size_t k = 0; cell_px >= kMinReducedCell_px * level->shrink; ++k) {
+  auto found = TagAt(image, reach_px, corners, lens);
+  const SearchImage* level = part.reduction == Reduction::kHalf ? &search_ : nullptr;
+  for (std::size_t k = 0; level != nullptr && !(found && found->exact) &&
+                          cell_px >= kMinReducedCell_px * level->shrink;
+       ++k) {
     const image::LumaView view{level->grey.data(), level->width, level->height, level->width};
     Corners reduced;
     for (int c = 0; c < 4; ++c) reduced[c] = level->PixelOf(corners[c]);
     const double reach = std::clamp(0.8 * cell_px / level->shrink, 2.0, 4.0);
     const auto reduced_lens = lens != nullptr ? std::optional(level->LensOf(*lens)) : std::nullopt;
-    auto tag = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
-    if (tag) {
-      for (auto& corner : tag->corners_px) corner = level->ImagePixel(corner.x(), corner.y());
-      tag->covariance *= level->shrink * level->shrink;
-      return tag;
+    auto there = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
+    if (there && (!found || there->exact)) {
+      found = there;
+      for (auto& corner : found->tag.corners_px) {
+        corner = level->ImagePixel(corner.x(), corner.y());
+      }
+      found->tag.covariance *= level->shrink * level->shrink;
     }
     if (k == coarser_.size()) break;
     if (coarser_[k].width == 0) MakeCoarser(*level, coarser_[k]);
     level = &coarser_[k];
   }
-  return std::nullopt;
+  return found ? std::optional(found->tag) : std::nullopt;
 }
 
 void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen) {

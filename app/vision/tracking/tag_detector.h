@@ -64,14 +64,15 @@ class TagDetector {
 
  private:
   struct Decoded;
+  struct FoundTag;
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
   std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
                                 int most_wrong_bits) const;
   std::optional<SeenTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
                                        const Corners& corners, const lens::Lens* lens);
-  std::optional<SeenTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
-                               const lens::Lens* lens) const;
+  std::optional<FoundTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
+                                const lens::Lens* lens) const;
 
   target::TagFamily family_;
   int most_border_;  ///< widest border that is read [cells]
