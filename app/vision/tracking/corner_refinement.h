@@ -20,12 +20,8 @@ struct RefinedCorners {
   double blur_px = 0;  ///< standard deviation of the edges' blur, mean over the four sides
 };
 
-/// Fits each side to the image as the blurred edge of a half plane:
-///   I(p) = B + b s + (A + a s) Phi(d / sigma),  d = n . p - bow(s) - d0 (1 - s) - d1 s
-/// over the pixels p near the side, with s in 0..1 along it, d outwards [px], and Phi the normal
-/// distribution function; d0, d1, sigma, B, b, A, a are estimated by Gauss-Newton. Blur from pixel
-/// area, optics and motion is symmetric and does not shift the edge. bow(s) is the deviation of the
-/// side from a straight line caused by lens distortion (a parabola, zero at both corners). The
+/// Fits the edge of each side (see FitEdge). Blur from pixel area, optics and motion is symmetric
+/// and does not shift it. Lens distortion bends a side to a parabola through both corners. The
 /// corners are the intersections of the sides; their covariance follows from the residual grey
 /// levels. The initial corners must be accurate to about half a pixel.
 /// @param hidden  parts of the sides to be ignored
