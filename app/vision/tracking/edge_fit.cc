@@ -34,7 +34,7 @@ constexpr double kKnotSd = 0.5;  // of A and B from one knot to the next, as a s
 constexpr double kOutlier = 2.5, kMaxKurtosis = 5;
 constexpr double kMarginDrop = 0.15;    // of the step: fall of the grey level outside a thin margin
 constexpr double kProfileBin_px = 0.5;  // of the mean profile across the edge
-constexpr double kMinMargin_px = 0.5;
+constexpr double kMinMargin_px = 0.5, kMinFlatMargin_px = 1.8;
 
 /// Normal distribution function Phi and density phi from a table, accurate to 2e-6.
 class Gauss {
@@ -122,8 +122,9 @@ struct Model {
   double MeanStep() const { return x.tail(knots).mean(); }
 };
 
-/// Sets the grey levels far inside and far outside, and whether the margin outside is thin.
-void InitializeLevels(const std::vector<Sample>& samples, double reach, Model& model) {
+/// Sets the grey levels far inside and far outside. If the margin outside is narrower than the
+/// reach, drops the pixels beyond it, or lets the model have its outer edge if it is thinner still.
+void InitializeLevels(std::vector<Sample>& samples, double reach, Model& model) {
   constexpr int kBins = 40;
   std::array<double, kBins> sum{}, count{};  // outside
   double dark = 0, bright = 0;
@@ -137,16 +138,21 @@ void InitializeLevels(const std::vector<Sample>& samples, double reach, Model& m
   dark = darks > 0 ? dark / darks : 0;
   bright = brights > 0 ? bright / brights : 255;
   double most = dark;
-  for (int bin = 0; bin < kBins && !model.thin_margin; ++bin) {
+  for (int bin = 0; bin < kBins; ++bin) {
     if (count[bin] < 4) continue;
     const double grey = sum[bin] / count[bin];
     most = std::max(most, grey);
-    if (grey < most - kMarginDrop * (most - dark) && most - dark > 0) {
+    if (most - grey <= kMarginDrop * (most - dark)) continue;
+    const double end = kProfileBin_px * bin;
+    if (end >= kMinFlatMargin_px) {
+      std::erase_if(samples, [end](const Sample& sample) { return sample.d > end; });
+    } else {
       model.thin_margin = true;
-      model.x[4] = std::max(kMinMargin_px, kProfileBin_px * bin);
+      model.x[4] = std::max(kMinMargin_px, end + kProfileBin_px);
       model.x[3] = most - bright;
-      bright = most;
     }
+    bright = most;
+    break;
   }
   for (int knot = 0; knot < model.knots; ++knot) {
     model.dark(knot) = dark;
@@ -325,7 +331,7 @@ std::optional<EdgeFit> FitEdge(const image::LumaView& image, const EdgeRegion& r
     const double reach =
         std::max(kMinReach_px, std::min(kReach * blur, region.cell_px - kOtherEdgesMargin * blur));
     CollectSamples(image, region, reach, std::min(kCornerMargin * blur, 0.2 * length), samples);
-    if (blur == kTypicalBlur_px) InitializeLevels(samples, reach, model);
+    InitializeLevels(samples, reach, model);
     auto fit = FitSamples(samples, model);
     if (!fit || blur > kTypicalBlur_px || fit->blur_px < kReselectRatio * blur) return fit;
     blur = fit->blur_px;

@@ -154,7 +154,8 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
         std::ranges::find_if(seen.tags, [&](const SeenTag& other) { return SameTag(*tag, other); });
     if (same == seen.tags.end()) {
       seen.tags.push_back(*tag);
-    } else if (tag->wrong_bits < same->wrong_bits) {
+    } else if (std::pair(tag->wrong_bits, tag->covariance.trace()) <
+               std::pair(same->wrong_bits, same->covariance.trace())) {
       *same = *tag;
     }
   }
@@ -178,7 +179,7 @@ std::optional<SeenTag> TagDetector::TagAtAnyLevel(const image::LumaView& image, 
     const double reach = std::clamp(0.8 * cell_px / level->shrink, 2.0, 4.0);
     const auto reduced_lens = lens != nullptr ? std::optional(level->LensOf(*lens)) : std::nullopt;
     auto there = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
-    if (there && (!found || there->exact)) {
+    if (there) {
       found = there;
       for (auto& corner : found->tag.corners_px) {
         corner = level->ImagePixel(corner.x(), corner.y());
