@@ -168,74 +168,105 @@ struct Sum {
   double Kurtosis() const { return fourth_powers * weights / std::max(1e-9, squares * squares); }
 };
 
-/// Calls work(sample, residual, indices, derivatives, count) for all samples but saturated ones.
-template <typename Work>
+/// Derivatives of the grey level with respect to d0, d1, log sigma, B and A at the two knots next
+/// to the pixel, C and w; the last two only with a thin margin.
+template <bool kThinMargin>
+using Derivatives = std::array<double, kThinMargin ? 9 : 7>;
+
+/// Calls work(sample, residual, knot, derivatives) for all samples but saturated ones.
+template <bool kThinMargin, typename Work>
 void ForResiduals(std::vector<Sample>& samples, const Model& model, const Work& work) {
   static const Gauss gauss;
   const auto& x = model.x;
   const int knots = model.knots;
   const double inverse = std::exp(-x[2]), last = knots - 1;
+  const double d0 = x[0], d1 = x[1], edge = x[3], width = x[4];
   for (Sample& sample : samples) {
     const double s = sample.s;
-    const double at = std::clamp(s, 0.0, 1.0) * last;
-    const int knot = std::min(static_cast<int>(at), knots - 2);
-    // Linear beyond the ends, too.
+    const int knot = std::clamp(static_cast<int>(s * last), 0, knots - 2);
     const double b = s * last - knot, a = 1 - b;
     const int dark = Model::kShared + knot, step = dark + knots;
-    const double scaled = (sample.d - x[0] * (1 - s) - x[1] * s) * inverse;
+    const double scaled = (sample.d - d0 * (1 - s) - d1 * s) * inverse;
     double Phi = 0, phi = 0;
     gauss.At(scaled, Phi, phi);
     const double height = a * x[step] + b * x[step + 1];
     double grey = a * x[dark] + b * x[dark + 1] + height * Phi;
     double slope = height * phi, stretch = height * phi * scaled;
     double margin_Phi = 0, margin_phi = 0;
-    if (model.thin_margin) {
-      const double beyond = scaled - x[4] * inverse;
+    if constexpr (kThinMargin) {
+      const double beyond = scaled - width * inverse;
       gauss.At(beyond, margin_Phi, margin_phi);
-      grey -= x[3] * margin_Phi;
-      slope -= x[3] * margin_phi;
-      stretch -= x[3] * margin_phi * beyond;
+      grey -= edge * margin_Phi;
+      slope -= edge * margin_phi;
+      stretch -= edge * margin_phi * beyond;
     }
     // A saturated pixel only bounds the light.
     if ((sample.grey <= kMinGrey && grey <= kMinGrey) ||
         (sample.grey >= kMaxGrey && grey >= kMaxGrey)) {
       continue;
     }
-    const double derivatives[9] = {-slope * inverse * (1 - s),
-                                   -slope * inverse * s,
-                                   -stretch,
-                                   a,
-                                   b,
-                                   a * Phi,
-                                   b * Phi,
-                                   -margin_Phi,
-                                   x[3] * margin_phi * inverse};
-    const int indices[9] = {0, 1, 2, dark, dark + 1, step, step + 1, 3, 4};
-    work(sample, sample.grey - grey, indices, derivatives, model.thin_margin ? 9 : 7);
+    Derivatives<kThinMargin> row;
+    row[0] = -slope * inverse * (1 - s);
+    row[1] = -slope * inverse * s;
+    row[2] = -stretch;
+    row[3] = a, row[4] = b, row[5] = a * Phi, row[6] = b * Phi;
+    if constexpr (kThinMargin) {
+      row[7] = -margin_Phi;
+      row[8] = edge * margin_phi * inverse;
+    }
+    work(sample, sample.grey - grey, knot, row);
   }
 }
 
+/// Normal equations of the pixels between two knots.
+template <bool kThinMargin>
+struct Block {
+  static constexpr int kCount = kThinMargin ? 9 : 7;
+  std::array<std::array<double, kCount>, kCount> products{};
+  std::array<double, kCount> right{};
+
+  void Add(const Derivatives<kThinMargin>& row, double weight, double residual) {
+    for (int i = 0; i < kCount; ++i) {
+      const double weighted = weight * row[i];
+      for (int j = 0; j <= i; ++j) products[i][j] += weighted * row[j];
+      right[i] += weighted * residual;
+    }
+  }
+  void AddTo(const Model& model, int knot, Model::Matrix& JtJ, Model::Vector& Jtr) const {
+    const int dark = Model::kShared + knot, step = dark + model.knots;
+    const int index[9] = {0, 1, 2, dark, dark + 1, step, step + 1, 3, 4};
+    for (int i = 0; i < kCount; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        JtJ(std::max(index[i], index[j]), std::min(index[i], index[j])) += products[i][j];
+      }
+      Jtr[index[i]] += right[i];
+    }
+  }
+};
+
+template <bool kThinMargin>
 Sum Accumulate(std::vector<Sample>& samples, const Model& model, Model::Matrix& JtJ,
                Model::Vector& Jtr) {
   JtJ.setZero(model.x.size(), model.x.size());
   Jtr.setZero(model.x.size());
   Sum sum;
-  ForResiduals(
-      samples, model,
-      [&](const Sample& sample, double residual, const int* index, const double* row, int count) {
-        for (int i = 0; i < count; ++i) {
-          const double weighted = sample.weight * row[i];
-          for (int j = 0; j <= i; ++j) {
-            JtJ(std::max(index[i], index[j]), std::min(index[i], index[j])) += weighted * row[j];
-          }
-          Jtr[index[i]] += weighted * residual;
-        }
-        const double square = sample.weight * residual * residual;
-        sum.squares += square;
-        sum.fourth_powers += square * residual * residual;
-        sum.weights += sample.weight;
-        ++sum.count;
-      });
+  Block<kThinMargin> block;  // samples of the same block follow each other
+  int at = 0;
+  ForResiduals<kThinMargin>(samples, model,
+                            [&](const Sample& sample, double residual, int knot, const auto& row) {
+                              if (knot != at) {
+                                block.AddTo(model, at, JtJ, Jtr);
+                                block = {};
+                                at = knot;
+                              }
+                              block.Add(row, sample.weight, residual);
+                              const double square = sample.weight * residual * residual;
+                              sum.squares += square;
+                              sum.fourth_powers += square * residual * residual;
+                              sum.weights += sample.weight;
+                              ++sum.count;
+                            });
+  block.AddTo(model, at, JtJ, Jtr);
   return sum;
 }
 
@@ -262,26 +293,26 @@ void AddPrior(const Sum& sum, bool few, const Model& model, Model::Matrix& JtJ,
   if (!model.thin_margin) JtJ(3, 3) = JtJ(4, 4) = 1;
 }
 
-/// Reduces the weights of pixels with large residuals. @return  true if there are any
-bool Reweight(std::vector<Sample>& samples, const Model& model) {
+/// Reduces the weights of pixels with large residuals.
+template <bool kThinMargin>
+void Reweight(std::vector<Sample>& samples, const Model& model) {
   static thread_local std::vector<double> off;
   off.clear();
-  ForResiduals(samples, model, [&](const Sample&, double residual, const int*, const double*, int) {
+  ForResiduals<kThinMargin>(samples, model, [&](const Sample&, double residual, int, const auto&) {
     off.push_back(std::abs(residual));
   });
-  if (off.empty()) return false;
+  if (off.empty()) return;
   const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
   std::nth_element(off.begin(), middle, off.end());
   const double limit = kOutlier * std::max(1.0, 1.483 * *middle);
-  ForResiduals(samples, model,
-               [&](Sample& sample, double residual, const int*, const double*, int) {
-                 const double r = residual / limit;
-                 sample.weight = 1 / (1 + r * r);
-               });
-  return true;
+  ForResiduals<kThinMargin>(samples, model, [&](Sample& sample, double residual, int, const auto&) {
+    const double r = residual / limit;
+    sample.weight = 1 / (1 + r * r);
+  });
 }
 
 /// Fits one selection of pixels. @param model  initial values on input, the solution on output
+template <bool kThinMargin>
 std::optional<EdgeFit> FitSamples(std::vector<Sample>& samples, Model& model) {
   if (samples.size() < kMinSamples) return std::nullopt;
   const bool few = samples.size() < kFewSamples;
@@ -291,7 +322,7 @@ std::optional<EdgeFit> FitSamples(std::vector<Sample>& samples, Model& model) {
   Sum sum;
   bool converged = false;
   for (int round = 0, step = 0; step < kMaxSteps; ++step) {
-    sum = Accumulate(samples, model, JtJ, Jtr);
+    sum = Accumulate<kThinMargin>(samples, model, JtJ, Jtr);
     AddPrior(sum, few, model, JtJ, Jtr);
     // Weak prior, in case the pixels do not determine a parameter.
     const double held = 1e-6 * JtJ.diagonal().maxCoeff();
@@ -300,17 +331,17 @@ std::optional<EdgeFit> FitSamples(std::vector<Sample>& samples, Model& model) {
     if (!change.allFinite()) return std::nullopt;
     x += change;
     x[2] = std::clamp(x[2], std::log(0.25), std::log(4.0));
-    if (model.thin_margin) x[4] = std::clamp(x[4], kMinMargin_px, 10.0);
+    if (kThinMargin) x[4] = std::clamp(x[4], kMinMargin_px, 10.0);
     if (!(std::abs(x[0]) < kMaxShift_px && std::abs(x[1]) < kMaxShift_px)) return std::nullopt;
     converged = std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px;
     if (!converged && step + 1 < kMaxSteps) continue;
     if (round == kReweightRounds || (round == 0 && sum.Kurtosis() < kMaxKurtosis)) break;
-    if (!Reweight(samples, model)) break;
+    Reweight<kThinMargin>(samples, model);
     ++round;
     step = 0;
   }
   if (!(model.MeanStep() > 0) || sum.count < static_cast<int>(kMinSamples)) return std::nullopt;
-  const int parameters = static_cast<int>(x.size()) - (model.thin_margin ? 0 : 2);
+  const int parameters = static_cast<int>(x.size()) - (kThinMargin ? 0 : 2);
   const double variance = sum.Variance(parameters);
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, Model::kMost, 2> first_two =
       Eigen::Matrix<double, Eigen::Dynamic, 2, 0, Model::kMost, 2>::Zero(x.size(), 2);
@@ -332,7 +363,8 @@ std::optional<EdgeFit> FitEdge(const image::LumaView& image, const EdgeRegion& r
         std::max(kMinReach_px, std::min(kReach * blur, region.cell_px - kOtherEdgesMargin * blur));
     CollectSamples(image, region, reach, std::min(kCornerMargin * blur, 0.2 * length), samples);
     InitializeLevels(samples, reach, model);
-    auto fit = FitSamples(samples, model);
+    auto fit =
+        model.thin_margin ? FitSamples<true>(samples, model) : FitSamples<false>(samples, model);
     if (!fit || blur > kTypicalBlur_px || fit->blur_px < kReselectRatio * blur) return fit;
     blur = fit->blur_px;
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
 
 namespace plumbline::vision {
 namespace {
@@ -12,6 +12,38 @@ constexpr float kOnwardCos = 0.5F;     // between a pixel's direction and the wa
 constexpr double kStraightCos = 0.88;  // between a pixel's direction and that of its segment
 constexpr double kMaxMiss_px = 1.0;    // from the segment's line
 constexpr int kFirstFit = 4;           // pixels; a line through fewer is less exact than gradients
+
+std::int16_t Magnitude(std::int16_t x) {
+  return std::max(x, static_cast<std::int16_t>(-x));
+}
+
+/// Central differences, and the sum of their magnitudes.
+void SetGradients(const std::uint8_t* __restrict here, std::ptrdiff_t width, int x0, int x1,
+                  std::int16_t* __restrict gu, std::int16_t* __restrict gv,
+                  std::int16_t* __restrict step) {
+  const std::uint8_t *const above = here - width, *const below = here + width;
+  for (std::ptrdiff_t x = x0; x < x1; ++x) {
+    gu[x] = static_cast<std::int16_t>(here[x + 1] - here[x - 1]);
+    gv[x] = static_cast<std::int16_t>(below[x] - above[x]);
+    step[x] = static_cast<std::int16_t>(Magnitude(gu[x]) + Magnitude(gv[x]));
+  }
+}
+
+/// Marks with 1 the maxima of `step` across the edge that reach `least`.
+void MarkMaxima(const std::int16_t* __restrict gu, const std::int16_t* __restrict gv,
+                const std::int16_t* step, std::ptrdiff_t width, int x0, int x1, std::int16_t least,
+                std::int16_t* __restrict edge) {
+  const std::int16_t *const above = step - width, *const below = step + width;
+  for (std::ptrdiff_t x = x0; x < x1; ++x) {
+    // All ones if the edge runs from top to bottom; without branches, for vectorization.
+    const auto upright = static_cast<std::int16_t>(-(Magnitude(gu[x]) >= Magnitude(gv[x])));
+    const auto previous =
+        static_cast<std::int16_t>((step[x - 1] & upright) | (above[x] & ~upright));
+    const auto next = static_cast<std::int16_t>((step[x + 1] & upright) | (below[x] & ~upright));
+    edge[x] =
+        static_cast<std::int16_t>((step[x] >= least) & (step[x] > previous) & (step[x] >= next));
+  }
+}
 
 /// Straight line through pixels that are added one by one.
 class GrowingLine {
@@ -56,17 +88,17 @@ void EdgeSegmentFinder::AddRow(const SearchImage& search, int y, int x0, int x1,
   const std::int16_t *const step = &step_[row], *const above = step - width,
                             *const below = step + width;
   const std::int16_t *const gu = &gu_[row], *const gv = &gv_[row];
-  std::uint8_t* const edge = is_edge_.data();
-  for (int x = x0; x < x1; ++x) {
-    const bool across = std::abs(gu[x]) >= std::abs(gv[x]);
-    const std::int16_t before = across ? step[x - 1] : above[x];
-    const std::int16_t after = across ? step[x + 1] : below[x];
-    edge[x] =
-        static_cast<std::uint8_t>((step[x] >= min_step) & (step[x] > before) & (step[x] >= after));
-  }
-  for (int x = x0; x < x1; ++x) {
-    if (edge[x] == 0) continue;
-    const bool across = std::abs(gu[x]) >= std::abs(gv[x]);
+  std::int16_t* const edge = is_edge_.data();
+  MarkMaxima(gu, gv, step, search.width, x0, x1, static_cast<std::int16_t>(min_step), edge);
+  const std::int16_t* const end = edge + x1;
+  for (const std::int16_t* at = edge + x0; at != end; ++at) {
+    // Few pixels are edges: skip four at a time.
+    std::uint64_t four = 0;
+    while (end - at >= 4 && (std::memcpy(&four, at, sizeof four), four == 0)) at += 4;
+    if (at == end) break;
+    if (*at == 0) continue;
+    const auto x = static_cast<int>(at - edge);
+    const bool across = Magnitude(gu[x]) >= Magnitude(gv[x]);
     const int before = across ? step[x - 1] : above[x], after = across ? step[x + 1] : below[x];
     const int bend = before - 2 * step[x] + after;
     const float shift =
@@ -93,41 +125,31 @@ void EdgeSegmentFinder::FindPixels(const SearchImage& search, int min_step) {
     const std::uint8_t* const contrast =
         &search.contrast[static_cast<std::size_t>(y0 / SearchImage::kTile) * tiles];
     const int y1 = std::min(y0 + SearchImage::kTile, height);
+    runs_.clear();
+    for (int c = 0; c < tiles;) {
+      int end = c;
+      while (end < tiles && contrast[end] != 0) ++end;
+      const int x0 = std::max(c * SearchImage::kTile, 2);
+      const int x1 = std::min(end * SearchImage::kTile, width - 2);
+      if (x0 < x1 && end > c) runs_.emplace_back(x0, x1);
+      c = end + 1;
+    }
     // Gradients of each run of tiles with contrast, with one pixel around it.
-    const auto for_runs = [&](auto&& work) {
-      for (int c = 0; c < tiles;) {
-        if (contrast[c] == 0) {
-          ++c;
-          continue;
-        }
-        int end = c + 1;
-        while (end < tiles && contrast[end] != 0) ++end;
-        work(std::max(c * SearchImage::kTile, 2), std::min(end * SearchImage::kTile, width - 2));
-        c = end;
-      }
-    };
-    for (int y = y0 - 1; y <= y1; ++y) {
+    for (int y = y0 - 1; y <= y1 && !runs_.empty(); ++y) {
       const std::size_t to = static_cast<std::size_t>(y - y0 + 1) * width;
-      for_runs([&](int x0, int x1) {
-        if (x0 >= x1) return;
+      for (const auto& [x0, x1] : runs_) {
         if (y < 1 || y >= height - 1) {
           std::fill(&step_[to + x0 - 1], &step_[to + x1 + 1], std::int16_t{0});
-          return;
+        } else {
+          SetGradients(&search.grey[static_cast<std::size_t>(y) * width], width, x0 - 1, x1 + 1,
+                       &gu_[to], &gv_[to], &step_[to]);
         }
-        const std::uint8_t* const here = &search.grey[static_cast<std::size_t>(y) * width];
-        const std::uint8_t *const above = here - width, *const below = here + width;
-        std::int16_t *const step = &step_[to], *const gu = &gu_[to], *const gv = &gv_[to];
-        for (int x = x0 - 1; x < x1 + 1; ++x) {
-          gu[x] = static_cast<std::int16_t>(here[x + 1] - here[x - 1]);
-          gv[x] = static_cast<std::int16_t>(below[x] - above[x]);
-          step[x] = static_cast<std::int16_t>(std::abs(gu[x]) + std::abs(gv[x]));
-        }
-      });
+      }
     }
     for (int y = y0; y < y1; ++y) {
       row_start_[y] = static_cast<int>(pixels_.size());
       if (y < 1 || y >= height - 1) continue;
-      for_runs([&](int x0, int x1) { AddRow(search, y, x0, x1, y - y0 + 1, min_step); });
+      for (const auto& [x0, x1] : runs_) AddRow(search, y, x0, x1, y - y0 + 1, min_step);
     }
   }
   row_start_[height] = static_cast<int>(pixels_.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "app/vision/tracking/threshold.h"
@@ -45,11 +46,12 @@ class EdgeSegmentFinder {
   void LinkTo(EdgePixel& pixel, int row, int& from);
   void Split(int first, double min_length, std::vector<EdgeSegment>& segments);
 
-  std::vector<EdgePixel> pixels_;   ///< row by row, from left to right
-  std::vector<int> row_start_;      ///< index in pixels_ by row, and the end
-  std::vector<std::int16_t> step_;  ///< |gx| + |gy| of six rows
+  std::vector<EdgePixel> pixels_;          ///< row by row, from left to right
+  std::vector<int> row_start_;             ///< index in pixels_ by row, and the end
+  std::vector<std::pair<int, int>> runs_;  ///< columns with contrast in a row of tiles
+  std::vector<std::int16_t> step_;         ///< |gx| + |gy| of six rows
   std::vector<std::int16_t> gu_, gv_;
-  std::vector<std::uint8_t> is_edge_;
+  std::vector<std::int16_t> is_edge_;  ///< of one row
 };
 
 }  // namespace plumbline::vision

@@ -16,6 +16,7 @@ namespace plumbline::vision {
 namespace {
 
 constexpr int kMinImage_px = 12;
+constexpr double kAlike_px = 2;  // between corners of the same quadrilateral, in the search image
 constexpr double kMinReducedCell_px = 4;  // of a tag that is searched in a reduced image
 // Bounding box of the tags that are searched at full resolution.
 constexpr int kMinSmallTag_px = 9, kMaxSmallTag_px = 44;
@@ -43,6 +44,41 @@ bool SameTag(const SeenTag& a, const SeenTag& b) {
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
 
+/// Whether each corner of one quadrilateral is near a corner of the other.
+bool IsAlike(const Corners& a, const Corners& b, double reach_px) {
+  return std::ranges::all_of(a, [&](const lens::Vec2& corner) {
+    return std::ranges::any_of(
+        b, [&](const lens::Vec2& other) { return (corner - other).norm() < reach_px; });
+  });
+}
+
+/// Marks the tiles of a tag, and a little around it, as without contrast.
+void IgnoreWithin(SearchImage& search, const Corners& corners_px) {
+  constexpr double kAround = 1.5 * SearchImage::kTile;
+  Corners corners;
+  for (int k = 0; k < 4; ++k) corners[k] = search.PixelOf(corners_px[k]);
+  const auto [left, right] = std::ranges::minmax(corners, {}, [](const auto& p) { return p.x(); });
+  const auto [top, bottom] = std::ranges::minmax(corners, {}, [](const auto& p) { return p.y(); });
+  const int columns = search.tile_columns();
+  const int rows = static_cast<int>(search.contrast.size()) / std::max(1, columns);
+  const auto tile = [](double px, int count) {
+    return std::clamp(static_cast<int>(px / SearchImage::kTile), 0, count);
+  };
+  for (int r = tile(top.y() - kAround, rows); r < tile(bottom.y() + kAround, rows - 1) + 1; ++r) {
+    for (int c = tile(left.x() - kAround, columns); c < tile(right.x() + kAround, columns - 1) + 1;
+         ++c) {
+      const lens::Vec2 middle = SearchImage::kTile * lens::Vec2(c + 0.5, r + 0.5);
+      bool inside = true;
+      for (int k = 0; k < 4 && inside; ++k) {
+        const lens::Vec2 side = (corners[(k + 1) % 4] - corners[k]).normalized();
+        const lens::Vec2 outwards(side.y(), -side.x());
+        inside = outwards.dot(middle - corners[k]) < kAround;
+      }
+      if (inside) search.contrast[static_cast<std::size_t>(r) * columns + c] = 0;
+    }
+  }
+}
+
 }  // namespace
 
 SeenTag Turned(const SeenTag& tag, int quarters) {
@@ -67,11 +103,6 @@ TagDetector::TagDetector(target::TagFamily family, const DetectorSettings& setti
       quads_({.max_regions = settings.max_regions}) {
   family_.strict &= settings.strict;
 }
-
-struct TagDetector::FoundTag {
-  SeenTag tag;
-  bool exact;  ///< its corners are refined
-};
 
 struct TagDetector::Decoded {
   target::TagCode code;
@@ -134,37 +165,54 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
   MakeSearchImage(image, box, part.reduction, search_);
   for (SearchImage& level : coarser_) level.width = 0;
   threshold_.Apply(search_, whole);
-  found_.clear();
+  quadrilaterals_.clear();
   QuadFinder::Limits limits{.max_regions = settings_.max_regions};
   if (whole && search_.shrink == 1) {  // larger ones are found at half the resolution
     limits.min_side = kMinSmallTag_px;
     limits.max_side = kMaxSmallTag_px;
   }
-  quads_.Find(search_, limits, found_);
+  quads_.Find(search_, limits, quadrilaterals_);
   seen.limited |= quads_.limited();
-  if (!settings_.threshold) {
-    segments_.clear();
-    segment_finder_.Find(search_, {.min_step = threshold_.min_range()}, segments_);
-    line_quads_.Find(search_, segments_, found_);
+  AddTags(image, part, lens);
+  if (settings_.threshold) return;
+  // Tags that are regions of their own are found by now; the others have edges, at least.
+  for (const FoundTag& found : found_) {
+    if (found.exact) IgnoreWithin(search_, found.tag.corners_px);
   }
-  for (const Corners& corners : found_) {
-    const auto tag = TagAtAnyLevel(image, part, corners, lens);
-    if (!tag) continue;
-    const auto same =
-        std::ranges::find_if(seen.tags, [&](const SeenTag& other) { return SameTag(*tag, other); });
-    if (same == seen.tags.end()) {
-      seen.tags.push_back(*tag);
-    } else if (std::pair(tag->wrong_bits, tag->covariance.trace()) <
-               std::pair(same->wrong_bits, same->covariance.trace())) {
-      *same = *tag;
+  segments_.clear();
+  quadrilaterals_.clear();
+  segment_finder_.Find(search_, {.min_step = threshold_.min_range()}, segments_);
+  line_quads_.Find(search_, segments_, quadrilaterals_);
+  AddTags(image, part, lens);
+}
+
+/// Adds the tags among quadrilaterals_.
+void TagDetector::AddTags(const image::LumaView& image, const Part& part, const lens::Lens* lens) {
+  for (const Corners& corners : quadrilaterals_) {
+    const bool known = std::ranges::any_of(found_, [&](const FoundTag& found) {
+      return found.exact && IsAlike(corners, found.tag.corners_px, kAlike_px * search_.shrink);
+    });
+    if (known) continue;
+    const auto found = TagAtAnyLevel(image, part, corners, lens);
+    if (!found) continue;
+    const SeenTag& tag = found->tag;
+    const auto same = std::ranges::find_if(
+        found_, [&](const FoundTag& other) { return SameTag(tag, other.tag); });
+    if (same == found_.end()) {
+      found_.push_back(*found);
+    } else if (std::pair(tag.wrong_bits, tag.covariance.trace()) <
+               std::pair(same->tag.wrong_bits, same->tag.covariance.trace())) {
+      *same = *found;
     }
   }
 }
 
 /// Verifies and decodes one quadrilateral at the finest resolution at which that succeeds: a large
 /// tag out of focus looks like a small sharp one in a reduced image.
-std::optional<SeenTag> TagDetector::TagAtAnyLevel(const image::LumaView& image, const Part& part,
-                                                  const Corners& corners, const lens::Lens* lens) {
+std::optional<TagDetector::FoundTag> TagDetector::TagAtAnyLevel(const image::LumaView& image,
+                                                                const Part& part,
+                                                                const Corners& corners,
+                                                                const lens::Lens* lens) {
   const double cell_px = ShortestSide(corners) / family_.cells();
   // Stay within the border: the edges of the data cells are a cell further in.
   const double reach_px = std::clamp(0.8 * cell_px, 2.0, 2.0 * search_.shrink);
@@ -190,12 +238,11 @@ std::optional<SeenTag> TagDetector::TagAtAnyLevel(const image::LumaView& image, 
     if (coarser_[k].width == 0) MakeCoarser(*level, coarser_[k]);
     level = &coarser_[k];
   }
-  return found ? std::optional(found->tag) : std::nullopt;
+  return found;
 }
 
 void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen) {
-  seen.tags.clear();
-  seen.limited = false;
+  Start(seen);
   const ImageBox whole{0, 0, image.width, image.height};
   Search(image, {whole, Reduction::kHalf}, true, lens, seen);
   if (settings_.small_tags) {
@@ -203,15 +250,24 @@ void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, S
     Search(image, {whole, Reduction::kNone}, true, lens, seen);
     if (noisy) Search(image, {whole, Reduction::kSmooth}, true, lens, seen);
   }
-  std::ranges::stable_sort(seen.tags,
-                           [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
+  Finish(seen);
 }
 
 void TagDetector::DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
                            const lens::Lens* lens, SeenTags& seen) {
+  Start(seen);
+  for (const Part& part : parts) Search(image, part, false, lens, seen);
+  Finish(seen);
+}
+
+void TagDetector::Start(SeenTags& seen) {
+  found_.clear();
   seen.tags.clear();
   seen.limited = false;
-  for (const Part& part : parts) Search(image, part, false, lens, seen);
+}
+
+void TagDetector::Finish(SeenTags& seen) const {
+  for (const FoundTag& found : found_) seen.tags.push_back(found.tag);
   std::ranges::stable_sort(seen.tags,
                            [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }

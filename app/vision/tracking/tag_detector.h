@@ -64,13 +64,19 @@ class TagDetector {
 
  private:
   struct Decoded;
-  struct FoundTag;
+  struct FoundTag {
+    SeenTag tag;
+    bool exact = false;  ///< its corners are refined
+  };
+  void Start(SeenTags& seen);
+  void Finish(SeenTags& seen) const;
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
   std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
                                 int most_wrong_bits) const;
-  std::optional<SeenTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
-                                       const Corners& corners, const lens::Lens* lens);
+  void AddTags(const image::LumaView& image, const Part& part, const lens::Lens* lens);
+  std::optional<FoundTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
+                                        const Corners& corners, const lens::Lens* lens);
   std::optional<FoundTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
                                 const lens::Lens* lens) const;
 
@@ -84,7 +90,8 @@ class TagDetector {
   EdgeSegmentFinder segment_finder_;
   std::vector<EdgeSegment> segments_;
   LineQuads line_quads_;
-  std::vector<Corners> found_;
+  std::vector<Corners> quadrilaterals_;
+  std::vector<FoundTag> found_;  ///< in this image
 };
 
 }  // namespace plumbline::vision

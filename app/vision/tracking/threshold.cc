@@ -10,6 +10,7 @@ namespace {
 constexpr int kTile = SearchImage::kTile;
 constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, flattest fifth [sd]
 constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
+constexpr double kEdgeRange = 1.25;  // of the smallest range: noise alone hardly ever reaches it
 constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
 void Halve(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
@@ -177,6 +178,7 @@ void Threshold::SetLevels(int tile_row, std::uint8_t* contrast) {
     low_row_[c] = std::min({lowest_[above + c], lowest_[here + c], lowest_[below + c]});
     high_row_[c] = std::max({highest_[above + c], highest_[here + c], highest_[below + c]});
   }
+  const int edge_range = static_cast<int>(kEdgeRange * min_range_);
   for (std::size_t c = 0; c < columns; ++c) {
     const std::size_t left = c > 0 ? c - 1 : c, right = std::min(c + 1, columns - 1);
     const int low = std::min({low_row_[left], low_row_[c], low_row_[right]});
@@ -184,7 +186,7 @@ void Threshold::SetLevels(int tile_row, std::uint8_t* contrast) {
     const auto level =
         high - low < min_range_ ? std::uint8_t{0} : static_cast<std::uint8_t>((low + high + 1) / 2);
     std::fill_n(&levels_[kTile * c], kTile, level);
-    contrast[c] = level > 0 ? 1 : 0;
+    contrast[c] = high - low >= edge_range ? 1 : 0;
   }
 }
 
