@@ -67,16 +67,19 @@ class Cells {
   }
 
  private:
-  double GreyOnTag(double x, double y) const {
-    const lens::Vec2 p = Mapped(map_, lens::Vec2(x, y) / cells_);
-    return GreyAt(image_, p.x(), p.y());
-  }
   void Sample(int r, int c) {
-    const double x = c + 0.5, y = r + 0.5;
-    At(r, c) = 0.2 * (GreyOnTag(x, y) + GreyOnTag(x - kSampleOffset, y - kSampleOffset) +
-                      GreyOnTag(x + kSampleOffset, y - kSampleOffset) +
-                      GreyOnTag(x - kSampleOffset, y + kSampleOffset) +
-                      GreyOnTag(x + kSampleOffset, y + kSampleOffset));
+    // The homography and its derivatives at the middle of the cell.
+    const Vec3 q = map_ * (Vec3(c + 0.5, r + 0.5, cells_) / cells_);
+    const double inverse = 1 / q.z(), u = q.x() * inverse, v = q.y() * inverse;
+    const double offset = kSampleOffset / cells_ * inverse;
+    const double du_c = offset * (map_(0, 0) - u * map_(2, 0));
+    const double dv_c = offset * (map_(1, 0) - v * map_(2, 0));
+    const double du_r = offset * (map_(0, 1) - u * map_(2, 1));
+    const double dv_r = offset * (map_(1, 1) - v * map_(2, 1));
+    At(r, c) = 0.2 * (GreyAt(image_, u, v) + GreyAt(image_, u - du_c - du_r, v - dv_c - dv_r) +
+                      GreyAt(image_, u + du_c - du_r, v + dv_c - dv_r) +
+                      GreyAt(image_, u - du_c + du_r, v - dv_c + dv_r) +
+                      GreyAt(image_, u + du_c + du_r, v + dv_c + dv_r));
   }
 
   const image::LumaView& image_;

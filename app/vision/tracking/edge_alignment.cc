@@ -30,9 +30,9 @@ struct Place {
   bool used;
 };
 
-/// Position of the steepest outward rise, and its height over three pixels.
+/// Position of the steepest outward rise, its height over three pixels, and the rise of all.
 struct Step {
-  double across, height;
+  double across, height, whole;
 };
 
 Step SteepestRise(const image::LumaView& image, const lens::Vec2& at, const lens::Vec2& normal,
@@ -56,7 +56,8 @@ Step SteepestRise(const image::LumaView& image, const lens::Vec2& at, const lens
   const double before = rise(best - 1), here = rise(best), after = rise(best + 1);
   const double bend = before - 2 * here + after;
   const double shift = bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
-  return {best + shift, here};
+  const auto [darkest, brightest] = std::minmax_element(grey.begin(), grey.begin() + 2 * half + 2);
+  return {best + shift, here, *brightest - *darkest};
 }
 
 /// Least squares across = a + b along over the used points.
@@ -92,6 +93,7 @@ HiddenParts HiddenPartsOf(const std::array<Place, kMaxProfiles>& places, int cou
 struct FittedSide {
   Line line;
   double share;
+  double sharpness;
   double scatter_px;  ///< mean distance of these positions from it
   HiddenParts hidden;
 };
@@ -106,12 +108,16 @@ std::optional<FittedSide> FitLineNear(const image::LumaView& image, const EdgeSe
   const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMaxReach);
   std::array<Place, kMaxProfiles> places{};
   int used = 0;
+  double steps = 0, rises = 0;
   for (int i = 0; i < count; ++i) {
     const double share = kEndMargin + (1 - 2 * kEndMargin) * (i + 0.5) / count - 0.5;
     const double along = share * length;
     const Step step = SteepestRise(image, middle + along * direction, normal, reach);
     places[i] = {along, step.across, step.height >= search.min_step};
-    used += places[i].used ? 1 : 0;
+    if (!places[i].used) continue;
+    ++used;
+    steps += step.height;
+    rises += step.whole;
   }
   if (used < search.min_share * count) return std::nullopt;
   auto fit = Fit(places, count);
@@ -142,6 +148,7 @@ std::optional<FittedSide> FitLineNear(const image::LumaView& image, const EdgeSe
   const lens::Vec2 turned = (normal - fit->second * direction).normalized();
   return FittedSide{{turned, turned.dot(middle + fit->first * normal)},
                     static_cast<double>(kept) / count,
+                    steps / rises,
                     misses / kept,
                     HiddenPartsOf(places, count)};
 }
@@ -166,6 +173,7 @@ std::optional<AlignedSides> AlignWithEdges(const image::LumaView& image, const E
     if (!side) return std::nullopt;
     lines[k] = side->line;
     sides.hidden[k] = side->hidden;
+    sides.sharpness += 0.25 * side->sharpness;
     sides.scatter_px += 0.25 * side->scatter_px;
     shares += side->share;
     if (shares + (3 - k) < 4 * search.min_mean_share) return std::nullopt;

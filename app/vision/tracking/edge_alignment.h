@@ -23,6 +23,7 @@ class HiddenParts {
  public:
   /// @param from,to  in 0..1 along the side
   void Hide(double from, double to);
+  bool any() const { return bits_ != 0; }
   bool Hides(double s) const { return bits_ != 0 && ((bits_ >> PartOf(s)) & 1) != 0; }
 
  private:
@@ -34,7 +35,10 @@ class HiddenParts {
 /// What AlignWithEdges finds along the sides.
 struct AlignedSides {
   std::array<HiddenParts, 4> hidden;  ///< where a side shows no step
-  double scatter_px = 0;              ///< mean distance of the steepest points from the lines
+  /// Mean share of a step that occurs within two pixels: 0.66 if the blur's standard deviation is
+  /// 0.9 px, 0.47 if it is 1.5 px.
+  double sharpness = 0;
+  double scatter_px = 0;  ///< mean distance of the steepest points from the lines
 };
 
 /// Moves the sides onto the steps from dark inside to bright outside: finds the steepest point of

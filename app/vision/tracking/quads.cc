@@ -36,6 +36,42 @@ void AddToChain(std::vector<lens::Vec2>& chain, const lens::Vec2& point, double 
 
 }  // namespace
 
+bool AreAlike(const Corners& a, const Corners& b, double reach_px) {
+  return std::ranges::all_of(a, [&](const lens::Vec2& corner) {
+    return std::ranges::any_of(b, [&](const lens::Vec2& other) {
+      return (corner - other).squaredNorm() < reach_px * reach_px;
+    });
+  });
+}
+
+void QuadSet::Clear() {
+  std::ranges::fill(first_, -1);
+  entries_.clear();
+}
+
+std::size_t QuadSet::ChainOf(int place_u, int place_v) {
+  const auto hash =
+      static_cast<std::size_t>(place_u) * 73856093 ^ static_cast<std::size_t>(place_v) * 19349663;
+  return hash % kChains;
+}
+
+bool QuadSet::Add(const Corners& quad, double reach_px) {
+  const lens::Vec2 middle = 0.25 * (quad[0] + quad[1] + quad[2] + quad[3]);
+  const int place_u = static_cast<int>(std::floor(middle.x() / kPlace_px));
+  const int place_v = static_cast<int>(std::floor(middle.y() / kPlace_px));
+  for (int u = place_u - 1; u <= place_u + 1; ++u) {
+    for (int v = place_v - 1; v <= place_v + 1; ++v) {
+      for (int k = first_[ChainOf(u, v)]; k >= 0; k = entries_[k].next) {
+        if (AreAlike(quad, entries_[k].quad, reach_px)) return false;
+      }
+    }
+  }
+  int& first = first_[ChainOf(place_u, place_v)];
+  entries_.push_back({quad, first});
+  first = static_cast<int>(entries_.size()) - 1;
+  return true;
+}
+
 int QuadFinder::RootOf(int run) {
   while (runs_[run].parent != run) {
     runs_[run].parent = runs_[runs_[run].parent].parent;

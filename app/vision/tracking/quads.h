@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "app/vision/tracking/threshold.h"
@@ -10,6 +11,31 @@ namespace plumbline::vision {
 
 /// Four corners [px], clockwise as seen in the image (v downwards).
 using Corners = std::array<lens::Vec2, 4>;
+
+/// Whether each corner of one quadrilateral is near a corner of the other.
+bool AreAlike(const Corners& a, const Corners& b, double reach_px);
+
+/// Quadrilaterals of an image, to recognise one that occurs again. A hash table over the places of
+/// their middles.
+class QuadSet {
+ public:
+  void Clear();
+  /// @param reach_px  between corners of the same quadrilateral, less than kPlace_px
+  /// @return          false if one that is alike is there already
+  bool Add(const Corners& quad, double reach_px);
+
+ private:
+  static constexpr int kPlace_px = 16;
+  static constexpr std::size_t kChains = 4096;
+  struct Entry {
+    Corners quad;
+    int next;  ///< of the same chain, or -1
+  };
+  static std::size_t ChainOf(int place_u, int place_v);
+
+  std::vector<int> first_ = std::vector<int>(kChains, -1);  ///< entry by chain
+  std::vector<Entry> entries_;
+};
 
 /// Finds the dark regions (4-connected) whose convex hull is nearly a quadrilateral. Only hulls are
 /// examined; SnapToEdges verifies that a hull follows an edge in the image. Reuses its buffers, so

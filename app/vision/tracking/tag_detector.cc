@@ -16,7 +16,9 @@ namespace plumbline::vision {
 namespace {
 
 constexpr int kMinImage_px = 12;
-constexpr double kAlike_px = 2;  // between corners of the same quadrilateral, in the search image
+/// Sharpness of edges from which on a reduced image would show no more.
+constexpr double kSharp = 0.45;
+constexpr double kAlike_px = 1.5;  // between corners of the same quadrilateral, in the search image
 constexpr double kMinReducedCell_px = 4;  // of a tag that is searched in a reduced image
 // Bounding box of the tags that are searched at full resolution.
 constexpr int kMinSmallTag_px = 9, kMaxSmallTag_px = 44;
@@ -42,14 +44,6 @@ bool SameTag(const SeenTag& a, const SeenTag& b) {
   lens::Vec2 between = lens::Vec2::Zero();
   for (int k = 0; k < 4; ++k) between += 0.25 * (a.corners_px[k] - b.corners_px[k]);
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
-}
-
-/// Whether each corner of one quadrilateral is near a corner of the other.
-bool IsAlike(const Corners& a, const Corners& b, double reach_px) {
-  return std::ranges::all_of(a, [&](const lens::Vec2& corner) {
-    return std::ranges::any_of(
-        b, [&](const lens::Vec2& other) { return (corner - other).norm() < reach_px; });
-  });
 }
 
 /// Marks the tiles of a tag, and a little around it, as without contrast.
@@ -110,52 +104,50 @@ struct TagDetector::Decoded {
   int cells;  ///< per side, including the border
 };
 
+/// The code with the fewest wrong cells, at most kMostWrongBits.
 std::optional<TagDetector::Decoded> TagDetector::Decode(const image::LumaView& image,
-                                                        const Corners& corners,
-                                                        int most_wrong_bits) const {
+                                                        const Corners& corners) const {
+  std::optional<Decoded> best;
   for (int border = 1; border <= most_border_; ++border) {
     const auto read = ReadCells(image, family_, border, corners, threshold_.min_range());
-    if (!read) return std::nullopt;
-    const auto code = target::NearestTag(family_, read->bits, most_wrong_bits);
-    if (code) return Decoded{*code, read->contrast, family_.data_cells + 2 * border};
+    if (!read) break;
+    const int most = best ? best->code.wrong_bits - 1 : kMostWrongBits;
+    const auto code = target::NearestTag(family_, read->bits, most);
+    if (code) best = Decoded{*code, read->contrast, family_.data_cells + 2 * border};
+    if (best && best->code.wrong_bits <= family_.correctable_bits) break;
   }
-  return std::nullopt;
+  return best;
 }
 
 /// Verifies and decodes one quadrilateral.
-std::optional<TagDetector::FoundTag> TagDetector::TagAt(const image::LumaView& image,
-                                                        double reach_px, Corners corners,
-                                                        const lens::Lens* lens) const {
+TagDetector::Attempt TagDetector::TagAt(const image::LumaView& image, double reach_px,
+                                        Corners corners, const lens::Lens* lens) const {
   EdgeSearch edges;
   edges.min_step = 0.4 * threshold_.min_range();
   edges.reach_px = reach_px;
   const auto sides = AlignWithEdges(image, edges, corners);
-  if (!sides) return std::nullopt;
-  const double side_px = ShortestSide(corners);
-  const auto is_small = [side_px](int cells) { return side_px < kFewPixels * cells; };
-  auto decoded = Decode(image, corners, family_.correctable_bits);
-  int cells = decoded ? decoded->cells : 0;
-  if (!decoded) {
-    if (!is_small(family_.data_cells + 2 * most_border_)) return std::nullopt;
-    const auto nearly = Decode(image, corners, kMostWrongBits);
-    if (!nearly || !is_small(nearly->cells)) return std::nullopt;
-    cells = nearly->cells;
-  }
-  auto refined = RefineCorners(image, corners, sides->hidden, cells, lens);
-  const bool exact = refined.has_value();
+  if (!sides) return {.blurred = true};
+  Attempt attempt{.blurred = sides->sharpness < kSharp};
+  auto decoded = Decode(image, corners);
+  if (!decoded) return attempt;
+  const auto is_readable = [&] { return decoded->code.wrong_bits <= family_.correctable_bits; };
+  if (!is_readable() && ShortestSide(corners) >= kFewPixels * decoded->cells) return attempt;
+  auto refined = RefineCorners(image, corners, sides->hidden, decoded->cells, lens);
+  const bool exact = refined && std::ranges::none_of(sides->hidden, &HiddenParts::any);
   if (!refined) {
-    if (!decoded) return std::nullopt;
     // Too few pixels for the fit, or too much of the cells in the blurred edge.
     const double sd_px = std::max(kAligned_px, sides->scatter_px);
     refined = RefinedCorners{corners, sd_px * sd_px * CornersCovariance::Identity()};
+  } else if (!is_readable()) {
+    decoded = Decode(image, refined->corners);
   }
-  if (!decoded) decoded = Decode(image, refined->corners, family_.correctable_bits);
-  if (!decoded) return std::nullopt;
+  if (!decoded || !is_readable()) return attempt;
   const target::TagCode& code = decoded->code;
-  return FoundTag{
+  attempt.found = FoundTag{
       Turned({code.id, code.wrong_bits, refined->corners, refined->covariance, decoded->contrast},
              code.turns),
       exact};
+  return attempt;
 }
 
 void TagDetector::Search(const image::LumaView& image, const Part& part, bool whole,
@@ -165,6 +157,7 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
   MakeSearchImage(image, box, part.reduction, search_);
   for (SearchImage& level : coarser_) level.width = 0;
   threshold_.Apply(search_, whole);
+  examined_.Clear();
   quadrilaterals_.clear();
   QuadFinder::Limits limits{.max_regions = settings_.max_regions};
   if (whole && search_.shrink == 1) {  // larger ones are found at half the resolution
@@ -188,9 +181,11 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
 
 /// Adds the tags among quadrilaterals_.
 void TagDetector::AddTags(const image::LumaView& image, const Part& part, const lens::Lens* lens) {
+  const double reach_px = kAlike_px * search_.shrink;
   for (const Corners& corners : quadrilaterals_) {
+    if (!examined_.Add(corners, reach_px)) continue;
     const bool known = std::ranges::any_of(found_, [&](const FoundTag& found) {
-      return found.exact && IsAlike(corners, found.tag.corners_px, kAlike_px * search_.shrink);
+      return found.exact && AreAlike(corners, found.tag.corners_px, reach_px);
     });
     if (known) continue;
     const auto found = TagAtAnyLevel(image, part, corners, lens);
@@ -216,9 +211,10 @@ std::optional<TagDetector::FoundTag> TagDetector::TagAtAnyLevel(const image::Lum
   const double cell_px = ShortestSide(corners) / family_.cells();
   // Stay within the border: the edges of the data cells are a cell further in.
   const double reach_px = std::clamp(0.8 * cell_px, 2.0, 2.0 * search_.shrink);
-  auto found = TagAt(image, reach_px, corners, lens);
+  Attempt attempt = TagAt(image, reach_px, corners, lens);
+  std::optional<FoundTag> found = attempt.found;
   const SearchImage* level = part.reduction == Reduction::kHalf ? &search_ : nullptr;
-  for (std::size_t k = 0; level != nullptr && !(found && found->exact) &&
+  for (std::size_t k = 0; level != nullptr && attempt.blurred && !(found && found->exact) &&
                           cell_px >= kMinReducedCell_px * level->shrink;
        ++k) {
     const image::LumaView view{level->grey.data(), level->width, level->height, level->width};
@@ -226,9 +222,9 @@ std::optional<TagDetector::FoundTag> TagDetector::TagAtAnyLevel(const image::Lum
     for (int c = 0; c < 4; ++c) reduced[c] = level->PixelOf(corners[c]);
     const double reach = std::clamp(0.8 * cell_px / level->shrink, 2.0, 4.0);
     const auto reduced_lens = lens != nullptr ? std::optional(level->LensOf(*lens)) : std::nullopt;
-    auto there = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
-    if (there) {
-      found = there;
+    attempt = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
+    if (attempt.found) {
+      found = attempt.found;
       for (auto& corner : found->tag.corners_px) {
         corner = level->ImagePixel(corner.x(), corner.y());
       }

@@ -68,17 +68,20 @@ class TagDetector {
     SeenTag tag;
     bool exact = false;  ///< its corners are refined
   };
+  struct Attempt {
+    std::optional<FoundTag> found = {};
+    bool blurred = false;  ///< a reduced image may show more
+  };
   void Start(SeenTags& seen);
   void Finish(SeenTags& seen) const;
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
-  std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
-                                int most_wrong_bits) const;
+  std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners) const;
   void AddTags(const image::LumaView& image, const Part& part, const lens::Lens* lens);
   std::optional<FoundTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
                                         const Corners& corners, const lens::Lens* lens);
-  std::optional<FoundTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
-                                const lens::Lens* lens) const;
+  Attempt TagAt(const image::LumaView& image, double reach_px, Corners corners,
+                const lens::Lens* lens) const;
 
   target::TagFamily family_;
   int most_border_;  ///< widest border that is read [cells]
@@ -91,6 +94,7 @@ class TagDetector {
   std::vector<EdgeSegment> segments_;
   LineQuads line_quads_;
   std::vector<Corners> quadrilaterals_;
+  QuadSet examined_;             ///< in this part
   std::vector<FoundTag> found_;  ///< in this image
 };
 

@@ -8,8 +8,8 @@ namespace plumbline::vision {
 namespace {
 
 constexpr int kTile = SearchImage::kTile;
-constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, flattest fifth [sd]
-constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
+constexpr double kTileRangeOfNoise = 3;  // range of 16 normal numbers, flattest fifth [sd]
+constexpr double kRangeInNoise = 6.5;    // the range of 144 of them is 5.3 on average
 constexpr double kEdgeRange = 1.25;  // of the smallest range: noise alone hardly ever reaches it
 constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
