@@ -8,6 +8,7 @@ namespace plumbline::vision {
 namespace {
 
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
+constexpr double kThinMargin = 0.4;     // of a cell: position of the samples around the border
 constexpr double kTinyCell_px = 1.9;    // smaller cells are sharpened twice as much
 constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
 constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
@@ -68,8 +69,11 @@ class Cells {
 
  private:
   void Sample(int r, int c) {
-    // The homography and its derivatives at the middle of the cell.
-    const Vec3 q = map_ * (Vec3(c + 0.5, r + 0.5, cells_) / cells_);
+    // The homography and its derivatives at the middle of the cell, outside the border close to it:
+    // the margin may be thin.
+    const double x = std::clamp(c + 0.5, -kThinMargin, cells_ + kThinMargin);
+    const double y = std::clamp(r + 0.5, -kThinMargin, cells_ + kThinMargin);
+    const Vec3 q = map_ * (Vec3(x, y, cells_) / cells_);
     const double inverse = 1 / q.z(), u = q.x() * inverse, v = q.y() * inverse;
     const double offset = kSampleOffset / cells_ * inverse;
     const double du_c = offset * (map_(0, 0) - u * map_(2, 0));

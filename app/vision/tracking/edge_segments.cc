@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace plumbline::vision {
 namespace {
@@ -165,15 +166,16 @@ void EdgeSegmentFinder::Link() {
       float best = 0;
       for (int r = 0; r < 3; ++r) {
         const int end = row_start_[y + r];
+        const auto down = static_cast<float>(r - 1);
         while (from[r] < end && pixels_[from[r]].x < pixel.x - 1) ++from[r];
         for (int j = from[r]; j < end && pixels_[j].x <= pixel.x + 1; ++j) {
           const EdgePixel& other = pixels_[j];
-          const float du = other.u - pixel.u, dv = other.v - pixel.v;
-          const float onward = du * pixel.along_u + dv * pixel.along_v;
+          const int du = other.x - pixel.x;
+          const float cosine = (static_cast<float>(du) * pixel.along_u + down * pixel.along_v) *
+                               (du != 0 && r != 1 ? std::numbers::sqrt2_v<float> / 2 : 1.0F);
+          if (cosine < kOnwardCos) continue;  // or the pixel itself
           const float alike = pixel.along_u * other.along_u + pixel.along_v * other.along_v;
-          if (j == i || onward <= 0 || alike < kLinkedCos) continue;
-          const float cosine = onward / std::sqrt(du * du + dv * dv);
-          if (cosine < kOnwardCos || cosine + alike <= best) continue;
+          if (alike < kLinkedCos || cosine + alike <= best) continue;
           best = cosine + alike;
           pixel.next = j;
         }

@@ -174,7 +174,7 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
   }
   segments_.clear();
   quadrilaterals_.clear();
-  segment_finder_.Find(search_, {.min_step = threshold_.min_range()}, segments_);
+  segment_finder_.Find(search_, {.min_step = threshold_.edge_range()}, segments_);
   line_quads_.Find(search_, segments_, quadrilaterals_);
   AddTags(image, part, lens);
 }

@@ -8,9 +8,8 @@ namespace plumbline::vision {
 namespace {
 
 constexpr int kTile = SearchImage::kTile;
-constexpr double kTileRangeOfNoise = 3;  // range of 16 normal numbers, flattest fifth [sd]
-constexpr double kRangeInNoise = 6.5;    // the range of 144 of them is 5.3 on average
-constexpr double kEdgeRange = 1.25;  // of the smallest range: noise alone hardly ever reaches it
+constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, flattest fifth [sd]
+constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
 constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
 void Halve(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
@@ -178,7 +177,7 @@ void Threshold::SetLevels(int tile_row, std::uint8_t* contrast) {
     low_row_[c] = std::min({lowest_[above + c], lowest_[here + c], lowest_[below + c]});
     high_row_[c] = std::max({highest_[above + c], highest_[here + c], highest_[below + c]});
   }
-  const int edge_range = static_cast<int>(kEdgeRange * min_range_);
+  const int edge_range = this->edge_range();
   for (std::size_t c = 0; c < columns; ++c) {
     const std::size_t left = c > 0 ? c - 1 : c, right = std::min(c + 1, columns - 1);
     const int low = std::min({low_row_[left], low_row_[c], low_row_[right]});

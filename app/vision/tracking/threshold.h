@@ -79,6 +79,8 @@ class Threshold {
 
   /// Smallest range that counted as an edge in the last image [grey levels].
   int min_range() const { return min_range_; }
+  /// Range that noise alone hardly ever reaches anywhere in an image [grey levels].
+  int edge_range() const { return min_range_ + min_range_ / 4; }
 
  private:
   void MeasureTiles(const SearchImage& search);
