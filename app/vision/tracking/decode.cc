@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
 constexpr double kThinMargin = 0.4;     // of a cell: position of the samples around the border
-constexpr double kTinyCell_px = 1.9;    // smaller cells are sharpened twice as much
+constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
+constexpr double kTinyCell_px = 1.9;    // and even smaller ones twice as much
 constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
 constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
 constexpr int kMaxCells = 13;          // per side, including the surrounding ring
@@ -113,7 +114,7 @@ lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
 }
 
 std::optional<CellReading> ReadCells(const image::LumaView& image, const target::TagFamily& family,
-                                     int border_cells, const Corners& corners,
+                                     int border_cells, const Corners& corners, bool blurred,
                                      double min_contrast) {
   const int n = family.data_cells + 2 * border_cells;
   Cells cells(image, corners, n, border_cells);
@@ -127,7 +128,9 @@ std::optional<CellReading> ReadCells(const image::LumaView& image, const target:
   const double area = 0.5 * std::abs((corners[2] - corners[0]).x() * (corners[3] - corners[1]).y() -
                                      (corners[2] - corners[0]).y() * (corners[3] - corners[1]).x());
   const double cell_px = std::sqrt(area) / n;
-  const double sharpening = cell_px < kTinyCell_px ? kTinySharpening : kSharpening;
+  const double sharpening = cell_px < kTinyCell_px               ? kTinySharpening
+                            : cell_px < kSmallCell_px || blurred ? kSharpening
+                                                                 : 0;
   int bright_border = 0, border = 0, dark_around = 0, around = 0;
   const auto level_at = [&](int r, int c) { return threshold.dot(Vec3(1, c, r)); };
   for (int r = -1; r <= n; ++r) {

@@ -46,9 +46,11 @@ struct CellReading {
 /// family none may be, and each data cell must differ from its threshold by a fifth of the
 /// contrast.
 /// @param border        width of the border in cells
+/// @param blurred       whether neighbouring cells are mixed by blur even if they are large
 /// @param min_contrast  [grey levels]
 /// @return              nullopt if the quadrilateral has no such border
 std::optional<CellReading> ReadCells(const image::LumaView& image, const target::TagFamily& family,
-                                     int border, const Corners& corners, double min_contrast);
+                                     int border, const Corners& corners, bool blurred,
+                                     double min_contrast);
 
 }  // namespace plumbline::vision

@@ -27,14 +27,16 @@ constexpr double kMinGrey = 1, kMaxGrey = 254;  // [grey levels] saturation limi
 
 constexpr int kReweightRounds = 2;
 constexpr int kMaxKnots = 8;
-constexpr double kKnotDistance_px = 40;
+constexpr double kKnotDistance_px = 25;
 constexpr double kKnotSd = 0.5;  // of A and B from one knot to the next, as a share of A
 // Weights: residuals beyond kOutlier standard deviations count less, if there are any: the kurtosis
 // of a normal distribution is 3.
 constexpr double kOutlier = 2.5, kMaxKurtosis = 5;
 constexpr double kMarginDrop = 0.15;    // of the step: fall of the grey level outside a thin margin
 constexpr double kProfileBin_px = 0.5;  // of the mean profile across the edge
-constexpr double kMinMargin_px = 0.5, kMinFlatMargin_px = 1.8;
+constexpr double kMinMargin_px = 0.5, kMinFlatMargin_px = 3.2;
+// The blur's shape decides what of a thin margin's grey level is its width and what its brightness.
+constexpr double kThinMarginSd_px = 0.2;
 
 /// Normal distribution function Phi and density phi from a table, accurate to 2e-6.
 class Gauss {
@@ -365,6 +367,9 @@ std::optional<EdgeFit> FitEdge(const image::LumaView& image, const EdgeRegion& r
     InitializeLevels(samples, reach, model);
     auto fit =
         model.thin_margin ? FitSamples<true>(samples, model) : FitSamples<false>(samples, model);
+    if (fit && model.thin_margin) {
+      fit->covariance.array() += kThinMarginSd_px * kThinMarginSd_px;
+    }
     if (!fit || blur > kTypicalBlur_px || fit->blur_px < kReselectRatio * blur) return fit;
     blur = fit->blur_px;
   }

@@ -18,6 +18,8 @@ namespace {
 constexpr int kMinImage_px = 12;
 /// Sharpness of edges from which on a reduced image would show no more.
 constexpr double kSharp = 0.45;
+/// And from which on neighbouring cells are hardly mixed.
+constexpr double kUnmixed = 0.6;
 constexpr double kAlike_px = 1.5;  // between corners of the same quadrilateral, in the search image
 constexpr double kMinReducedCell_px = 4;  // of a tag that is searched in a reduced image
 // Bounding box of the tags that are searched at full resolution.
@@ -106,10 +108,11 @@ struct TagDetector::Decoded {
 
 /// The code with the fewest wrong cells, at most kMostWrongBits.
 std::optional<TagDetector::Decoded> TagDetector::Decode(const image::LumaView& image,
-                                                        const Corners& corners) const {
+                                                        const Corners& corners,
+                                                        bool blurred) const {
   std::optional<Decoded> best;
   for (int border = 1; border <= most_border_; ++border) {
-    const auto read = ReadCells(image, family_, border, corners, threshold_.min_range());
+    const auto read = ReadCells(image, family_, border, corners, blurred, threshold_.min_range());
     if (!read) break;
     const int most = best ? best->code.wrong_bits - 1 : kMostWrongBits;
     const auto code = target::NearestTag(family_, read->bits, most);
@@ -128,7 +131,8 @@ TagDetector::Attempt TagDetector::TagAt(const image::LumaView& image, double rea
   const auto sides = AlignWithEdges(image, edges, corners);
   if (!sides) return {.blurred = true};
   Attempt attempt{.blurred = sides->sharpness < kSharp};
-  auto decoded = Decode(image, corners);
+  const bool mixed = sides->sharpness < kUnmixed;
+  auto decoded = Decode(image, corners, mixed);
   if (!decoded) return attempt;
   const auto is_readable = [&] { return decoded->code.wrong_bits <= family_.correctable_bits; };
   if (!is_readable() && ShortestSide(corners) >= kFewPixels * decoded->cells) return attempt;
@@ -139,7 +143,7 @@ TagDetector::Attempt TagDetector::TagAt(const image::LumaView& image, double rea
     const double sd_px = std::max(kAligned_px, sides->scatter_px);
     refined = RefinedCorners{corners, sd_px * sd_px * CornersCovariance::Identity()};
   } else if (!is_readable()) {
-    decoded = Decode(image, refined->corners);
+    decoded = Decode(image, refined->corners, mixed);
   }
   if (!decoded || !is_readable()) return attempt;
   const target::TagCode& code = decoded->code;

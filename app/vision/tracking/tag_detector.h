@@ -76,7 +76,8 @@ class TagDetector {
   void Finish(SeenTags& seen) const;
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
-  std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners) const;
+  std::optional<Decoded> Decode(const image::LumaView& image, const Corners& corners,
+                                bool blurred) const;
   void AddTags(const image::LumaView& image, const Part& part, const lens::Lens* lens);
   std::optional<FoundTag> TagAtAnyLevel(const image::LumaView& image, const Part& part,
                                         const Corners& corners, const lens::Lens* lens);
