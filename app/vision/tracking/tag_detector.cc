@@ -128,6 +128,8 @@ TagDetector::Attempt TagDetector::TagAt(const image::LumaView& image, double rea
   EdgeSearch edges;
   edges.min_step = 0.4 * threshold_.min_range();
   edges.reach_px = reach_px;
+  // Where random cells often match, a hidden part of the border would let too many squares pass.
+  if (family_.strict) edges.min_share = edges.min_mean_share;
   const auto sides = AlignWithEdges(image, edges, corners);
   if (!sides) return {.blurred = true};
   Attempt attempt{.blurred = sides->sharpness < kSharp};
