@@ -15,7 +15,8 @@ constexpr double kOverlap_px = 2.5;         // of a segment beyond the corner
 constexpr double kMinVisible = 0.3, kMinVisibleInAll = 0.5;  // share of a side, of the outline
 constexpr double kMinSide_px = 5;                            // of the search image
 constexpr double kJoinMiss_px = 1.2, kJoinCos = 0.995;
-constexpr double kMaxJoinGap = 1.0;  // of the lengths of both segments
+constexpr double kMaxJoinGap = 1.0;    // of the lengths of both segments
+constexpr double kMaxJoinReach = 3.0;  // of the first one's
 
 double Cross(const lens::Vec2& a, const lens::Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -43,32 +44,38 @@ void LineQuads::SelectLines(const std::vector<EdgeSegment>& segments) {
   std::ranges::sort(lines_, ByStart);
 }
 
-/// Adds the line from the start of one segment to the end of a collinear later one.
+/// Adds the line from the start of each segment to the end of the nearest collinear one after it.
 void LineQuads::Join() {
   const std::size_t count = lines_.size();
   for (std::size_t i = 0; i < count; ++i) {
     const EdgeSegment a = lines_[i];
-    const double reach = 3 * a.length;
-    auto j = std::lower_bound(lines_.begin(), lines_.begin() + count, a.end.x() - reach,
+    const double reach = kMaxJoinReach * a.length;
+    const auto end = lines_.begin() + static_cast<std::ptrdiff_t>(count);
+    auto j = std::lower_bound(lines_.begin(), end, a.end.x() - reach,
                               [](const EdgeSegment& l, double x) { return l.start.x() < x; });
-    for (; j != lines_.begin() + count && j->start.x() <= a.end.x() + reach; ++j) {
+    double least_gap = reach;
+    const EdgeSegment* nearest = nullptr;
+    for (; j != end && j->start.x() <= a.end.x() + reach; ++j) {
       const lens::Vec2 between = j->start - a.end;
       const double gap = a.direction.dot(between);
-      if (gap < -kOverlap_px || a.direction.dot(j->direction) < kJoinCos) continue;
-      if (gap > kMaxJoinGap * (a.length + j->length) || gap > reach) continue;
-      if (std::abs(Cross(a.direction, between)) > kJoinMiss_px) continue;
-      const lens::Vec2 whole = j->end - a.start;
-      const double length = whole.norm();
-      const lens::Vec2 direction = whole / length;
+      if (gap < -kOverlap_px || gap >= least_gap || gap > kMaxJoinGap * (a.length + j->length) ||
+          a.direction.dot(j->direction) < kJoinCos ||
+          std::abs(Cross(a.direction, between)) > kJoinMiss_px) {
+        continue;
+      }
+      const lens::Vec2 direction = (j->end - a.start).normalized();
       if (std::abs(Cross(direction, a.end - a.start)) > kJoinMiss_px ||
           std::abs(Cross(direction, j->start - a.start)) > kJoinMiss_px) {
         continue;
       }
-      lines_.push_back({a.start, j->end, direction, length});
-      if (lines_.size() > 2 * kMaxSegments) break;
-      j = lines_.begin() + (j - lines_.begin());
-      break;
+      least_gap = gap;
+      nearest = &*j;
     }
+    if (nearest == nullptr) continue;
+    const lens::Vec2 whole = nearest->end - a.start;
+    const double length = whole.norm();
+    const EdgeSegment joined{a.start, nearest->end, whole / length, length};
+    lines_.push_back(joined);
   }
   std::ranges::sort(lines_, ByStart);
 }
