@@ -162,6 +162,8 @@ void JudgeCertainty(const ConsistentFit& fitted, std::span<const BoardView> kept
         "another distance; end with a frame that shows the board close and tilted",
         kept.back().name));
   }
+  // A change that is small enough is within the stated uncertainty, but not hidden.
+  if (!verdict.change.empty()) result.notes.push_back(verdict.change);
   const Advice advice = AdviceOn(fitted, kept, diagnosis, options, verdict);
   JudgeViews(kept, views, advice, options, result);
   result.further_views_help = !result.reasons.empty();
@@ -187,7 +189,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const double shared = FillResult(fit, kept, result, widening);
   LensVerdict verdict;
   verdict.result = result;
-  TestResiduals(fit, consistency, kept, widening, options.declared, verdict);
+  TestResiduals(fit, consistency, kept, widening, fit.sigma_px, options.declared, verdict);
   verdict.displaced = !consistency.displaced.empty();
   const CaptureDiagnosis diagnosis =
       DiagnoseCapture(result.board, kept, result.size, fit, consistency, options.declared,

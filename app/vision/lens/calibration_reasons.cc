@@ -161,14 +161,17 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
       lens_moved ? "lens" : "board", words);
 }
 
-double EffectOfChanges(const CaptureChangeTest& test, const LensFit& fit, image::ImageSize size) {
-  double largest_px = 0;
+RadiusErrors EffectOfChanges(const CaptureChangeTest& test, const lens::Lens& lens,
+                             image::ImageSize size) {
+  RadiusErrors largest_px{};
   for (const CaptureChange& change : test.changes) {
     if (change.p_value > kChangeSignificance) continue;
-    SharedVector other = fit.shared;
+    lens::LensVector other = lens::VectorOfLens(lens);
     other.head<kLensCount>() += change.error;
-    largest_px = std::max(
-        largest_px, LargestDifference(LensFromShared(fit.shared), LensFromShared(other), size));
+    const RadiusErrors error_px =
+        CountedEverywhere(DifferencesWithin(lens, lens::LensOfVector(other, lens.fisheye), size));
+    for (std::size_t k = 0; k < largest_px.size(); ++k)
+      largest_px[k] = std::max(largest_px[k], error_px[k]);
   }
   return largest_px;
 }
@@ -214,7 +217,7 @@ std::string UnexplainedWords(const ResidualParts& parts) {
            "hold the board still, keep heat, glare and vibration away, and repeat the capture"}};
   std::ranges::sort(all, [](const Part& a, const Part& b) { return a.px > b.px; });
   const double smooth_px = std::hypot(all[0].px, all[1].px, all[2].px);
-  std::string words = fmt::format("displacements of {:.2g} px beyond the corners' noise {}",
+  std::string words = fmt::format("residuals of {:.2g} px (RMS), beyond the corners' noise, {}",
                                   all[0].px, all[0].words);
   // Where no part dominates, the largest two are stated, and no cause.
   if (std::pow(all[0].px, 2) < kDominates * std::pow(smooth_px, 2)) {
@@ -293,7 +296,8 @@ std::string UncertaintyReason(double uncertain_px, double acceptable_px,
 std::string LeastUncertaintyReason(double least_px, double acceptable_px) {
   return fmt::format(
       "even so, the projection would be uncertain by {} in the best half of the image or more, but "
-      "at most {:.2g} px is acceptable; --acceptable-px {:.2g} accepts that",
+      "at most {:.2g} px is acceptable; as far as that decides, --acceptable-px {:.2g} accepts it "
+      "(acceptable_px in [board])",
       LimitWords(least_px), acceptable_px, RoundedUp(least_px));
 }
 

@@ -25,8 +25,11 @@ std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
                          std::span<const BoardView> views, const target::Board& board,
                          const target::DeclaredFacts& declared);
 
-/// Largest effect on the projection of the changes that ChangeReason() names, over the image [px].
-double EffectOfChanges(const CaptureChangeTest& test, const LensFit& fit, image::ImageSize size);
+/// Largest effect on the projection of the changes that ChangeReason() names [px]; zero without
+/// one.
+/// @param lens  that of the fit
+RadiusErrors EffectOfChanges(const CaptureChangeTest& test, const lens::Lens& lens,
+                             image::ImageSize size);
 
 /// The words of a finding, and that it contradicts a declaration.
 std::string WordsOf(const CaptureDiagnosis::Finding& finding,

@@ -36,24 +36,6 @@ Directions DirectionsOf(CaptureChange::Kind kind, const SharedVector& shared) {
   return D;
 }
 
-/// Covariance of the shared parameters with the dropped ones fixed.
-SharedMatrix CovarianceWithDroppedFixed(const LensFit& fit) {
-  const SharedVector sd = fit.covariance.diagonal().cwiseSqrt();
-  SharedMatrix information =
-      sd.asDiagonal() * SharedMatrix(fit.covariance.inverse()) * sd.asDiagonal();
-  for (int k = 0; k < kSharedCount; ++k) {
-    if (!fit.dropped[k]) continue;
-    information.row(k).setZero();
-    information.col(k).setZero();
-    information(k, k) = 1;
-  }
-  SharedMatrix covariance = information.inverse();
-  for (int k = 0; k < kSharedCount; ++k) {
-    if (fit.dropped[k]) covariance(k, k) = 0;
-  }
-  return sd.asDiagonal() * covariance * sd.asDiagonal();
-}
-
 /// Time course of a change over the views: the weights w_j.
 struct ChangeProfile {
   bool steady = false;
@@ -97,7 +79,7 @@ CaptureChange Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile
   change.delta = D * d;
   const SharedVector bias = C * A * change.delta;
   const SharedVector last = 0.5 * change.delta - bias, first = -0.5 * change.delta - bias;
-  change.error = (std::abs(last[kFx]) > std::abs(first[kFx]) ? last : first).head<kLensCount>();
+  change.error = (std::abs(last[kFx]) >= std::abs(first[kFx]) ? last : first).head<kLensCount>();
   return change;
 }
 
@@ -116,6 +98,23 @@ std::vector<double> SingleViewDeviations(const LensFit& fit, const SharedMatrix&
 }
 
 }  // namespace
+
+SharedMatrix CovarianceWithDroppedFixed(const LensFit& fit) {
+  const SharedVector sd = fit.covariance.diagonal().cwiseSqrt();
+  SharedMatrix information =
+      sd.asDiagonal() * SharedMatrix(fit.covariance.inverse()) * sd.asDiagonal();
+  for (int k = 0; k < kSharedCount; ++k) {
+    if (!fit.dropped[k]) continue;
+    information.row(k).setZero();
+    information.col(k).setZero();
+    information(k, k) = 1;
+  }
+  SharedMatrix covariance = information.inverse();
+  for (int k = 0; k < kSharedCount; ++k) {
+    if (fit.dropped[k]) covariance(k, k) = 0;
+  }
+  return sd.asDiagonal() * covariance * sd.asDiagonal();
+}
 
 CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const BoardView> views,
                                         double widening) {

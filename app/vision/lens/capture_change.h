@@ -26,8 +26,8 @@ struct CaptureChange {
   double chi2 = 0;                            ///< maximum over all profiles
   double p_value = 1;                         ///< upper bound if nothing changed
   SharedVector delta = SharedVector::Zero();  ///< d
-  /// +-d/2 - C A d: difference between the fitted lens and that of the first or last view,
-  /// whichever is larger.
+  /// +-d/2 - C A d: difference between the fitted lens and that of the last view, or the first one
+  /// if its focal length differs more.
   LensVector error = LensVector::Zero();
 };
 
@@ -46,6 +46,9 @@ struct CaptureChangeTest {
 /// @param widening  factor on the covariance for correlated corner errors
 CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const BoardView> views,
                                         double widening);
+
+/// Covariance of the shared parameters with the dropped ones fixed.
+SharedMatrix CovarianceWithDroppedFixed(const LensFit& fit);
 
 /// Probability that the maximum of chi^2 over all change points from `first` to 1 - first reaches
 /// `chi2` if nothing changed:

@@ -78,8 +78,10 @@ double Criterion(const RivalResult& result, double dispersion) {
 }
 
 /// Whether a score test, or the shape of the pixels, raises a doubt about the plain model.
-bool Doubtful(const RivalResult& plain, const ScoredCandidates& scored) {
-  if (std::abs(plain.shared[kFy] / plain.shared[kFx] - 1) > kUsualAspect) return true;
+bool Doubtful(const RivalResult& plain, const ScoredCandidates& scored,
+              const target::DeclaredFacts& declared) {
+  if (!declared.oblong_pixels && std::abs(plain.shared[kFy] / plain.shared[kFx] - 1) > kUsualAspect)
+    return true;
   for (std::size_t k = 0; k < scored.tests.size(); ++k) {
     const Rival& rival = scored.tests[k].rival;
     const auto freedom =
@@ -113,13 +115,13 @@ class Attempts {
     Attempt attempt;
     RivalResult start = plain_;
     if (candidate.cause == CaptureCause::kWindowPane) start.extra[kPaneZ] = kPaneStart_m;
+    attempt.rival = candidate.rival;
     attempt.result = problem_.Fit(candidate.rival, start);
-    if (!attempt.result.converged || !Possible(attempt.result)) return;
+    if (!attempt.result.converged || !Possible(attempt)) return;
     attempt.result.prior_chi2 += extra_chi2;
     attempt.finding.cause = candidate.cause;
     if (words) attempt.finding.words = words(attempt.result);
     DescribeFinding(candidate, attempt.result, problem_.board(), attempt.finding);
-    attempt.rival = candidate.rival;
     all_.push_back(std::move(attempt));
   }
   /// Splits the views by each varying zoom that has been fitted; each assignment costs ln 2.
@@ -160,11 +162,12 @@ class Attempts {
 
  private:
   /// Whether no parameter is far beyond what is plausible.
-  bool Possible(const RivalResult& result) const {
+  bool Possible(const Attempt& attempt) const {
+    const ExtraVector most = kMostPlausible * problem_.DeviationsOf(attempt.rival);
     const auto possible = [&](const ExtraVector& extra) {
-      return (extra.array().abs() <= kMostPlausible * problem_.deviations().array()).all();
+      return (extra.array().abs() <= most.array()).all();
     };
-    return possible(result.extra) && std::ranges::all_of(result.local, possible);
+    return possible(attempt.result.extra) && std::ranges::all_of(attempt.result.local, possible);
   }
 
   const RivalProblem& problem_;
@@ -189,29 +192,31 @@ struct CaptureViews {
   const target::DeclaredFacts& declared;
 
   RivalProblem Problem(double noise_px) const {
-    return {board, views, size, fit, consistency.used, noise_px};
+    return {board, views, size, fit, consistency.used, noise_px, declared.oblong_pixels};
   }
 };
 
-/// The lens by a fitted explanation.
-CaptureDiagnosis::Adopted AdoptedBy(const CaptureViews& capture, const RivalProblem& problem,
-                                    const Rival& rival, const RivalResult& result,
-                                    double noise_px) {
+/// The lens by a fitted explanation; nothing if a point is not in front of the camera.
+std::optional<CaptureDiagnosis::Adopted> AdoptedBy(const CaptureViews& capture,
+                                                   const RivalProblem& problem, const Rival& rival,
+                                                   const RivalResult& result, double noise_px) {
   std::vector<Candidate> candidates = ConstantCandidates();
   if (!rival.global.empty() && rival.global.back() >= kFree) {  // the board is free already
     std::erase_if(candidates, [](const Candidate& candidate) { return IsBoard(candidate.cause); });
   }
   const RivalPrecision precision = problem.PrecisionOf(rival, result);
   LensFit linearized = problem.Linearized(rival, result);
+  if (linearized.view_information.empty()) return std::nullopt;
   linearized.sigma_px = precision.sigma_px;
-  return {LensOfRival(rival.fisheye, result.shared, result.extra),
-          precision,
-          result.shared.segment<3>(kBowX),
-          std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
-          std::move(linearized),
-          {},
-          UnprovedEffects(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
-                          capture.size, capture.declared)};
+  return CaptureDiagnosis::Adopted{
+      LensOfRival(rival.fisheye, result.shared, result.extra),
+      precision,
+      result.shared.segment<3>(kBowX),
+      std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
+      std::move(linearized),
+      {},
+      UnprovedEffects(ScoreTestsOf(problem, rival, result, candidates), rival, result, noise_px,
+                      capture.size, capture.declared)};
 }
 
 /// The lens with a free board. The errors of the print count as noise until its points are free, so
@@ -244,8 +249,9 @@ std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
         adopted.push_back(std::move(*one));
     }
   } else if (LeavesOneLens(first.finding.cause)) {
-    adopted.push_back(
-        AdoptedBy(capture, problem, first.rival, first.result, capture.consistency.noise_px));
+    if (auto one =
+            AdoptedBy(capture, problem, first.rival, first.result, capture.consistency.noise_px))
+      adopted.push_back(std::move(*one));
   }
   for (CaptureDiagnosis::Adopted& one : adopted) {
     for (const Attempt* other : others) {
@@ -343,7 +349,7 @@ CaptureDiagnosis DiagnoseCapture(const target::Board& board, std::span<const Boa
   const std::vector<Candidate> constant = ConstantCandidates();
   const ScoredCandidates scored = ScoreTestsOf(problem, {}, plain, constant);
   diagnosis.unproved = UnprovedEffects(scored, {}, plain, consistency.noise_px, size, declared);
-  if (!force && !Doubtful(plain, scored)) return diagnosis;
+  if (!force && !Doubtful(plain, scored, declared)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
   Attempts attempts(problem, plain, views);
   for (const Candidate& candidate : constant) attempts.Add(candidate);

@@ -68,7 +68,7 @@ LensVerdict AdoptedVerdict(const CaptureDiagnosis::Adopted& adopted, const Consi
   verdict.result.board_bow_m = LargestBow(adopted.board_bow, plain.board);
   verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
   TestResiduals(adopted.linearized, fitted.consistency, kept, adopted.precision.dispersion,
-                options.declared, verdict);
+                adopted.precision.noise_px, options.declared, verdict);
   verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
   ChooseRegion(adopted.error_px, adopted.unproved, options, verdict);
   return verdict;
@@ -91,26 +91,33 @@ RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOp
 }
 
 void TestResiduals(const LensFit& fit, const ViewConsistency& consistency,
-                   std::span<const BoardView> views, double widening,
+                   std::span<const BoardView> views, double widening, double unit_px,
                    const target::DeclaredFacts& declared, LensVerdict& verdict) {
   const target::Board& board = verdict.result.board;
   const image::ImageSize size = verdict.result.size;
+  const lens::Lens& lens = verdict.result.lens;
+  lens::LensCovariance& covariance = verdict.result.covariance;
   verdict.parts = PartsOf(fit, consistency, views, size);
   verdict.shown_px = verdict.parts.field_px;
-  const double by_image = WideningByImage(verdict.parts, fit.sigma_px);
+  const double by_image = WideningByImage(verdict.parts, fit.sigma_px, unit_px);
   if (by_image > widening) {
-    verdict.result.covariance *= by_image / widening;
+    covariance *= by_image / widening;
     widening = by_image;
   }
   const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
-  verdict.result.covariance += FullCovariance(test.undetected_covariance);
-  if (const auto dependence = DependenceOnViews(fit, views, board, size, widening))
-    verdict.result.covariance += FullCovariance(dependence->covariance);
-  const double change_px = EffectOfChanges(test, fit, size);
-  verdict.oblong_px = declared.oblong_pixels
-                          ? 0
-                          : EffectOfAspect(verdict.result.lens, verdict.result.covariance, size);
-  for (double& px : verdict.shown_px) px = std::hypot(px, change_px, verdict.oblong_px);
+  const RadiusErrors change_px = EffectOfChanges(test, lens, size);
+  const bool changed = change_px[0] > 0;
+  // What a change that is found does is counted once.
+  if (!changed) covariance += FullCovariance(test.undetected_covariance);
+  const auto dependence = DependenceOnViews(fit, views, lens, board, size, widening);
+  if (dependence && !(changed && IsOfTime(dependence->trait)))
+    covariance += FullCovariance(dependence->covariance);
+  RadiusErrors oblong_px{};
+  const auto square = declared.oblong_pixels ? std::nullopt : WithSquarePixels(lens, covariance);
+  if (square) oblong_px = DifferencesWithin(lens, *square, size);
+  verdict.oblong_px = oblong_px[0];
+  for (std::size_t k = 0; k < kCandidateRadii; ++k)
+    verdict.shown_px[k] = std::hypot(verdict.shown_px[k], change_px[k], oblong_px[k]);
   verdict.head_on = test.last_view_focal_sd >
                     std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
   verdict.change = ChangeReason(test, fit, views, board, declared);

@@ -23,10 +23,10 @@ struct LensVerdict {
   std::vector<UnprovedEffect> decisive;
   std::string change;  ///< see ChangeReason()
   ResidualParts parts;
-  /// Errors that the capture shows and that neither the covariance nor a finding contains: the
-  /// field fixed in the image and the effect of a change [px].
+  /// Errors that the capture shows and the covariance does not contain: the field fixed in the
+  /// image, the effect of a change, and pixels that are not square [px].
   RadiusErrors shown_px{};
-  double oblong_px = 0;    ///< of it, see EffectOfAspect()
+  double oblong_px = 0;    ///< of them, see WithSquarePixels()
   bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
   bool displaced = false;  ///< some views do not fit
   /// Least uncertainty in half of the image or more, of all lenses that a larger limit would accept
@@ -45,8 +45,9 @@ RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOp
 /// change, a lens that depends on how the board was held. Each is an error of the lens, of the size
 /// that is found; changes too small to be detected widen the covariance.
 /// @param widening  of the fit's covariance
+/// @param unit_px   standard deviation of a corner's coordinate for which that is stated
 void TestResiduals(const LensFit& fit, const ViewConsistency& consistency,
-                   std::span<const BoardView> views, double widening,
+                   std::span<const BoardView> views, double widening, double unit_px,
                    const target::DeclaredFacts& declared, LensVerdict& verdict);
 
 /// States the uncertainty of the plain lens, with what the diagnosis finds or does not exclude.

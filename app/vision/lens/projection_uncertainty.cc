@@ -184,20 +184,19 @@ double LargestDifference(const lens::Lens& a, const lens::Lens& b, image::ImageS
   return largest;
 }
 
-double EffectOfAspect(const lens::Lens& lens, const lens::LensCovariance& covariance,
-                      image::ImageSize size) {
-  constexpr double kWithin = 3;       // standard deviations
-  constexpr double kHarmless = 6e-4;  // moves no pixel of 1920 x 1080 by more than 0.3 px
+std::optional<lens::Lens> WithSquarePixels(const lens::Lens& lens,
+                                           const lens::LensCovariance& covariance) {
+  constexpr double kWithin = 3;     // standard deviations
+  constexpr double kTrueTo = 6e-4;  // of sensors and prints
   const double off = lens.fx / lens.fy - 1;
   lens::LensVector g = lens::LensVector::Zero();
   g[0] = 1 / lens.fy;
   g[1] = -lens.fx / (lens.fy * lens.fy);
   const lens::LensVector Cg = covariance * g;
   const double variance = g.dot(Cg);
-  if (!(variance > 0) || std::abs(off) <= std::max(kHarmless, kWithin * std::sqrt(variance)))
-    return 0;
-  const lens::LensVector square = lens::VectorOfLens(lens) - Cg * (off / variance);
-  return LargestDifference(lens, lens::LensOfVector(square, lens.fisheye), size);
+  if (!(variance > 0) || std::abs(off) <= std::max(kTrueTo, kWithin * std::sqrt(variance)))
+    return std::nullopt;
+  return lens::LensOfVector(lens::VectorOfLens(lens) - Cg * (off / variance), lens.fisheye);
 }
 
 }  // namespace plumbline::vision

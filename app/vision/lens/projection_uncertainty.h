@@ -51,13 +51,13 @@ double LargestDifference(const lens::Lens& a, const lens::Lens& b, image::ImageS
                          std::optional<double> distance_m = std::nullopt,
                          double radius_px = INFINITY);
 
-/// Largest difference to the same lens with square pixels, the most likely one by the covariance C
-/// [px]. With a = fx / fy and g its derivative by the lens, that lens is
+/// The same lens with square pixels, the most likely one by the covariance C. With a = fx / fy and
+/// g its derivative by the lens,
 ///   lens - C g (a - 1) / (g^T C g)
-/// Zero if a is within three of its standard deviations of 1, since the covariance then contains
-/// it, or within 0.06 %.
-double EffectOfAspect(const lens::Lens& lens, const lens::LensCovariance& covariance,
-                      image::ImageSize size);
+/// Nothing if a is within three of its standard deviations of 1, since the covariance then contains
+/// it, or within 0.06 %: sensors and prints are assumed to be true to that.
+std::optional<lens::Lens> WithSquarePixels(const lens::Lens& lens,
+                                           const lens::LensCovariance& covariance);
 
 /// Pixels that represent the image up to a distance from its middle: the points of a grid, and of
 /// the circle around the middle.

@@ -120,8 +120,8 @@ ImagePart ImagePartOf(const CellSums& sums, std::size_t views) {
   return part;
 }
 
-/// The middle value, of an even number the smaller of the two.
-double MedianOf(std::vector<double> values) {
+/// The middle value; of an even number the smaller of the two, or zero if their signs differ.
+double MedianTowardsZero(std::vector<double> values) {
   std::ranges::sort(values);
   const std::size_t half = values.size() / 2;
   const double high = values[half], low = values[(values.size() - 1) / 2];
@@ -135,19 +135,20 @@ struct CellField {
   double of_mean_px2 = INFINITY;  ///< its variance, both coordinates together
 };
 
-/// @param corner_px2  variance of a corner's coordinate
+/// @param corner_px2  variance of a corner's coordinate; what the corners of one view in a cell
+/// have in
+///                    common counts as one
 CellField FieldIn(const std::vector<CellSums::Part>& cell, double corner_px2) {
   if (cell.size() < 2) return {};
   std::vector<double> x, y;
-  double corners = 0, squares = 0;
   for (const CellSums::Part& part : cell) {
     x.push_back(part.sum.x() / part.corners);
     y.push_back(part.sum.y() / part.corners);
-    corners += part.corners;
-    squares += static_cast<double>(part.corners) * part.corners;
   }
-  return {std::pow(MedianOf(std::move(x)), 2) + std::pow(MedianOf(std::move(y)), 2),
-          2 * kMedianVariance * corner_px2 * squares / (corners * corners)};
+  const auto views = static_cast<double>(cell.size());
+  return {
+      std::pow(MedianTowardsZero(std::move(x)), 2) + std::pow(MedianTowardsZero(std::move(y)), 2),
+      2 * kMedianVariance * corner_px2 / views};
 }
 
 /// Largest displacement of the field within each candidate radius, see ResidualParts::field_px.
@@ -191,8 +192,9 @@ ResidualParts PartsOf(const LensFit& fit, const ViewConsistency& consistency,
   return parts;
 }
 
-double WideningByImage(const ResidualParts& parts, double sigma_px) {
-  return 1 + parts.corners_per_cell * std::pow(parts.image_px / std::max(1e-9, sigma_px), 2);
+double WideningByImage(const ResidualParts& parts, double sigma_px, double unit_px) {
+  const double common_px2 = parts.corners_per_cell * parts.image_px * parts.image_px;
+  return (sigma_px * sigma_px + common_px2) / std::max(1e-12, unit_px * unit_px);
 }
 
 }  // namespace plumbline::vision

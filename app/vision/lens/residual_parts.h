@@ -37,8 +37,10 @@ struct ResidualParts {
 ResidualParts PartsOf(const LensFit& fit, const ViewConsistency& consistency,
                       std::span<const BoardView> views, image::ImageSize size);
 
-/// Factor on the covariance of the lens for the part that is fixed in the image: it is common to
+/// Factor on the covariance of the lens for the part that is fixed in the image, which is common to
 /// all corners of a cell.
-double WideningByImage(const ResidualParts& parts, double sigma_px);
+/// @param sigma_px  of a corner's coordinate, from the residuals
+/// @param unit_px   standard deviation for which the covariance is stated
+double WideningByImage(const ResidualParts& parts, double sigma_px, double unit_px);
 
 }  // namespace plumbline::vision

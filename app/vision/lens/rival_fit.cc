@@ -209,12 +209,14 @@ std::vector<int> CommonExtras(const Rival& rival) {
 
 RivalProblem::RivalProblem(const target::Board& board, std::span<const BoardView> views,
                            image::ImageSize size, const LensFit& fit,
-                           const std::vector<std::vector<bool>>& used, double noise_px)
+                           const std::vector<std::vector<bool>>& used, double noise_px,
+                           bool oblong_pixels)
     : size_(size),
       declared_(board),
       board_(board, Thinned(board)),
       noise_px_(noise_px),
-      deviations_(ExtraDeviations(board_, size)) {
+      deviations_(ExtraDeviations(board_, size)),
+      oblong_pixels_(oblong_pixels) {
   for (std::size_t j = 0; j < views.size(); ++j) {
     ViewData data;
     for (const RivalBoard::Point& point : board_.points()) {
@@ -274,7 +276,7 @@ ExtraVector RivalProblem::DeviationsOf(const Rival& rival) const {
 SharedMatrix RivalProblem::PriorInformation(const Rival& rival, const SharedVector& shared,
                                             SharedVector& mean) const {
   LensPrior prior;
-  prior.aspect = rival.free_aspect ? kFreeAspect : kSquareAspect;
+  prior.aspect = rival.free_aspect || oblong_pixels_ ? kFreeAspect : kSquareAspect;
   SharedVector sd = PriorDeviations(prior, declared_, size_, shared[kFy]);
   if (rival.fisheye) {
     for (const int k : {kK1, kK2, kK3}) sd[k] = kFisheyeDistortion;

@@ -133,6 +133,7 @@ struct RivalPrecision {
   /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
   /// the directions of the parameters, and of the part common to all views, in units of the noise.
   double dispersion = 1;
+  double noise_px = 0;              ///< for which the covariance is stated
   double sigma_px = 0;              ///< of a corner's coordinate, from the residuals
   std::vector<double> view_rms_px;  ///< per coordinate
 };
@@ -176,8 +177,10 @@ class RivalProblem {
   /// @param fit       start
   /// @param used      corners to use, per view; a board with many of them is thinned out
   /// @param noise_px  standard deviation of a corner's coordinate: scale of the priors
+  /// @param oblong_pixels  fx / fy is estimated by every rival
   RivalProblem(const target::Board& board, std::span<const BoardView> views, image::ImageSize size,
-               const LensFit& fit, const std::vector<std::vector<bool>>& used, double noise_px);
+               const LensFit& fit, const std::vector<std::vector<bool>>& used, double noise_px,
+               bool oblong_pixels = false);
 
   /// Levenberg and Marquardt with numerical derivatives; the poses and local parameters are
   /// eliminated view by view.
@@ -195,7 +198,8 @@ class RivalProblem {
   std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals, const Rival& base,
                                     const RivalResult& at) const;
   const RivalBoard& board() const { return board_; }
-  const ExtraVector& deviations() const { return deviations_; }  ///< see ExtraDeviations()
+  /// Standard deviations of the extra parameters' priors. A rational lens may have large ones.
+  ExtraVector DeviationsOf(const Rival& rival) const;
   /// Largest distance of a corner used from the middle of the image [px].
   double SeenRadius() const;
 
@@ -234,7 +238,6 @@ class RivalProblem {
                    const ExtraVector& extra, const Pose& X_CK, Eigen::VectorXd& residuals) const;
   SharedMatrix PriorInformation(const Rival& rival, const SharedVector& shared,
                                 SharedVector& mean) const;
-  ExtraVector DeviationsOf(const Rival& rival) const;
   double PriorCost(const Rival& rival, const RivalResult& at) const;
 
   image::ImageSize size_;
@@ -244,6 +247,7 @@ class RivalProblem {
   std::vector<ViewData> views_;
   RivalResult start_;
   ExtraVector deviations_;
+  bool oblong_pixels_;
 };
 
 }  // namespace plumbline::vision

@@ -92,6 +92,7 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
     return precision;
   }
   const double noise2 = noise_px_ * noise_px_;
+  precision.noise_px = noise_px_;
   const NormalEquations normal = NormalEquationsOf(rival, at, blocks);
   Eigen::MatrixXd S = normal.H;
   Eigen::VectorXd s = normal.g;

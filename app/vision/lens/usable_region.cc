@@ -12,6 +12,19 @@ constexpr double kMinUsableShare = 0.5;  // of the image
 
 }  // namespace
 
+RadiusErrors DifferencesWithin(const lens::Lens& a, const lens::Lens& b, image::ImageSize size) {
+  RadiusErrors errors_px{};
+  for (std::size_t k = 0; k < errors_px.size(); ++k)
+    errors_px[k] = LargestDifference(a, b, size, std::nullopt, CandidateRadius(k, size));
+  return errors_px;
+}
+
+RadiusErrors CountedEverywhere(RadiusErrors error_px) {
+  const auto finite = std::ranges::find_if(error_px, [](double px) { return std::isfinite(px); });
+  if (finite != error_px.end()) error_px.fill(*finite);
+  return error_px;
+}
+
 RegionChoice LargestRegion(const lens::Lens& lens, const lens::LensCovariance& covariance,
                            const RadiusErrors& error_px, image::ImageSize size,
                            std::optional<double> distance_m, double acceptable_px) {

@@ -23,6 +23,13 @@ inline double CandidateRadius(std::size_t k, image::ImageSize size) {
   return (1 - static_cast<double>(k) / 40) * 0.5 * std::hypot(size.width - 1, size.height - 1);
 }
 
+/// Largest difference between two lenses within each candidate radius [px].
+RadiusErrors DifferencesWithin(const lens::Lens& a, const lens::Lens& b, image::ImageSize size);
+
+/// The error of a lens that is none over the whole image, as one that changes: that within the
+/// largest candidate radius in which it is finite, everywhere.
+RadiusErrors CountedEverywhere(RadiusErrors error_px);
+
 struct RegionChoice {
   bool acceptable = false;  ///< otherwise the values are those of the whole image
   double radius_px = std::numeric_limits<double>::infinity();

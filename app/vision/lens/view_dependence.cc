@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "app/vision/lens/capture_change.h"
 #include "app/vision/lens/projection_uncertainty.h"
 
 namespace plumbline::vision {
@@ -64,7 +65,7 @@ struct Effect {
 
 Effect EffectOf(const LensFit& fit, const std::vector<double>& w, const LensMatrix& weight,
                 const LensMatrix& prior, double widening) {
-  const SharedMatrix& C = fit.covariance;
+  const SharedMatrix C = CovarianceWithDroppedFixed(fit);
   SharedMatrix A = SharedMatrix::Zero(), square = SharedMatrix::Zero();
   SharedVector pull = SharedVector::Zero();
   for (std::size_t j = 0; j < w.size(); ++j) {
@@ -72,8 +73,15 @@ Effect EffectOf(const LensFit& fit, const std::vector<double>& w, const LensMatr
     square += w[j] * w[j] * fit.view_information[j].information;
     pull += w[j] * fit.view_information[j].pull;
   }
-  const LensMatrix V = LensPart(square - A * C * A) / widening + prior;
-  const LensVector S = pull.head<kLensCount>() / widening;
+  LensMatrix V = LensPart(square - A * C * A) / widening + prior;
+  LensVector S = pull.head<kLensCount>() / widening;
+  for (int k = 0; k < kLensCount; ++k) {
+    if (!fit.dropped[k]) continue;
+    V.row(k).setZero();
+    V.col(k).setZero();
+    V(k, k) = prior(k, k);
+    S[k] = 0;
+  }
   // Scaled to units of the prior, since the parameters differ by many orders of magnitude.
   const LensVector scale = prior.diagonal().cwiseSqrt().cwiseInverse();
   const LensMatrix scaled_V = scale.asDiagonal() * V * scale.asDiagonal();
@@ -106,11 +114,10 @@ Effect EffectOf(const LensFit& fit, const std::vector<double>& w, const LensMatr
 
 std::optional<ViewDependence> DependenceOnViews(const LensFit& fit,
                                                 std::span<const BoardView> views,
-                                                const target::Board& board, image::ImageSize size,
-                                                double widening) {
-  const LensMatrix weight =
-      ProjectionWeight(LensFromShared(fit.shared), size).topLeftCorner<kLensCount, kLensCount>();
-  const LensMatrix prior = LensPart(PriorInformation({}, board, size, fit.shared[kFx]));
+                                                const lens::Lens& lens, const target::Board& board,
+                                                image::ImageSize size, double widening) {
+  const LensMatrix weight = ProjectionWeight(lens, size).topLeftCorner<kLensCount, kLensCount>();
+  const LensMatrix prior = LensPart(PriorInformation({}, board, size, fit.shared[kFy]));
   if (!weight.allFinite()) return std::nullopt;
   std::optional<ViewDependence> found;
   for (const ViewTrait trait : kTraits) {

@@ -22,6 +22,10 @@ enum class ViewTrait {
   kPlaceY
 };
 
+inline bool IsOfTime(ViewTrait trait) {
+  return trait == ViewTrait::kTime || trait == ViewTrait::kLateHalf;
+}
+
 /// One lens is the same in every view, whatever the cause of an error. If it depends on a trait w
 /// of the views, from -1/2 to 1/2, shared_j = shared + w_j d, the same score test applies as for
 /// changes (see CaptureChange), here of all lens parameters at once:
@@ -39,11 +43,12 @@ struct ViewDependence {
 };
 
 /// @param views     the views of `fit`, in order of time
+/// @param lens      that of the fit
 /// @param widening  factor on the covariance for correlated corner errors
 /// @return          nothing if no trait has a real effect
 std::optional<ViewDependence> DependenceOnViews(const LensFit& fit,
                                                 std::span<const BoardView> views,
-                                                const target::Board& board, image::ImageSize size,
-                                                double widening);
+                                                const lens::Lens& lens, const target::Board& board,
+                                                image::ImageSize size, double widening);
 
 }  // namespace plumbline::vision

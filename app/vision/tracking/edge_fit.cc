@@ -128,6 +128,8 @@ struct Model {
 /// reach, drops the pixels beyond it, or lets the model have its outer edge if it is thinner still.
 void InitializeLevels(std::vector<Sample>& samples, double reach, Model& model) {
   constexpr int kBins = 40;
+  model.thin_margin = false;
+  model.x[3] = model.x[4] = 0;
   std::array<double, kBins> sum{}, count{};  // outside
   double dark = 0, bright = 0;
   int darks = 0, brights = 0;

@@ -43,7 +43,6 @@ class EdgeSegmentFinder {
   void FindPixels(const SearchImage& search, int min_step);
   void AddRow(const SearchImage& search, int y, int x0, int x1, int buffer_row, int min_step);
   void Link();
-  void LinkTo(EdgePixel& pixel, int row, int& from);
   void Split(int first, double min_length, std::vector<EdgeSegment>& segments);
 
   std::vector<EdgePixel> pixels_;          ///< row by row, from left to right

@@ -38,8 +38,8 @@ class QuadSet {
 };
 
 /// Finds the dark regions (4-connected) whose convex hull is nearly a quadrilateral. Only hulls are
-/// examined; SnapToEdges verifies that a hull follows an edge in the image. Reuses its buffers, so
-/// that steady-state frames allocate nothing.
+/// examined; AlignWithEdges verifies that a hull follows an edge in the image. Reuses its buffers,
+/// so that steady-state frames allocate nothing.
 class QuadFinder {
  public:
   struct Limits {

@@ -48,6 +48,12 @@ bool SameTag(const SeenTag& a, const SeenTag& b) {
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
 
+/// Whether a detection has fewer wrong bits, or as many and better known corners.
+bool MoreExact(const SeenTag& tag, const SeenTag& than) {
+  return std::pair(tag.wrong_bits, tag.covariance.trace()) <
+         std::pair(than.wrong_bits, than.covariance.trace());
+}
+
 /// Marks the tiles of a tag, and a little around it, as without contrast.
 void IgnoreWithin(SearchImage& search, const Corners& corners_px) {
   constexpr double kAround = 1.5 * SearchImage::kTile;
@@ -201,8 +207,7 @@ void TagDetector::AddTags(const image::LumaView& image, const Part& part, const 
         found_, [&](const FoundTag& other) { return SameTag(tag, other.tag); });
     if (same == found_.end()) {
       found_.push_back(*found);
-    } else if (std::pair(tag.wrong_bits, tag.covariance.trace()) <
-               std::pair(same->tag.wrong_bits, same->tag.covariance.trace())) {
+    } else if (MoreExact(tag, same->tag)) {
       *same = *found;
     }
   }
@@ -230,11 +235,11 @@ std::optional<TagDetector::FoundTag> TagDetector::TagAtAnyLevel(const image::Lum
     const auto reduced_lens = lens != nullptr ? std::optional(level->LensOf(*lens)) : std::nullopt;
     attempt = TagAt(view, reach, reduced, reduced_lens ? &*reduced_lens : nullptr);
     if (attempt.found) {
-      found = attempt.found;
-      for (auto& corner : found->tag.corners_px) {
+      for (auto& corner : attempt.found->tag.corners_px) {
         corner = level->ImagePixel(corner.x(), corner.y());
       }
-      found->tag.covariance *= level->shrink * level->shrink;
+      attempt.found->tag.covariance *= level->shrink * level->shrink;
+      if (!found || MoreExact(attempt.found->tag, found->tag)) found = attempt.found;
     }
     if (k == coarser_.size()) break;
     if (coarser_[k].width == 0) MakeCoarser(*level, coarser_[k]);

@@ -41,9 +41,8 @@ struct SeenTags {
 
 /// Also reads tags with a border of two cells, as calibration boards of Kalibr have (and OpenCV's
 /// with borderBits = 2), of families in which random cells seldom match; the side of a tag is that
-/// of its black square in any case. Pipeline: dark
-/// regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its buffers; use one
-/// detector per thread.
+/// of its black square in any case. Pipeline: dark regions and edge segments -> quadrilaterals ->
+/// edges -> cells -> refined corners. Reuses its buffers; use one detector per thread.
 class TagDetector {
  public:
   TagDetector(target::TagFamily family, const DetectorSettings& settings);
@@ -66,7 +65,7 @@ class TagDetector {
   struct Decoded;
   struct FoundTag {
     SeenTag tag;
-    bool exact = false;  ///< its corners are refined
+    bool exact = false;  ///< its corners are refined, and no part of its border is hidden
   };
   struct Attempt {
     std::optional<FoundTag> found = {};
