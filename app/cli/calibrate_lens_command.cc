@@ -3,6 +3,7 @@
 #include <fnmatch.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -99,6 +100,23 @@ BoardFrames DetectBoards(const std::string& folder, const std::vector<std::strin
     }
   }
   return frames;
+}
+
+/// Notes that the images after the last one used say nothing of the lens: a zoom there would not
+/// show.
+void NoteUnseenEnd(const std::vector<std::string>& names, const BoardFrames& frames,
+                   vision::LensCalibration& calibration) {
+  const auto last = std::ranges::find_if(names.rbegin(), names.rend(), [&](const auto& name) {
+    return std::ranges::any_of(frames.views,
+                               [&](const vision::BoardView& view) { return view.name == name; });
+  });
+  const auto unseen = last - names.rbegin();
+  if (unseen == 0 || last == names.rend()) return;
+  calibration.notes.push_back(fmt::format(
+      "the last {} (from {}) {} no whole board: this is the lens at {}, and a zoom after "
+      "that would not show",
+      unseen == 1 ? "image" : fmt::format("{} images", unseen), *(last - 1),
+      unseen == 1 ? "shows" : "show", *last));
 }
 
 /// Hint if most images show a complete chessboard of another size than requested; else empty.
@@ -299,6 +317,7 @@ int Run(const CalibrateLensOptions& options) {
     const std::string hint = OtherBoardHint(options.images, *names, board);
     if (!hint.empty()) calibration.reasons.insert(calibration.reasons.begin(), hint);
   }
+  if (calibration.accepted) NoteUnseenEnd(*names, frames, calibration);
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
   if (!interruption.Disarm()) return Interrupted();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,6 +23,7 @@ namespace plumbline::vision {
 namespace {
 
 constexpr double kMostUseful = 1.0 / 400;  // largest uncertainty, share of the image's width
+constexpr double kCertainChange = 1e-4;    // probability that it is chance
 constexpr double kMinCoverage = 0.35;
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
 constexpr double kMostlyNoise = 0.7;        // noise in the residuals
@@ -69,15 +71,21 @@ struct Advice {
   bool more_views = false;  ///< further views help
 };
 
+/// What the images themselves show to make the lens uncertain, if it is most of that: a field that
+/// is fixed in them, or pixels that are not square.
+std::optional<Advice> ShownAdvice(const LensVerdict& verdict) {
+  const double most_px = kMinShareOfNoise * verdict.result.everywhere_px;
+  if (verdict.parts.field_px[0] > most_px) return Advice{FieldAdvice(verdict.parts.field_px[0])};
+  if (verdict.oblong_px > most_px) return Advice{AspectAdvice(verdict.result.lens)};
+  return std::nullopt;
+}
+
 Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
                 const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
                 const LensVerdict& verdict) {
+  if (const auto shown = ShownAdvice(verdict)) return *shown;
   if (!verdict.decisive.empty()) return {UnprovedAdvice(verdict.decisive, options.declared), true};
   const LensCalibration& result = verdict.result;
-  if (verdict.parts.field_px[0] > kMinShareOfNoise * result.everywhere_px)
-    return {FieldAdvice(verdict.parts.field_px[0]), false};
-  if (verdict.oblong_px > kMinShareOfNoise * result.everywhere_px)
-    return {AspectAdvice(result.lens), false};
   // More views help only if the noise alone makes the lens uncertain.
   const auto& [fit, consistency] = fitted;
   const double by_noise_px = ProjectionUncertaintyOf(result.lens, CovarianceByNoise(fitted),
@@ -116,7 +124,7 @@ void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> view
 std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiagnosis& diagnosis,
                                    const ConsistentFit& fitted,
                                    const target::DeclaredFacts& declared, double shared) {
-  if (verdict.acceptable()) return {};
+  if (verdict.acceptable() || (!verdict.displaced && ShownAdvice(verdict))) return {};
   if (verdict.displaced || !diagnosis.findings.empty())
     return {FindingsReason(diagnosis, verdict.parts, declared)};
   // A change that explains little of the residuals is not their cause.
@@ -136,7 +144,8 @@ void AddReasonsBeside(const ConsistentFit& fitted, std::span<const BoardView> ke
                       const std::vector<UnprovedEffect>& decisive,
                       const CalibrationOptions& options, const LensVerdict& verdict,
                       LensCalibration& result) {
-  if (std::isfinite(verdict.least_px) && verdict.least_px > options.acceptable_px)
+  if (verdict.least_px > options.acceptable_px &&
+      verdict.least_px <= kMostUseful * result.size.width)
     result.reasons.push_back(LeastUncertaintyReason(verdict.least_px, options.acceptable_px));
   if (!decisive.empty()) {
     result.reasons.push_back("estimated together with the lens, this would be acceptable, but " +
@@ -163,7 +172,8 @@ void JudgeCertainty(const ConsistentFit& fitted, std::span<const BoardView> kept
         kept.back().name));
   }
   // A change that is small enough is within the stated uncertainty, but not hidden.
-  if (!verdict.change.empty()) result.notes.push_back(verdict.change);
+  if (verdict.change_p_value < kCertainChange && diagnosis.findings.empty())
+    result.notes.push_back(verdict.change);
   const Advice advice = AdviceOn(fitted, kept, diagnosis, options, verdict);
   JudgeViews(kept, views, advice, options, result);
   result.further_views_help = !result.reasons.empty();

@@ -223,8 +223,7 @@ std::string UnexplainedWords(const ResidualParts& parts) {
   if (std::pow(all[0].px, 2) < kDominates * std::pow(smooth_px, 2)) {
     words = fmt::format(
         "one lens and one flat board do not explain the frames, and the cause is not clear: {}, "
-        "and "
-        "of {:.2g} px {}",
+        "and of {:.2g} px {}",
         words, all[1].px, all[1].words);
   }
   return words + "; " + all[0].remedy;
@@ -241,9 +240,8 @@ std::string FieldAdvice(double field_px) {
 std::string AspectAdvice(const lens::Lens& lens) {
   return fmt::format(
       "fy / fx is {:.4f}, as if the pixels were not square; if they are, the board moved while the "
-      "rows of the image were read out (rolling shutter), or its print is stretched: rest the "
-      "board "
-      "for each frame, and turn it by 90 degrees for some; if they are not, declare it "
+      "rows of the image were read out (rolling shutter), or its print is stretched: rest "
+      "the board for each frame, and turn it by 90 degrees for some; if they are not, declare it "
       "(--oblong-pixels, or oblong_pixels in [camera])",
       lens.fy / lens.fx);
 }

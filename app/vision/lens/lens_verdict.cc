@@ -120,6 +120,8 @@ void TestResiduals(const LensFit& fit, const ViewConsistency& consistency,
     verdict.shown_px[k] = std::hypot(verdict.shown_px[k], change_px[k], oblong_px[k]);
   verdict.head_on = test.last_view_focal_sd >
                     std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
+  for (const CaptureChange& change : test.changes)
+    verdict.change_p_value = std::min(verdict.change_p_value, change.p_value);
   verdict.change = ChangeReason(test, fit, views, board, declared);
 }
 

@@ -22,6 +22,7 @@ struct LensVerdict {
   /// Because of these it is not certain enough; see DecisiveEffects().
   std::vector<UnprovedEffect> decisive;
   std::string change;  ///< see ChangeReason()
+  double change_p_value = 1;
   ResidualParts parts;
   /// Errors that the capture shows and the covariance does not contain: the field fixed in the
   /// image, the effect of a change, and pixels that are not square [px].

@@ -17,7 +17,8 @@ namespace plumbline::vision {
 /// of one board point; their mean product is the variance of that part, whatever v is. The
 /// remainder of the variance beyond the detector's noise differs from view to view. Whether the
 /// image has a part at all is decided by random signs of the views, which keep what residuals of
-/// one view share.
+/// one view share. The points of a board that hardly moves stay in the same cells: errors of its
+/// print then pass for a part of the image as well.
 struct ResidualParts {
   double noise_px = 0;  ///< of the detector, see ViewConsistency
   double image_px = 0;  ///< fixed in the image: a drop, a windscreen, distortion the model lacks
