@@ -83,8 +83,8 @@ std::optional<Advice> ShownAdvice(const LensVerdict& verdict) {
 Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
                 const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
                 const LensVerdict& verdict) {
-  if (const auto shown = ShownAdvice(verdict)) return *shown;
   if (!verdict.decisive.empty()) return {UnprovedAdvice(verdict.decisive, options.declared), true};
+  if (const auto shown = ShownAdvice(verdict)) return *shown;
   const LensCalibration& result = verdict.result;
   // More views help only if the noise alone makes the lens uncertain.
   const auto& [fit, consistency] = fitted;
@@ -124,7 +124,10 @@ void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> view
 std::vector<std::string> ReasonsOf(const LensVerdict& verdict, const CaptureDiagnosis& diagnosis,
                                    const ConsistentFit& fitted,
                                    const target::DeclaredFacts& declared, double shared) {
-  if (verdict.acceptable() || (!verdict.displaced && ShownAdvice(verdict))) return {};
+  if (verdict.acceptable()) return {};
+  // Where no finding explains most, what the images themselves show goes first.
+  const bool explained = !diagnosis.findings.empty() && !diagnosis.explains_little;
+  if (!verdict.displaced && !explained && ShownAdvice(verdict)) return {};
   if (verdict.displaced || !diagnosis.findings.empty())
     return {FindingsReason(diagnosis, verdict.parts, declared)};
   // A change that explains little of the residuals is not their cause.
