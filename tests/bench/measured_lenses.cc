@@ -248,7 +248,13 @@ void MeasuredLenses() {
     }
     fmt::print("    RMS {:.3f} px, standard deviation at most {:.2f} px, accepted from {}\n",
                c.rms_px, c.uncertainty.max_px, AcceptedFrom(capture));
-    fmt::print("    halves {}\n", HalvesOf(capture, c));
+    vision::CalibrationOptions least;
+    least.accept_least = true;
+    const vision::LensCalibration proved =
+        vision::CalibrateLens(capture.board, capture.views, capture.size, least);
+    fmt::print("    without a limit {}, within {:.2f} px; halves {}\n",
+               proved.accepted ? "accepted" : "REFUSED", proved.uncertainty.max_px,
+               HalvesOf(capture, proved));
     const double reference_px = HeldOut(capture, OpenCv(0));
     for (const auto& [name, solver] : peers) {
       if (std::string(name) == "mrcal" && !HasMrcal()) {

@@ -56,11 +56,11 @@ constexpr double kUsualAspect = 1.5e-3;  // of fy / fx from 1
 constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
+constexpr double kMinExplained = 0.9;    // .. unless it explains this share of the sum of squares
 constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
 constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
-constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
-constexpr double kNoisyShare = 1.5;    // variance of the residuals, in units of the noise
+constexpr double kNoisyShare = 1.5;         // variance of the residuals, in units of the noise
 constexpr double kMinNamed = 0.75;  // of the variance beyond the noise that a named cause explains
 
 /// One fitted explanation.
