@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "app/cell/view_link/view_publisher.h"
-#include "app/plant/change_detector.h"
-#include "app/plant/queue.h"
+#include "app/plant/publish/change_detector.h"
+#include "app/plant/publish/queue.h"
 #include "drivers/clock.h"
 #include "firmware-like/snapshot.h"
 #include "tests/bench/rows.h"

@@ -25,7 +25,7 @@
 #include "app/cell/model_store/usable_model.h"
 #include "app/cell/view_link/view_client.h"
 #include "app/cli/doctor/robot_reading.h"
-#include "app/plant/broker_link.h"
+#include "app/plant/broker/broker_link.h"
 #include "drivers/clock.h"
 #include "drivers/display/registry.h"
 #include "drivers/files/package_paths.h"

@@ -3,7 +3,7 @@
 #include <csignal>
 
 #include "app/base/terminal/help_formatter.h"
-#include "app/plant/run_fleet.h"
+#include "app/plant/publish/run_fleet.h"
 #include "app/version.h"
 
 int main(int argc, char** argv) {

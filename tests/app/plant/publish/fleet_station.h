@@ -12,7 +12,7 @@
 #include "app/cell/view_link/view_publisher.h"
 #include "drivers/clock.h"
 #include "tests/app/cell/daemon/demo_config.h"
-#include "tests/app/plant/broker_process.h"
+#include "tests/app/plant/broker/broker_process.h"
 #include "tests/firmware-like/test_cell.h"
 
 namespace plumbline::test {

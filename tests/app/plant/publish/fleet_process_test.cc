@@ -1,9 +1,9 @@
 // plumbline-fleet against Debian's mosquitto, with both killed in turn.
 #include <set>
 
-#include "app/plant/queue.h"
-#include "tests/app/plant/fleet_station.h"
-#include "tests/app/plant/historian.h"
+#include "app/plant/publish/queue.h"
+#include "tests/app/plant/publish/fleet_station.h"
+#include "tests/app/plant/publish/historian.h"
 
 namespace plumbline::fleet_process_test {
 

@@ -1,10 +1,10 @@
 // plumbline-fleet and a broker that attacks it: memory stays bounded, and it is logged once.
-#include "tests/app/plant/hostile_broker.h"
+#include "tests/app/plant/broker/hostile_broker.h"
 
 #include <cstdlib>
 #include <fstream>
 
-#include "tests/app/plant/fleet_station.h"
+#include "tests/app/plant/publish/fleet_station.h"
 
 namespace plumbline::hostile_broker_test {
 

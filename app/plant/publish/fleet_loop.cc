@@ -1,4 +1,4 @@
-#include "app/plant/fleet_loop.h"
+#include "app/plant/publish/fleet_loop.h"
 
 #include <fmt/format.h>
 

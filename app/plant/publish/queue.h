@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/base/sqlite/database.h"
-#include "app/plant/message.h"
+#include "app/plant/publish/message.h"
 
 namespace plumbline::plant {
 

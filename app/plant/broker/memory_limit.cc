@@ -1,4 +1,4 @@
-#include "app/plant/memory_limit.h"
+#include "app/plant/broker/memory_limit.h"
 
 #include <cstdlib>
 #include <fstream>

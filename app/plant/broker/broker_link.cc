@@ -1,4 +1,4 @@
-#include "app/plant/broker_link.h"
+#include "app/plant/broker/broker_link.h"
 
 #include <fmt/format.h>
 #include <mosquitto.h>
@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "app/base/service/utc_clock.h"
-#include "app/plant/memory_limit.h"
+#include "app/plant/broker/memory_limit.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/files/text_file.h"

@@ -1,4 +1,4 @@
-#include "app/plant/run_fleet.h"
+#include "app/plant/publish/run_fleet.h"
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -13,8 +13,8 @@
 #include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"
-#include "app/plant/fleet_loop.h"
-#include "app/plant/memory_limit.h"
+#include "app/plant/broker/memory_limit.h"
+#include "app/plant/publish/fleet_loop.h"
 #include "app/version.h"
 #include "drivers/clock.h"
 #include "drivers/files/open_failure.h"

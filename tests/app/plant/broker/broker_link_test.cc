@@ -1,10 +1,10 @@
-#include "app/plant/broker_link.h"
+#include "app/plant/broker/broker_link.h"
 
 #include <ctime>
 #include <filesystem>
 #include <tuple>
 
-#include "tests/app/plant/silent_broker.h"
+#include "tests/app/plant/broker/silent_broker.h"
 
 namespace plumbline::broker_link_test {
 

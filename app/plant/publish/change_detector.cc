@@ -1,4 +1,4 @@
-#include "app/plant/change_detector.h"
+#include "app/plant/publish/change_detector.h"
 
 #include <fmt/format.h>
 

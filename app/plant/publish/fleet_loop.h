@@ -8,10 +8,10 @@
 
 #include "app/base/config/daemon_config.h"
 #include "app/cell/view_link/view_client.h"
-#include "app/plant/broker_link.h"
-#include "app/plant/change_detector.h"
-#include "app/plant/probe_tail.h"
-#include "app/plant/queue.h"
+#include "app/plant/broker/broker_link.h"
+#include "app/plant/publish/change_detector.h"
+#include "app/plant/publish/probe_tail.h"
+#include "app/plant/publish/queue.h"
 
 namespace plumbline::plant {
 

@@ -1,4 +1,4 @@
-#include "app/plant/queue.h"
+#include "app/plant/publish/queue.h"
 
 #include <sqlite3.h>
 

@@ -1,4 +1,4 @@
-#include "app/plant/probe_tail.h"
+#include "app/plant/publish/probe_tail.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

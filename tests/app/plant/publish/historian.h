@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/base/text/json_text.h"
-#include "tests/app/plant/broker_process.h"
+#include "tests/app/plant/broker/broker_process.h"
 
 namespace plumbline::test {
 

@@ -9,9 +9,9 @@
 
 #include "app/base/config/mqtt_config.h"
 #include "app/cell/view_link/view_state.h"
-#include "app/plant/message.h"
-#include "app/plant/probe_tail.h"
-#include "app/plant/queue.h"
+#include "app/plant/publish/message.h"
+#include "app/plant/publish/probe_tail.h"
+#include "app/plant/publish/queue.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/model/cell_model.h"
 
