@@ -1,0 +1,28 @@
+// plumbline-plant: questions to the plant's database, and work over many machines. Started by
+// `plumbline plant`.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <iostream>
+
+#include "app/base/terminal/help_formatter.h"
+#include "app/base/terminal/terminal_output.h"
+#include "app/plant/commands/plant_commands.h"
+#include "app/version.h"
+
+int main(int argc, char** argv) {
+  using namespace plumbline;
+  std::signal(SIGPIPE, SIG_IGN);
+  const terminal::TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
+  CLI::App app("Many cells: their database, reports and shared knowledge", "plumbline plant");
+  app.formatter(terminal::HelpFormatter());
+  app.set_version_flag("--version", kVersionAndBuild);
+  app.require_subcommand(1);
+  int exit_code = plant::kExitOk;
+  plant::AddInitCommand(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? plant::kExitOk : plant::kExitUsage;
+  }
+  return exit_code;
+}

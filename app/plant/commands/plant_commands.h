@@ -1,0 +1,31 @@
+// Commands of plumbline-plant, each added to the command line parser.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "app/plant/database/connection.h"
+
+namespace plumbline::plant {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFault =
+    1;  ///< unreadable input or database, or a finding that needs a person
+inline constexpr int kExitUsage = 2;  ///< wrong arguments, unwritable output
+
+/// Options of every command that uses the database.
+struct DatabaseOptions {
+  std::string config;      ///< plant.toml; empty: the default file if it exists
+  std::string connection;  ///< libpq connection string; empty: that of the configuration
+};
+
+/// Adds --config and --database.
+void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options);
+
+/// Connects, and checks the schema unless `any_schema`. Prints the reason on failure.
+std::optional<Connection> OpenDatabase(const DatabaseOptions& options, bool any_schema = false);
+
+void AddInitCommand(CLI::App& app, int& exit_code);
+
+}  // namespace plumbline::plant
