@@ -9,10 +9,10 @@ namespace plumbline::log {
 
 std::span<const EventEntry> EventCatalogue() {
   static const std::vector<EventEntry> entries = [] {
-    const auto daemon = DaemonEvents(), camera = CameraEvents(), fleet = FleetEvents();
-    std::vector<EventEntry> all(daemon.begin(), daemon.end());
-    all.insert(all.end(), camera.begin(), camera.end());
-    all.insert(all.end(), fleet.begin(), fleet.end());
+    std::vector<EventEntry> all;
+    for (const auto part : {DaemonEvents(), CameraEvents(), FleetEvents(), CollectEvents()}) {
+      all.insert(all.end(), part.begin(), part.end());
+    }
     return all;
   }();
   return entries;

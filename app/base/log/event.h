@@ -162,6 +162,15 @@ enum class Event : std::uint8_t {
   kFleetJournal,
   kFleetFeedLost,
   kFleetFeedBack,
+  // collect
+  kCollectStarted,
+  kCollectNotStarted,
+  kCollectBrokerUp,
+  kCollectBrokerLost,
+  kCollectDatabaseUp,
+  kCollectDatabaseLost,
+  kCollectDeadLetters,
+  kCollectRefused,
   kCount
 };
 

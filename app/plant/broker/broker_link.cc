@@ -17,6 +17,7 @@
 
 #include "app/base/service/utc_clock.h"
 #include "app/plant/broker/memory_limit.h"
+#include "app/plant/broker/mosquitto_library.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/files/text_file.h"
@@ -26,15 +27,8 @@
 namespace plumbline::plant {
 namespace {
 
-constexpr int kQos = 1;
 constexpr unsigned kMaxInFlight = 100;
 constexpr auto kEndTimeout = std::chrono::seconds(2);
-
-/// Initialises libmosquitto once for the process.
-void OpenLibrary() {
-  static const int opened = mosquitto_lib_init();
-  static_cast<void>(opened);
-}
 
 Result<std::string> PasswordOf(const config::MqttConfig& config) {
   if (config.password_file.empty()) return std::string();

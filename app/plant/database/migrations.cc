@@ -19,6 +19,7 @@ CREATE TABLE cell (
   version text,          -- of Plumbline
   birth bigint, death bigint,  -- bdSeq of the newest NBIRTH and NDEATH: UTC [ms] of the connection
   clean_shutdown boolean,
+  waiting bigint,        -- messages queued at the cell at its newest NBIRTH
   first_received timestamptz NOT NULL DEFAULT now(), last_received timestamptz,
   state_utc timestamptz, state jsonb,  -- the newest NDATA
   health smallint,                     -- its `health`, see CellHealth

@@ -1,0 +1,199 @@
+#include "app/plant/collect/collect_loop.h"
+
+#include <fmt/format.h>
+
+#include "app/base/log/log.h"
+#include "app/base/service/utc_clock.h"
+#include "app/plant/database/schema.h"
+#include "drivers/clock.h"
+#include "drivers/files/text_file.h"
+
+namespace plumbline::plant {
+namespace {
+
+constexpr double kBatch_s = 0.2;  ///< a message waits at most this long for others
+constexpr int kWait_ms = 50;
+constexpr double kDropPeriod_s = 6 * 3600;
+constexpr double kFindingsPeriod_s = 60;
+
+}  // namespace
+
+StoreCounts CollectLoop::Counts() const {
+  StoreCounts sum = before_;
+  if (store_ == nullptr) return sum;
+  const StoreCounts& now = store_->counts();
+  sum.stored += now.stored;
+  sum.repeated += now.repeated;
+  sum.dead_letters += now.dead_letters;
+  sum.refused += now.refused;
+  return sum;
+}
+
+SubscriberSettings CollectLoop::BrokerAccess(std::string& problem) const {
+  const BrokerSettings& broker = config_.broker;
+  SubscriberSettings settings;
+  settings.host = broker.host;
+  settings.port = broker.port;
+  settings.tls_ca = broker.tls_ca;
+  settings.username = broker.username;
+  settings.client_id = "plumbline-collect-" + config_.collect.name;
+  settings.topic = config_.collect.share.empty()
+                       ? "plumblineV1/+/+/+"
+                       : fmt::format("$share/{}/plumblineV1/+/+/+", config_.collect.share);
+  if (broker.password_file.empty()) return settings;
+  const auto text = files::ReadTextFile(broker.password_file);
+  if (text) {
+    settings.password = text->substr(0, text->find_first_of("\r\n"));
+  } else {
+    problem = fmt::format("{}: {}", broker.password_file, text.error());
+  }
+  return settings;
+}
+
+void CollectLoop::LogDatabaseLost(const std::string& why) {
+  if (why == database_problem_) return;
+  database_problem_ = why;
+  log::Log({log::Event::kCollectDatabaseLost,
+            fmt::format("database: {}; messages stay at the broker meanwhile", why)});
+}
+
+void CollectLoop::LogBrokerLost(const std::string& why) {
+  if (why == broker_problem_) return;
+  broker_problem_ = why;
+  broker_logged_ = false;
+  log::Log({log::Event::kCollectBrokerLost,
+            fmt::format("broker {}:{}: {}", config_.broker.host, config_.broker.port, why)});
+}
+
+void CollectLoop::ConnectDatabase(double now_s) {
+  if (!database_pause_.Due(now_s)) return;
+  auto connection = Connection::Open(config_.database.connection, "plumbline-collect");
+  Result<void> usable =
+      connection ? RequireSchema(connection.value()) : Result<void>(connection.failure());
+  if (!usable) {
+    LogDatabaseLost(usable.error());
+    database_pause_.Failed(MonotonicSeconds(), 0);
+    return;
+  }
+  store_ = std::make_unique<MessageStore>(std::move(connection).value(), config_.collect);
+  database_problem_.clear();
+  database_pause_.Well();
+  log::Log({log::Event::kCollectDatabaseUp, "database connected"});
+}
+
+void CollectLoop::ConnectBroker(double now_s) {
+  if (!broker_pause_.Due(now_s)) return;
+  std::string problem;
+  const SubscriberSettings settings = BrokerAccess(problem);
+  if (problem.empty()) {
+    auto subscriber = Subscriber::Connect(settings);
+    if (subscriber) {
+      subscriber_ = std::move(subscriber).value();
+      batch_.clear();
+      return;
+    }
+    problem = subscriber.error();
+  }
+  LogBrokerLost(problem);
+  broker_pause_.Failed(MonotonicSeconds(), 0);
+}
+
+void CollectLoop::WriteBatch() {
+  const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds());
+  if (written) {
+    batch_.clear();
+    if (const auto sent = subscriber_->Acknowledge(); !sent) {
+      LogBrokerLost(sent.error());
+      subscriber_.reset();
+    }
+    return;
+  }
+  LogDatabaseLost(written.error());
+  before_ = Counts();
+  subscriber_.reset();
+  store_.reset();
+  batch_.clear();
+  database_pause_.Failed(MonotonicSeconds(), 0);
+}
+
+void CollectLoop::Collect() {
+  const std::size_t before = batch_.size();
+  Result<void> read = subscriber_->Read(kWait_ms, kBatch, batch_);
+  if (batch_.empty()) {
+    if (read) read = subscriber_->Acknowledge();  // the subscription, and pings
+  } else {
+    const double now_s = MonotonicSeconds();
+    if (before == 0) begun_s_ = now_s;
+    // At the end of a connection, what was read is worth storing: its repetition is discarded.
+    if (batch_.size() >= kBatch || now_s - begun_s_ > kBatch_s || !read) {
+      WriteBatch();
+      if (subscriber_ == nullptr) return;
+    }
+  }
+  if (!read) {
+    LogBrokerLost(read.error());
+    subscriber_.reset();
+    batch_.clear();
+    broker_pause_.Failed(MonotonicSeconds(), 0);
+    return;
+  }
+  if (!subscriber_->subscribed() || broker_logged_) return;
+  broker_logged_ = true;
+  broker_problem_.clear();
+  broker_pause_.Well();
+  log::Log({log::Event::kCollectBrokerUp,
+            fmt::format("broker {}:{} connected; {}", config_.broker.host, config_.broker.port,
+                        subscriber_->session_kept()
+                            ? "it has kept this collector's messages"
+                            : "it had kept nothing for this collector: messages published before "
+                              "now arrive only if the cells repeat them")});
+}
+
+void CollectLoop::LogFindings() {
+  const StoreCounts now = Counts();
+  if (now.dead_letters > reported_.dead_letters) {
+    log::Log({log::Event::kCollectDeadLetters,
+              fmt::format("{} messages could not be read; they are in the table dead_letter, with "
+                          "the reason. `plumbline plant status` groups them",
+                          now.dead_letters - reported_.dead_letters)});
+  }
+  if (now.refused > reported_.refused) {
+    log::Log({log::Event::kCollectRefused,
+              fmt::format("{} messages were refused because their cells sent too many; `plumbline "
+                          "plant status` names the cells",
+                          now.refused - reported_.refused)});
+  }
+  reported_ = now;
+}
+
+void CollectLoop::RunOnce() {
+  const double now_s = MonotonicSeconds();
+  if (store_ == nullptr) ConnectDatabase(now_s);
+  if (store_ == nullptr) return SleepSeconds(1e-3 * kWait_ms);
+  if (subscriber_ == nullptr) ConnectBroker(now_s);
+  if (subscriber_ == nullptr) return SleepSeconds(1e-3 * kWait_ms);
+  Collect();
+  if (now_s - findings_s_ > kFindingsPeriod_s) {
+    findings_s_ = now_s;
+    LogFindings();
+  }
+  if (store_ != nullptr && batch_.empty() && now_s - dropped_s_ > kDropPeriod_s) {
+    dropped_s_ = now_s;
+    if (const auto dropped = store_->DropOld(); !dropped) LogDatabaseLost(dropped.error());
+  }
+}
+
+std::string CollectLoop::Status() const {
+  const StoreCounts now = Counts();
+  const std::string database = store_ != nullptr           ? "database connected"
+                               : database_problem_.empty() ? "database not connected yet"
+                                                           : "database: " + database_problem_;
+  const std::string broker = subscriber_ != nullptr && subscriber_->subscribed()
+                                 ? "broker connected"
+                             : broker_problem_.empty() ? "broker not connected"
+                                                       : "broker: " + broker_problem_;
+  return fmt::format("{}; {}; {} messages stored, {} repeated, {} unreadable, {} refused", broker,
+                     database, now.stored, now.repeated, now.dead_letters, now.refused);
+}
+
+}  // namespace plumbline::plant

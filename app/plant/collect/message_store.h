@@ -1,0 +1,77 @@
+// Writer of received messages into the plant's tables, a batch in one transaction.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/plant/broker/subscriber.h"
+#include "app/plant/collect/admission.h"
+#include "app/plant/collect/message_decoder.h"
+#include "app/plant/collect/stream_ledger.h"
+#include "app/plant/database/connection.h"
+#include "app/plant/database/plant_config.h"
+
+namespace plumbline::plant {
+
+/// Counts since the start, for the status line.
+struct StoreCounts {
+  std::int64_t stored = 0;        ///< messages
+  std::int64_t repeated = 0;      ///< discarded, because they had arrived before
+  std::int64_t dead_letters = 0;  ///< unreadable
+  std::int64_t refused = 0;       ///< more than a cell may send
+};
+
+/// Decodes messages and writes them. Every message ends in a table: its own, `dead_letter` with the
+/// reason, or counted in `refused`; or it is a repetition. Several stores may write at once.
+class MessageStore {
+ public:
+  MessageStore(Connection connection, const CollectSettings& settings);
+
+  /// Writes all messages, or none on error. Messages that the database does not accept are found by
+  /// halving the batch, and become dead letters, so that none blocks the others.
+  /// @param now_s  UTC
+  /// @return       an error of the connection or of the database's set-up: open another later
+  Result<void> Write(std::span<const Received> messages, double now_s);
+  /// Drops what is older than the retention.
+  Result<void> DropOld();
+
+  const StoreCounts& counts() const { return counts_; }
+  bool alive() const { return connection_.alive(); }
+
+ private:
+  struct Decoded {
+    const Received* received = nullptr;
+    int cell = 0;
+    PlantMessage message;
+    std::string reason;  ///< not empty: a dead letter
+    bool repeated = false;
+  };
+  struct Batch;
+
+  Result<void> WriteDecoded(std::span<Decoded*> messages, double now_s);
+  Result<void> WriteOnce(std::span<Decoded*> messages, double now_s);
+  Result<int> CellOf(const TopicParts& topic);
+  Result<void> LockCells(const Batch& batch);
+  Result<std::map<std::pair<int, std::int64_t>, StreamLedger>> ReadLedgers(const Batch& batch);
+  Result<void> EnsureMonths(const Batch& batch);
+  Result<void> CopyRows(const Batch& batch);
+  Result<void> WriteLedgers(const Batch& batch);
+  Result<void> WriteCells(const Batch& batch, double now_s);
+  Result<void> WriteSums(const Batch& batch);
+  Result<void> WriteDeadLetters(Batch& batch);
+  Result<void> WriteRefused();
+
+  Connection connection_;
+  const CollectSettings settings_;
+  Admission admission_;
+  std::map<std::string, int> cells_;  ///< by LINE/NODE
+  std::set<std::int64_t> months_;     ///< whose partitions exist: years * 12 + month
+  std::map<std::tuple<int, std::int64_t, std::string>, std::int64_t> refused_;  ///< by cell, minute
+  StoreCounts counts_;
+};
+
+}  // namespace plumbline::plant

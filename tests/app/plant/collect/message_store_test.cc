@@ -1,0 +1,191 @@
+#include "app/plant/collect/message_store.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+#include <thread>
+
+#include "tests/app/plant/collect/plant_messages.h"
+#include "tests/app/plant/database/postgres_process.h"
+
+namespace plumbline::plant::message_store_test {
+
+constexpr double kNow_s = 1'795'260'031;
+constexpr std::int64_t kNow_ms = 1'795'260'031'000;
+
+std::string Answer(Connection& database, const char* question) {
+  const auto rows = database.Run(question);
+  INFO(question);
+  INFO((rows ? "" : rows.error()));
+  REQUIRE(rows.ok());
+  std::string text;
+  for (int i = 0; i < rows->size(); ++i) {
+    if (i > 0) text += ";";
+    text += rows->Text(i, 0);
+  }
+  return text;
+}
+
+TEST_CASE("what cells publish arrives once, in any order, from several collectors") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  REQUIRE(database.RunScript("CREATE ROLE c LOGIN IN ROLE plumbline_collector").ok());
+  constexpr int kMessages = 2000;
+  std::vector<Received> messages;
+  for (const char* node : {"cell-1", "cell-2", "cell-3"}) {
+    test::PublishingCell cell;
+    cell.node = node;
+    for (int seq = 1; seq <= kMessages; ++seq) {
+      if (seq == 700 || (seq >= 900 && seq < 910)) continue;  // lost
+      // Over two months, and more than a day each.
+      const std::int64_t utc_ms = kNow_ms - 40 * 86'400'000LL + 1'500'000LL * seq;
+      messages.push_back(seq % 10 == 0   ? cell.State(seq, utc_ms)
+                         : seq % 50 == 1 ? cell.Alarm(seq, utc_ms)
+                                         : cell.Probe(seq, utc_ms));
+    }
+  }
+  const auto deliver = [&](unsigned seed) {
+    MessageStore store(server.Connect("c"), {});
+    std::vector<Received> mine = messages;
+    std::shuffle(mine.begin(), mine.end(), std::mt19937(seed));
+    for (std::size_t from = 0; from < mine.size(); from += 500) {
+      const std::size_t count = std::min<std::size_t>(500, mine.size() - from);
+      const auto written = store.Write(std::span(mine).subspan(from, count), kNow_s);
+      if (!written) throw std::runtime_error(written.error());
+    }
+    return store.counts();
+  };
+  StoreCounts other;
+  std::thread second([&] { other = deliver(2); });
+  const StoreCounts counts = deliver(1);
+  second.join();
+  CHECK(counts.stored + other.stored == static_cast<std::int64_t>(messages.size()));
+  CHECK(counts.repeated + other.repeated == static_cast<std::int64_t>(messages.size()));
+
+  CHECK(Answer(database, "SELECT count(*) FROM probe") ==
+        std::to_string(3 * (2000 - 200 - 40 - 8)));
+  CHECK(Answer(database, "SELECT count(*) FROM alarm") == std::to_string(3 * 39));
+  CHECK(Answer(database, "SELECT first_seq || '-' || last_seq FROM gap ORDER BY cell, first_seq") ==
+        "700-700;900-909;700-700;900-909;700-700;900-909");
+  CHECK(Answer(database, "SELECT first_seq || ' ' || next_seq FROM stream") ==
+        "1 2001;1 2001;1 2001");
+  CHECK(Answer(database, "SELECT sum(probes)::bigint FROM cell_day") ==
+        Answer(database, "SELECT count(*) FROM probe"));
+  CHECK(Answer(database, "SELECT sum(states) FROM cell_day") == std::to_string(3 * 198));
+  CHECK(Answer(database, "SELECT count(DISTINCT state_utc) FROM cell") == "1");
+  CHECK(Answer(database, "SELECT missing FROM cell_now ORDER BY cell") == "11;11;11");
+}
+
+TEST_CASE("what cannot be stored is a dead letter and does not hold up the rest") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  MessageStore store(server.Connect(), {});
+  const test::PublishingCell cell;
+  std::vector<Received> messages;
+  for (int seq = 1; seq <= 100; ++seq) messages.push_back(cell.Probe(seq, kNow_ms + seq));
+  messages[10].payload = messages[10].payload.substr(0, 100);  // torn; its number is known
+  messages[20].payload = "\x01\x02";                           // not a message at all
+  messages[30].topic = "elsewhere";
+  messages[40] = cell.Probe(41, kNow_ms + 10 * 86'400'000LL);  // a clock in the future
+  // Readable, but no integer of a row holds it.
+  messages[50].payload.replace(messages[50].payload.find("\"model\":3"), 9, "\"model\":3000000000");
+  const auto at = messages[60].payload.find("\"source\":\"plc\"");
+  messages[60].payload.replace(at, 14, "\"source\":\"\xff\xfe\"");  // not UTF-8
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(store.counts().dead_letters == 6);
+  CHECK(Answer(database, "SELECT count(*) FROM probe") == "94");
+  CHECK(Answer(database, "SELECT count(*) FROM dead_letter WHERE reason <> ''") == "6");
+  // The numbers that could be read are not missing; the others are.
+  CHECK(Answer(database, "SELECT first_seq FROM gap ORDER BY 1") == "21;31");
+  // Their repetition adds nothing but what has no number.
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(Answer(database, "SELECT count(*) FROM probe") == "94");
+  CHECK(Answer(database, "SELECT count(*) FROM dead_letter") == "8");
+  // A row that is there although the ledger does not know of it.
+  REQUIRE(database.RunScript("DELETE FROM gap; DELETE FROM stream").ok());
+  REQUIRE(store.Write(std::span(messages).first(5), kNow_s).ok());
+  CHECK(Answer(database, "SELECT count(*) FROM probe") == "94");
+}
+
+TEST_CASE("a cell that sends too much is refused, named, and costs the others nothing") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  MessageStore store(server.Connect(), {});
+  test::PublishingCell flood, good;
+  flood.node = "flood";
+  std::vector<Received> messages;
+  for (int seq = 1; seq <= 20'000; ++seq) {
+    messages.push_back(flood.Probe(seq, kNow_ms));
+    if (seq % 1000 == 0) messages.push_back(good.Probe(seq / 1000, kNow_ms + seq));
+  }
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(store.counts().refused == 20'000 - static_cast<int>(Admission::kBurst));
+  CHECK(Answer(database, "SELECT node || ' ' || limited FROM cell WHERE limited > 0") ==
+        "flood 15000");
+  CHECK(Answer(database, "SELECT sum(messages) FROM refused") == "15000");
+  CHECK(Answer(database,
+               "SELECT count(*) FROM probe p JOIN cell USING (cell) WHERE node = 'cell-1'") ==
+        "20");
+  CHECK(Answer(database, "SELECT count(*) FROM gap") == "0");
+}
+
+TEST_CASE("births, deaths, files and lenses are those of the newest message") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  MessageStore store(server.Connect(), {});
+  const test::PublishingCell cell;
+  const std::string topic = "plumblineV1/line-1/";
+  const auto birth = [](std::int64_t number, int dropped) {
+    return fmt::format(
+        R"({{"timestamp":1,"bdSeq":{},"version":"0.1.0","cell":"KR 210","stream":)"
+        R"("0000a001","waiting":3,"dropped":{{"states":{},"changes":0,"others":0}}}})",
+        number, dropped);
+  };
+  const auto file = [&](std::int64_t seq, std::int64_t utc_ms, const std::string& model) {
+    return Received{
+        topic + "NCELL/cell-1",
+        fmt::format(R"({{"stream":"0000a001","seq":{},"timestamp":{},"fingerprint":"f{}",)"
+                    R"("arm_model":"{}","installed":"2019-05-01","page":"","cell":"x"}})",
+                    seq, utc_ms, seq, model)};
+  };
+  std::vector<Received> messages = {cell.Probe(5, kNow_ms),
+                                    file(6, kNow_ms + 2, "KR 210 R2700-2"),
+                                    file(7, kNow_ms + 1, "KR 120"),
+                                    {topic + "NBIRTH/cell-1", birth(200, 4)},
+                                    {topic + "NBIRTH/cell-1", birth(100, 2)},
+                                    {topic + "NDEATH/cell-1", DeathText(100, 1, false)}};
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(Answer(database,
+               "SELECT birth || ' ' || death || ' ' || online || ' ' || arm_model || ' ' || "
+               "installed || ' ' || dropped || ' ' || (page IS NULL) FROM cell_now") ==
+        "200 100 true KR 210 R2700-2 2019-05-01 4 true");
+  CHECK(Answer(database, "SELECT count(*) FROM cell_file") == "2");
+  // A new queue counts from 1.
+  test::PublishingCell renewed;
+  renewed.stream = "0000a002";
+  REQUIRE(store.Write(std::vector{renewed.Probe(3, kNow_ms)}, kNow_s).ok());
+  CHECK(Answer(database, "SELECT first_seq || '-' || last_seq FROM gap") == "1-2");
+  REQUIRE(
+      store.Write(std::vector<Received>{{topic + "NDEATH/cell-1", DeathText(200, 1, true)}}, kNow_s)
+          .ok());
+  CHECK(Answer(database, "SELECT online FROM cell_now") == "f");
+  REQUIRE(store.DropOld().ok());
+}
+
+}  // namespace plumbline::plant::message_store_test
