@@ -37,9 +37,10 @@ SubscriberSettings CollectLoop::BrokerAccess(std::string& problem) const {
   settings.tls_ca = broker.tls_ca;
   settings.username = broker.username;
   settings.client_id = "plumbline-collect-" + config_.collect.name;
-  settings.topic = config_.collect.share.empty()
-                       ? "plumblineV1/+/+/+"
-                       : fmt::format("$share/{}/plumblineV1/+/+/+", config_.collect.share);
+  settings.topic = config_.collect.topic;
+  if (!config_.collect.share.empty()) {
+    settings.topic = fmt::format("$share/{}/{}", config_.collect.share, settings.topic);
+  }
   if (broker.password_file.empty()) return settings;
   const auto text = files::ReadTextFile(broker.password_file);
   if (text) {

@@ -36,8 +36,13 @@ void ListKeys(Settings& keys, CollectSettings& collect) {
   keys.Add(
       "name", collect.name,
       {"of this collector, unique: the broker keeps its messages under plumbline-collect-NAME"});
+  keys.Add(
+      "topic", collect.topic,
+      {"what this collector reads, for example one line; several collectors may read the same, "
+       "each message is stored once",
+       "\"plumblineV1/line-1/+/+\""});
   keys.Add("share", collect.share,
-           {"name of the shared subscription, if several collectors divide the messages",
+           {"name of a shared subscription, if collectors divide the messages among them",
             "\"plumbline\"", "none"});
   keys.Add("retention_months", collect.retention_months, {0, 1200},
            {"older messages are deleted, by months; 0 keeps all"});
@@ -95,6 +100,14 @@ PlantConfig PlantConfigFromToml(const std::string& text, const std::string& file
     };
     read_table("database", plant.database);
     read_table("collect", plant.collect);
+    if (const auto table = root.Table("collect"); table && !plant.collect.share.empty()) {
+      table->AddWarning(
+          "share",
+          "mosquitto 2.0 does not save shared subscriptions: what arrives between its "
+          "restart and this collector's next connection is lost, and recorded as a "
+          "gap. Several collectors without share lose nothing: each message is "
+          "stored once");
+    }
     return plant;
   };
   return config::ReadDocument(text, file, faults, read).value_or(PlantConfig{});
