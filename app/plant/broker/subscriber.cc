@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "app/plant/broker/mosquitto_library.h"
 
@@ -41,6 +42,8 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
       client, [](mosquitto*, void* self, int, int count, const int* granted) {
         auto& subscriber = *static_cast<Subscriber*>(self);
         subscriber.subscribed_ = count == 1 && granted[0] == kQos;
+        // With a callback, the library formats a line for each packet.
+        mosquitto_log_callback_set(subscriber.client_.get(), nullptr);
         if (!subscriber.subscribed_) {
           subscriber.refused_ =
               "the broker does not allow this user to subscribe to " + subscriber.topic_;
@@ -85,12 +88,14 @@ Result<void> Subscriber::Read(int wait_ms, std::size_t most, std::vector<Receive
       code = MOSQ_ERR_CONN_LOST;
       break;
     }
+    const std::size_t before = messages.size();
+    code = mosquitto_loop_read(client, 1);
+    // Most often the next message is there already.
+    if (code != MOSQ_ERR_SUCCESS || messages.size() > before) continue;
     pollfd waiting{socket, POLLIN, 0};
-    const int ready = poll(&waiting, 1, wait_ms);
+    const int ready = poll(&waiting, 1, std::exchange(wait_ms, 0));
     if (ready < 0 && errno != EINTR) return Error{std::strerror(errno)};
     if (ready <= 0) break;
-    code = mosquitto_loop_read(client, 1);
-    wait_ms = 0;
   }
   target_ = nullptr;
   if (!refused_.empty()) return Error{refused_};

@@ -1,18 +1,19 @@
 #include "app/plant/collect/message_decoder.h"
 
 #include <fmt/format.h>
+#include <simdjson.h>
 
+#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 
-#include "app/base/text/json_text.h"
 #include "app/plant/database/connection.h"
 
 namespace plumbline::plant {
 namespace {
 
-using Json = nlohmann::json;
+using Element = simdjson::dom::element;
+using Object = simdjson::dom::object;
 
 constexpr std::string_view kNamespace = "plumblineV1";
 constexpr std::size_t kMaxName = 64;
@@ -88,249 +89,209 @@ constexpr const char* kMore[] = {"t_s",      "tool",     "payload_item",        
                                  "camera",   "range_mm", "predicted_radius_mm", "covariance_mm2",
                                  "artefact", "gauge_mm", "predicted_mm",        "quaternion"};
 
-/// The value of a key; null if it is absent.
-const Json& ValueOf(const Json& json, const char* key) {
-  static const Json kNull;
-  const auto found = json.find(key);
-  return found == json.end() ? kNull : *found;
+/// The value of a key; nullopt if it is absent or null.
+std::optional<Element> ValueOf(const Object& json, const char* key) {
+  const auto found = json.at_key(key);
+  if (found.error() != simdjson::SUCCESS || found.value_unsafe().is_null()) return std::nullopt;
+  return found.value_unsafe();
 }
 
-std::optional<std::int64_t> IntegerOf(const Json& value) {
-  if (value.is_number_unsigned() &&
-      value.get<std::uint64_t>() > std::numeric_limits<std::int64_t>::max()) {
-    return std::nullopt;
-  }
-  if (value.is_number_integer()) return value.get<std::int64_t>();
-  return std::nullopt;
+/// The value of a key as a T; nullopt if it is absent or of another kind.
+template <typename T>
+std::optional<T> ValueAs(const Object& json, const char* key) {
+  const auto found = json.at_key(key).get<T>();
+  if (found.error() != simdjson::SUCCESS) return std::nullopt;
+  return found.value_unsafe();
 }
 
-std::string TextOf(const Json& json, const char* key) {
-  const Json& value = ValueOf(json, key);
-  return value.is_string() ? value.get<std::string>() : "";
+std::int64_t IntegerOr(const Object& json, const char* key, std::int64_t otherwise) {
+  return ValueAs<std::int64_t>(json, key).value_or(otherwise);
 }
 
-/// Whether PostgreSQL stores it: no zero byte.
-bool IsStorable(std::string_view text) {
-  return text.find('\0') == std::string_view::npos;
+std::string TextOf(const Object& json, const char* key) {
+  return std::string(ValueAs<std::string_view>(json, key).value_or(""));
 }
 
 /// Appends a value. @return  false if it is not of the column's kind
-bool AppendValue(std::string& row, const Column& column, const Json& value) {
+bool AppendValue(std::string& row, const Column& column, const Element& value) {
+  const auto out = std::back_inserter(row);
   switch (column.kind) {
     case kInteger:
     case kSmall: {
-      const auto integer = IntegerOf(value);
-      if (!integer || (column.kind == kSmall && std::abs(*integer) > 32767)) return false;
-      fmt::format_to(std::back_inserter(row), "{}", *integer);
+      const auto integer = value.get_int64();
+      if (integer.error() != simdjson::SUCCESS) return false;
+      fmt::format_to(out, "{}", integer.value_unsafe());
       return true;
     }
     case kNumber:
     case kReal: {
-      if (!value.is_number()) return false;
-      const double number = value.get<double>();
-      if (column.kind == kReal && !(std::abs(number) < std::numeric_limits<float>::max())) {
-        return false;
-      }
-      fmt::format_to(std::back_inserter(row), "{}", number);
+      const auto number = value.get_double();
+      if (number.error() != simdjson::SUCCESS) return false;
+      fmt::format_to(out, "{}", number.value_unsafe());
       return true;
     }
-    case kBool:
-      if (!value.is_boolean()) return false;
-      row += value.get<bool>() ? 't' : 'f';
+    case kBool: {
+      const auto truth = value.get_bool();
+      if (truth.error() != simdjson::SUCCESS) return false;
+      row += truth.value_unsafe() ? 't' : 'f';
       return true;
+    }
     case kText: {
-      if (!value.is_string()) return false;
-      const auto& text = value.get_ref<const std::string&>();
-      if (!IsStorable(text)) return false;
-      AppendCopyText(row, text);
+      const auto text = value.get_string();
+      if (text.error() != simdjson::SUCCESS) return false;
+      AppendCopyText(row, text.value_unsafe());
       return true;
     }
     case kNumbers: {
-      if (!value.is_array() || value.size() > kMaxJoints) return false;
-      row += '{';
-      for (std::size_t i = 0; i < value.size(); ++i) {
-        if (!value[i].is_number()) return false;
-        fmt::format_to(std::back_inserter(row), "{}{}", i > 0 ? "," : "", value[i].get<double>());
+      const auto list = value.get_array();
+      if (list.error() != simdjson::SUCCESS || list.value_unsafe().size() > kMaxJoints)
+        return false;
+      const char* before = "{";
+      for (const Element one : list.value_unsafe()) {
+        const auto number = one.get_double();
+        if (number.error() != simdjson::SUCCESS) return false;
+        fmt::format_to(out, "{}{}", std::exchange(before, ","), number.value_unsafe());
       }
-      row += '}';
+      row += *before == '{' ? "{}" : "}";
       return true;
     }
   }
   return false;
 }
 
-Result<std::string> RowOf(const Table& table, const Json& json) {
+Result<std::string> RowOf(const Table& table, const Object& json) {
   std::string row;
+  row.reserve(512);
   for (const Column& column : table.columns) {
     if (&column != table.columns.data()) row += '\t';
-    const Json* value = &ValueOf(json, column.key);
-    if (column.index >= 0 && !value->is_null()) {
-      if (!value->is_array() || value->size() != 3) {
+    std::optional<Element> value = ValueOf(json, column.key);
+    if (column.index >= 0 && value) {
+      const auto list = value->get_array();
+      if (list.error() != simdjson::SUCCESS || list.value_unsafe().size() != 3) {
         return Error{fmt::format("{} is not a list of three numbers", column.key)};
       }
-      value = &(*value)[static_cast<std::size_t>(column.index)];
+      value = list.value_unsafe().at(static_cast<std::size_t>(column.index)).value_unsafe();
+      if (value->is_null()) value.reset();
     }
-    if (value->is_null() && !column.required) {
+    if (!value && !column.required) {
       row += "\\N";
-    } else if (!AppendValue(row, column, *value)) {
-      return Error{fmt::format("{} {}", column.key,
-                               value->is_null() ? "is missing" : "has a value of another kind")};
+    } else if (!value || !AppendValue(row, column, *value)) {
+      return Error{
+          fmt::format("{} {}", column.key, value ? "has a value of another kind" : "is missing")};
     }
   }
   return row;
 }
 
-Result<MessageKey> KeyOf(const Json& json) {
-  MessageKey key;
-  const std::string stream = TextOf(json, "stream");
+std::optional<std::int64_t> StreamOf(std::string_view digits) {
+  constexpr std::size_t kDigits = 8;
+  std::int64_t stream = 0;
   const auto [end, code] =
-      std::from_chars(stream.data(), stream.data() + stream.size(), key.stream, 16);
-  if (stream.size() != 8 || code != std::errc() || end != stream.data() + stream.size() ||
-      key.stream < 0) {
-    return Error{"stream is not eight hexadecimal digits"};
-  }
-  const auto seq = IntegerOf(ValueOf(json, "seq"));
-  if (!seq || *seq <= 0) return Error{"seq is not a positive integer"};
-  const auto utc_ms = IntegerOf(ValueOf(json, "timestamp"));
-  if (!utc_ms || *utc_ms < kYear2000_ms || *utc_ms > kYear2100_ms) {
-    return Error{"timestamp is not a time in milliseconds between 2000 and 2100"};
-  }
-  key.seq = *seq;
-  key.utc_ms = *utc_ms;
-  return key;
+      std::from_chars(digits.data(), digits.data() + digits.size(), stream, 16);
+  const bool whole = digits.size() == kDigits && code == std::errc() && stream >= 0 &&
+                     end == digits.data() + digits.size();
+  return whole ? std::optional(stream) : std::nullopt;
 }
 
-std::int64_t SumOfDropped(const Json& json) {
+Result<MessageKey> KeyOf(const Object& json) {
+  const auto stream = StreamOf(ValueAs<std::string_view>(json, "stream").value_or(""));
+  if (!stream) return Error{"stream is not eight hexadecimal digits"};
+  const std::int64_t seq = IntegerOr(json, "seq", 0);
+  if (seq <= 0) return Error{"seq is not a positive integer"};
+  const std::int64_t utc_ms = IntegerOr(json, "timestamp", 0);
+  if (utc_ms < kYear2000_ms || utc_ms > kYear2100_ms) {
+    return Error{"timestamp is not a time in milliseconds between 2000 and 2100"};
+  }
+  return MessageKey{*stream, seq, utc_ms};
+}
+
+std::int64_t SumOfDropped(const Object& json) {
+  constexpr std::int64_t kMost = 1'000'000'000'000;
   std::int64_t sum = 0;
   for (const char* kind : {"states", "changes", "others"}) {
-    const std::int64_t count = IntegerOf(ValueOf(json, kind)).value_or(0);
-    sum += std::clamp<std::int64_t>(count, 0, 1'000'000'000'000);
+    sum += std::clamp<std::int64_t>(IntegerOr(json, kind, 0), 0, kMost);
   }
   return sum;
 }
 
-double NumberAt(const Json& array, std::size_t index) {
-  return array.is_array() && index < array.size() && array[index].is_number()
-             ? array[index].get<double>()
-             : 0;
-}
-
-ProbeSums SumsOf(const Json& json) {
+ProbeSums SumsOf(const Object& json) {
   ProbeSums sums;
-  sums.wild = ValueOf(json, "wild").get<bool>();
-  sums.quarantined = ValueOf(json, "quarantined").get<bool>();
-  const Json& size = ValueOf(json, "residual_size_mm");
-  const Json& residual = ValueOf(json, "residual_mm");
-  sums.compared = size.is_number();
-  if (sums.compared) sums.size_mm = size.get<double>();
-  sums.dx_mm = NumberAt(residual, 0);
-  sums.dy_mm = NumberAt(residual, 1);
-  sums.dz_mm = NumberAt(residual, 2);
+  sums.wild = ValueAs<bool>(json, "wild").value_or(false);
+  sums.quarantined = ValueAs<bool>(json, "quarantined").value_or(false);
+  const auto size = ValueAs<double>(json, "residual_size_mm");
+  const auto residual = ValueAs<simdjson::dom::array>(json, "residual_mm");
+  sums.compared = size.has_value();
+  sums.size_mm = size.value_or(0);
+  double* const parts[] = {&sums.dx_mm, &sums.dy_mm, &sums.dz_mm};
+  for (std::size_t i = 0; residual && i < 3; ++i) {
+    if (residual->at(i).get(*parts[i]) != simdjson::SUCCESS) *parts[i] = 0;
+  }
   return sums;
 }
 
-Result<PlantMessage> DecodeRow(MessageTable which, const Json& json, PlantMessage message) {
-  const Table& table = kTables[static_cast<std::size_t>(which)];
-  auto row = RowOf(table, json);
+/// Number of the model in force, or an error if no column holds it.
+Result<int> ModelOf(const Object& json) {
+  const std::int64_t model = IntegerOr(json, "model", 0);
+  if (model < 0 || model > std::numeric_limits<int>::max()) return Error{"model is out of range"};
+  return static_cast<int>(model);
+}
+
+/// Further columns of a probe as a JSON object, or `\N`.
+std::string MoreOf(const Object& json) {
+  std::string more;
+  for (const char* key : kMore) {
+    const auto value = ValueOf(json, key);
+    if (value)
+      more += fmt::format("{}\"{}\":{}", more.empty() ? "{" : ",", key, simdjson::minify(*value));
+  }
+  if (more.empty()) return "\\N";
+  std::string text;
+  AppendCopyText(text, more + "}");
+  return text;
+}
+
+Result<PlantMessage> DecodeRow(MessageTable which, const Object& json, PlantMessage message) {
+  auto row = RowOf(kTables[static_cast<std::size_t>(which)], json);
   if (!row) return row.failure();
   message.table = which;
   message.row = std::move(row).value();
   if (which == MessageTable::kProbe) {
-    Json more = Json::object();
-    for (const char* key : kMore) {
-      const Json& value = ValueOf(json, key);
-      // The predicted tip follows from measured and residual.
-      if (!value.is_null() &&
-          (std::string_view(key) != "predicted_mm" || ValueOf(json, "residual_mm").is_null())) {
-        more[key] = value;
-      }
-    }
-    const std::string text = more.empty() ? "" : text::JsonText(more);
-    if (text.find("\\u0000") != std::string::npos) return Error{"a text contains a zero byte"};
-    message.row += '\t';
-    if (text.empty()) {
-      message.row += "\\N";
-    } else {
-      AppendCopyText(message.row, text);
-    }
+    message.row += "\t" + MoreOf(json);
     message.probe = SumsOf(json);
   } else if (which == MessageTable::kAlarm) {
-    const std::string event = TextOf(json, "event");
+    const auto event = ValueAs<std::string_view>(json, "event").value_or("");
     if (event != "begin" && event != "end") return Error{"event is neither begin nor end"};
     message.alarm_begins = event == "begin";
     message.row += message.alarm_begins ? "\tt" : "\tf";
   } else if (which == MessageTable::kLens) {
     message.lens = NewestLens{TextOf(json, "camera"), TextOf(json, "lens"), TextOf(json, "reason")};
   }
-  const std::int64_t model = IntegerOf(ValueOf(json, "model")).value_or(0);
-  if (model < 0 || model > std::numeric_limits<int>::max()) return Error{"model is out of range"};
-  message.model = static_cast<int>(model);
   return message;
 }
 
-Result<PlantMessage> DecodeState(const Json& json, PlantMessage message) {
-  const auto health = IntegerOf(ValueOf(json, "health"));
-  if (!health || *health < 0 || *health > 100) return Error{"health is not a small integer"};
-  Json state = json;
-  for (const char* key : {"stream", "seq", "timestamp"}) state.erase(key);
-  message.state = NewestState{text::JsonText(state), static_cast<int>(*health)};
-  if (message.state->json.find("\\u0000") != std::string::npos) {
-    return Error{"a text contains a zero byte"};
-  }
-  const std::int64_t model = IntegerOf(ValueOf(json, "model")).value_or(0);
-  message.model = static_cast<int>(std::clamp<std::int64_t>(model, 0, 1'000'000'000));
+Result<PlantMessage> DecodeState(const Object& json, std::string_view payload,
+                                 PlantMessage message) {
+  const std::int64_t health = IntegerOr(json, "health", -1);
+  if (health < 0 || health > 100) return Error{"health is not a small integer"};
+  message.state = NewestState{std::string(payload), static_cast<int>(health)};
   return message;
 }
 
-Result<PlantMessage> DecodeCell(const Json& json, PlantMessage message) {
-  CellFile cell{TextOf(json, "fingerprint"), TextOf(json, "arm_model"), TextOf(json, "arm_series"),
-                TextOf(json, "installed"),   TextOf(json, "page"),      TextOf(json, "cell")};
-  for (const std::string* text : {&cell.fingerprint, &cell.arm_model, &cell.arm_series,
-                                  &cell.installed, &cell.page, &cell.toml}) {
-    if (!IsStorable(*text)) return Error{"a text contains a zero byte"};
-  }
-  if (cell.fingerprint.empty()) return Error{"fingerprint is missing"};
-  const std::int64_t model = IntegerOf(ValueOf(json, "model")).value_or(0);
-  message.model = static_cast<int>(std::clamp<std::int64_t>(model, 0, 1'000'000'000));
-  message.cell = std::move(cell);
+Result<PlantMessage> DecodeCell(const Object& json, PlantMessage message) {
+  message.cell =
+      CellFile{TextOf(json, "fingerprint"), TextOf(json, "arm_model"), TextOf(json, "arm_series"),
+               TextOf(json, "installed"),   TextOf(json, "page"),      TextOf(json, "cell")};
+  if (message.cell->fingerprint.empty()) return Error{"fingerprint is missing"};
   return message;
 }
 
-/// Number of the connection; births and deaths have no sequence number.
-Result<std::int64_t> ConnectionOf(const Json& json) {
-  const auto number = IntegerOf(ValueOf(json, "bdSeq"));
-  if (!number || *number < 0) return Error{"bdSeq is not a number"};
-  return *number;
-}
-
-std::optional<Dropped> DroppedOf(const Json& counts, const std::string& stream) {
-  Dropped dropped;
-  const auto [end, code] =
-      std::from_chars(stream.data(), stream.data() + stream.size(), dropped.stream, 16);
-  if (stream.size() != 8 || code != std::errc() || dropped.stream < 0) return std::nullopt;
-  dropped.messages = counts.is_object() ? SumOfDropped(counts) : 0;
-  return dropped;
-}
-
-Result<PlantMessage> DecodeBirth(const Json& json) {
-  const auto number = ConnectionOf(json);
-  if (!number) return number.failure();
+Result<PlantMessage> DecodeBirth(const Object& json, std::int64_t number) {
   PlantMessage message;
-  const std::int64_t waiting = IntegerOf(ValueOf(json, "waiting")).value_or(0);
-  message.birth = Birth{*number, waiting, TextOf(json, "version"), TextOf(json, "cell")};
-  if (!IsStorable(message.birth->version) || !IsStorable(message.birth->name)) {
-    return Error{"a text contains a zero byte"};
-  }
-  message.dropped = DroppedOf(ValueOf(json, "dropped"), TextOf(json, "stream"));
-  return message;
-}
-
-Result<PlantMessage> DecodeDeath(const Json& json) {
-  const auto number = ConnectionOf(json);
-  if (!number) return number.failure();
-  PlantMessage message;
-  const Json& clean = ValueOf(json, "clean_shutdown");
-  message.death = Death{*number, clean.is_boolean() && clean.get<bool>()};
+  message.birth =
+      Birth{number, IntegerOr(json, "waiting", 0), TextOf(json, "version"), TextOf(json, "cell")};
+  const auto dropped = ValueAs<Object>(json, "dropped");
+  const auto stream = StreamOf(ValueAs<std::string_view>(json, "stream").value_or(""));
+  if (dropped && stream) message.dropped = Dropped{*stream, SumOfDropped(*dropped)};
   return message;
 }
 
@@ -364,10 +325,9 @@ std::optional<MessageKey> KeyAtBeginningOf(std::string_view payload) {
   constexpr std::size_t kDigits = 8;
   if (!payload.starts_with(kStart) || payload.size() < kStart.size() + kDigits) return std::nullopt;
   payload.remove_prefix(kStart.size());
-  MessageKey key;
-  const auto [end, code] =
-      std::from_chars(payload.data(), payload.data() + kDigits, key.stream, 16);
-  if (code != std::errc() || end != payload.data() + kDigits || key.stream < 0) return std::nullopt;
+  const auto stream = StreamOf(payload.substr(0, kDigits));
+  if (!stream) return std::nullopt;
+  MessageKey key{*stream, 0, 0};
   payload.remove_prefix(kDigits);
   if (!TakeNumber(payload, "\",\"seq\":", key.seq) || key.seq <= 0 ||
       !TakeNumber(payload, ",\"timestamp\":", key.utc_ms) || key.utc_ms < kYear2000_ms ||
@@ -397,24 +357,36 @@ Result<PlantMessage> DecodeMessage(std::string_view type, std::string_view paylo
   if (payload.size() > limit) {
     return Error{fmt::format("has {} bytes, at most {} are read", payload.size(), limit)};
   }
-  const auto json = text::JsonFromText(payload);
-  if (!json) return json.failure();
-  if (!json->is_object()) return Error{"is not a JSON object"};
-  if (type == "NBIRTH") return DecodeBirth(*json);
-  if (type == "NDEATH") return DecodeDeath(*json);
-  const auto key = KeyOf(*json);
+  thread_local simdjson::dom::parser parser;
+  Object json;
+  if (const auto fault = parser.parse(payload.data(), payload.size()).get(json)) {
+    return Error{fault == simdjson::INCORRECT_TYPE ? "is not a JSON object" : "is not JSON"};
+  }
+  const bool birth = type == "NBIRTH";
+  if (birth || type == "NDEATH") {
+    const std::int64_t number = IntegerOr(json, "bdSeq", -1);  // of the connection
+    if (number < 0) return Error{"bdSeq is not a number"};
+    if (birth) return DecodeBirth(json, number);
+    PlantMessage message;
+    message.death = Death{number, ValueAs<bool>(json, "clean_shutdown").value_or(false)};
+    return message;
+  }
+  const auto key = KeyOf(json);
   if (!key) return key.failure();
+  const auto model = ModelOf(json);
+  if (!model) return model.failure();
   PlantMessage message;
   message.key = *key;
-  if (type == "NDATA") return DecodeState(*json, std::move(message));
-  if (type == "NCELL") return DecodeCell(*json, std::move(message));
+  message.model = *model;
+  if (type == "NDATA") return DecodeState(json, payload, std::move(message));
+  if (type == "NCELL") return DecodeCell(json, std::move(message));
   if (type == "NLOST") {
-    message.dropped = Dropped{key->stream, SumOfDropped(*json)};
+    message.dropped = Dropped{key->stream, SumOfDropped(json)};
     return message;
   }
   for (std::size_t i = 0; i < kMessageTables; ++i) {
     if (type == kTables[i].type) {
-      return DecodeRow(static_cast<MessageTable>(i), *json, std::move(message));
+      return DecodeRow(static_cast<MessageTable>(i), json, std::move(message));
     }
   }
   return Error{"is of a type that this collector does not know; update plumbline on this machine"};

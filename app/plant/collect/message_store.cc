@@ -16,10 +16,17 @@ using StreamKey = std::pair<int, std::int64_t>;  ///< cell and stream
 constexpr std::int64_t kDay_ms = 86'400'000, kMinute_ms = 60'000;
 constexpr std::size_t kLetter_bytes = 4096;
 
+/// `2026-11-30 09:41:42.123+00`. The date of consecutive messages is mostly the same.
 std::string UtcText(std::int64_t utc_ms) {
-  const std::int64_t seconds = utc_ms / 1000;
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03}+00",
-                     fmt::gmtime(static_cast<std::time_t>(seconds)), utc_ms % 1000);
+  thread_local std::int64_t known_day = -1;
+  thread_local std::string date;
+  const std::int64_t day = utc_ms / kDay_ms, rest_ms = utc_ms % kDay_ms;
+  if (day != known_day) {
+    date = fmt::format("{:%Y-%m-%d}", fmt::gmtime(static_cast<std::time_t>(day * kDay_ms / 1000)));
+    known_day = day;
+  }
+  return fmt::format("{} {:02}:{:02}:{:02}.{:03}+00", date, rest_ms / 3'600'000,
+                     rest_ms / 60'000 % 60, rest_ms / 1000 % 60, rest_ms % 1000);
 }
 
 std::int64_t MonthOf(std::int64_t utc_ms) {
@@ -66,6 +73,7 @@ struct MessageStore::Batch {
   std::span<Decoded*> messages;
   std::vector<const Decoded*> fresh;  ///< with a key, that had not arrived before
   std::map<StreamKey, StreamLedger> before, after;
+  std::set<std::int64_t> months;  ///< whose partitions this transaction creates
   std::int64_t repeated = 0, letters = 0;
 };
 
@@ -240,8 +248,9 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
     if (!one->repeated) batch.fresh.push_back(one);
     batch.repeated += one->repeated;
   }
-  for (const auto& step : {&MessageStore::EnsureMonths, &MessageStore::CopyRows,
-                           &MessageStore::WriteLedgers, &MessageStore::WriteSums}) {
+  if (Result<void> done = EnsureMonths(batch); !done) return done;
+  for (const auto& step :
+       {&MessageStore::CopyRows, &MessageStore::WriteLedgers, &MessageStore::WriteSums}) {
     if (Result<void> done = (this->*step)(batch); !done) return done;
   }
   if (Result<void> done = WriteDeadLetters(batch); !done) return done;
@@ -250,21 +259,22 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
   if (Result<void> done = transaction.Commit(); !done) return done;
   for (const auto& [what, count] : refused_) counts_.refused += count;
   refused_.clear();
+  months_.merge(batch.months);
   counts_.dead_letters += batch.letters;
   counts_.repeated += batch.repeated;
   counts_.stored += static_cast<std::int64_t>(batch.fresh.size());
   return {};
 }
 
-Result<void> MessageStore::EnsureMonths(const Batch& batch) {
+Result<void> MessageStore::EnsureMonths(Batch& batch) {
   for (const Decoded* one : batch.fresh) {
     if (!one->message.table || !one->reason.empty()) continue;
     const std::int64_t month = MonthOf(one->message.key->utc_ms);
-    if (months_.contains(month)) continue;
+    if (months_.contains(month) || batch.months.contains(month)) continue;
     const auto made =
         connection_.RunPrepared("SELECT ensure_month($1)", {UtcText(one->message.key->utc_ms)});
     if (!made) return made.failure();
-    months_.insert(month);
+    batch.months.insert(month);
   }
   return {};
 }

@@ -57,7 +57,7 @@ class MessageStore {
   Result<int> CellOf(const TopicParts& topic);
   Result<void> LockCells(const Batch& batch);
   Result<std::map<std::pair<int, std::int64_t>, StreamLedger>> ReadLedgers(const Batch& batch);
-  Result<void> EnsureMonths(const Batch& batch);
+  Result<void> EnsureMonths(Batch& batch);
   Result<void> CopyRows(const Batch& batch);
   Result<void> WriteLedgers(const Batch& batch);
   Result<void> WriteCells(const Batch& batch, double now_s);
