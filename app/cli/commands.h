@@ -35,6 +35,7 @@ void AddPrintCommand(CLI::App& app, int& exit_code);
 void AddProgramCommand(CLI::App& app, int& exit_code);
 void AddRegistersCommand(CLI::App& app, int& exit_code);
 void AddSettingsCommand(CLI::App& app, int& exit_code);
+void AddPlantCommand(CLI::App& app, int& exit_code);
 void AddSnapshotCommand(CLI::App& app, int& exit_code);
 void AddStatusCommand(CLI::App& app, int& exit_code);
 void AddTokenCommand(CLI::App& app, int& exit_code);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
-#include "app/cli/exec_view.h"
+#include "app/cli/exec_sibling.h"
 
 namespace plumbline::cli {
 namespace {

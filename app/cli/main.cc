@@ -175,6 +175,7 @@ constexpr Command kCommands[] = {
     {"calibrate-hand-eye", kCommissioning, AddCalibrateHandEyeCommand},
     {"registers", kProgramming, AddRegistersCommand},
     {"settings", kCommissioning, AddSettingsCommand},
+    {"plant", kOperating, AddPlantCommand},
     {"snapshot", kOperating, AddSnapshotCommand},
     {"status", kOperating, AddStatusCommand},
     {"token", kCommissioning, AddTokenCommand},

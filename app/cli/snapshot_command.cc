@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
-#include "app/cli/exec_view.h"
+#include "app/cli/exec_sibling.h"
 #include "app/display/view/picture_size.h"
 
 namespace plumbline::cli {

@@ -1,4 +1,4 @@
-#include "app/cli/exec_view.h"
+#include "app/cli/exec_sibling.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,8 +12,9 @@
 
 namespace plumbline::cli {
 
-int ExecView(const std::string& command, std::vector<std::string> arguments) {
-  const std::string program = files::SiblingProgram("plumbline-view");
+int ExecSibling(const std::string& name, const std::string& command,
+                std::vector<std::string> arguments) {
+  const std::string program = files::SiblingProgram(name);
   arguments.insert(arguments.begin(), program);
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);
