@@ -135,6 +135,14 @@ JointVectorOf<T> ReportedFromDrives(const std::vector<JointCoupling>& couplings,
   return q;
 }
 
+/// Which arm it is, as its maker and its owner name it; empty where not declared. Labels: no
+/// prediction depends on them.
+struct ArmIdentity {
+  std::string model;      ///< "KR 210 R2700-2"; arms of one model learn from each other
+  std::string series;     ///< production series
+  std::string installed;  ///< date, YYYY-MM-DD
+};
+
 struct Robot {
   std::string name;
   DhConvention convention = DhConvention::kDistal;
@@ -142,6 +150,7 @@ struct Robot {
   Pose X_WB;
   std::vector<Joint> joints;
   std::vector<JointCoupling> couplings{};  ///< without cycles
+  ArmIdentity identity{};
 
   int size() const { return static_cast<int>(joints.size()); }
 };

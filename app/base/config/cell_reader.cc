@@ -186,6 +186,8 @@ std::vector<model::JointCoupling> CouplingsFromToml(const TomlTable& table,
 model::Robot RobotFromToml(const TomlTable& table) {
   model::Robot robot;
   robot.name = table.RequiredString("name").value_or("");
+  robot.identity = {table.String("model").value_or(""), table.String("series").value_or(""),
+                    table.Date("installed").value_or("")};
   robot.convention = table
                          .RequiredOneOf<model::DhConvention>(
                              "convention", {{"dh", model::DhConvention::kDistal},

@@ -35,7 +35,8 @@ class Fnv1a {
 
 /// Not part of the model: labels, and the fingerprint itself.
 bool IsLeftOut(std::string_view path) {
-  return path == "robot.name" || path == "domain.fingerprint" ||
+  return path == "robot.name" || path == "robot.model" || path == "robot.series" ||
+         path == "robot.installed" || path == "domain.fingerprint" ||
          (path.starts_with("effect[") && path.ends_with("].from"));
 }
 

@@ -223,6 +223,16 @@ std::optional<std::string> TomlTable::String(std::string_view key) const {
   return StringFrom(*node, PathOf(key));
 }
 
+std::optional<std::string> TomlTable::Date(std::string_view key) const {
+  const toml::node* node = Find(key);
+  if (node == nullptr) return std::nullopt;
+  if (const auto* date = node->as_date()) {
+    return fmt::format("{:04}-{:02}-{:02}", date->get().year, date->get().month, date->get().day);
+  }
+  AddAt(*node, PathOf(key), "is not a date without quotes, such as 2019-05-01");
+  return std::nullopt;
+}
+
 std::optional<std::string> TomlTable::RequiredString(std::string_view key) const {
   if (!Has(key)) AddMissing(key, "a string in quotes");
   return String(key);

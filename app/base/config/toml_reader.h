@@ -62,6 +62,7 @@ class TomlTable {
   std::optional<int> RequiredInteger(std::string_view key, int min, int max) const;
   std::optional<bool> Bool(std::string_view key) const;
   std::optional<std::string> String(std::string_view key) const;  ///< never empty
+  std::optional<std::string> Date(std::string_view key) const;    ///< "2019-05-01"
   std::optional<std::string> RequiredString(std::string_view key) const;
   std::optional<Vec3> Vector3(std::string_view key, NumberRange range) const;
   std::optional<Vec3> RequiredVector3(std::string_view key, NumberRange range) const;

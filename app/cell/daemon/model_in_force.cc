@@ -190,8 +190,10 @@ std::optional<config::DaemonConfig> ReadApplied(const std::string& path, const D
   }
   AppendChangedModelWarning(model_faults, store.ModelFile(version), faults);
   applied->state_directory = directory;
-  // The name is a label of the cell file, not a part of the model.
-  applied->machine.cell.robot.name = declared.config.machine.cell.robot.name;
+  // Name and identity are labels of the cell file, not parts of the model.
+  const model::Robot& robot = declared.config.machine.cell.robot;
+  applied->machine.cell.robot.name = robot.name;
+  applied->machine.cell.robot.identity = robot.identity;
   return applied;
 }
 

@@ -103,8 +103,9 @@ void Add(Values& values, const std::string& at, const model::Joint& joint) {
 }
 
 void Add(Values& values, const model::Robot& robot) {
-  const auto& [name, convention, g_W, X_WB, joints, couplings] = robot;
-  static_cast<void>(name);  // a label, not compared
+  const auto& [name, convention, g_W, X_WB, joints, couplings, identity] = robot;
+  static_cast<void>(name);  // labels, not compared
+  static_cast<void>(identity);
   values.Word("robot.convention", convention == model::DhConvention::kDistal ? "dh" : "mdh");
   values.List<Vec3>("robot.gravity_m_s2", g_W);
   values.Place("robot.base", X_WB);

@@ -167,6 +167,10 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       // robot
       {"name = \"test arm\"", "name = 3", "robot.name: 3 is not a string in quotes"},
       {"name = \"test arm\"", "", "@3 robot.name: missing; expected a string in quotes"},
+      {"convention = \"dh\"", "installed = \"2019-05-01\"\nconvention = \"dh\"",
+       "robot.installed: \"2019-05-01\" is not a date without quotes, such as 2019-05-01"},
+      {"convention = \"dh\"", "model = 210\nconvention = \"dh\"",
+       "robot.model: 210 is not a string in quotes"},
       {"convention = \"dh\"", "convention = \"DH\"",
        "robot.convention: \"DH\" is not one of \"dh\", \"mdh\""},
       {"convention = \"dh\"", "", "@3 robot.convention: missing; expected one of \"dh\", \"mdh\""},
@@ -759,6 +763,20 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   INFO(from);
   REQUIRE(at != std::string::npos);
   return text.replace(at, from.size(), to);
+}
+
+TEST_CASE("An arm's model, series and installation date are labels") {
+  const std::string labelled =
+      Replaced(kGood, "name = \"test arm\"",
+               "name = \"test arm\"\nmodel = \"KR 210\"\nseries = \"2\"\ninstalled = 2019-05-01");
+  FaultList faults;
+  const auto cell = CellFromText(labelled, "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  CHECK(cell->robot.identity.model == "KR 210");
+  CHECK(cell->robot.identity.series == "2");
+  CHECK(cell->robot.identity.installed == "2019-05-01");
+  CHECK(FingerprintOf(labelled) == FingerprintOf(kGood));
 }
 
 TEST_CASE("The fingerprint of a model is the same on every computer and in every version") {

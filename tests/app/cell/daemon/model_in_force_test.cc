@@ -164,13 +164,15 @@ TEST_CASE("an applied model that was changed after its fit is reported, with its
 TEST_CASE("a changed label in the cell file needs no new model") {
   Applied applied("\n# version 2\n");
   const std::string cell_file = applied.folder.path() + "/cell.toml";
-  std::ofstream(cell_file) << WithLine(applied.cell, "robot", "name", "\"our arm\"");
+  std::ofstream(cell_file) << WithLine(applied.cell, "robot", "name",
+                                       "\"our arm\"\nmodel = \"KR 210\"");
   std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"), "",
                                           "cell", "\"" + cell_file + "\"");
   const auto in_force = ReadConfigInForce(applied.file, applied.faults);
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK(in_force->config.machine.cell.robot.name == "our arm");
+  CHECK(in_force->config.machine.cell.robot.identity.model == "KR 210");
 }
 
 TEST_CASE("if the store's state cannot be read, the cell file is never used in its place") {

@@ -181,6 +181,7 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
         std::vector<std::string>{"domain (model changed after its fit) absent -> true"});
   other = cell;
   other.robot.name = "another label";
+  other.robot.identity = {"KR 210", "2", "2019-05-01"};
   CHECK(CellDifferences(cell, other).empty());
 }
 
