@@ -9,10 +9,12 @@ namespace plumbline::log {
 
 std::span<const EventEntry> EventCatalogue() {
   static const std::vector<EventEntry> entries = [] {
-    const auto daemon = DaemonEvents(), camera = CameraEvents(), fleet = FleetEvents();
+    const auto daemon = DaemonEvents(), camera = CameraEvents(), fleet = FleetEvents(),
+               sparkplug = SparkplugEvents();
     std::vector<EventEntry> all(daemon.begin(), daemon.end());
     all.insert(all.end(), camera.begin(), camera.end());
     all.insert(all.end(), fleet.begin(), fleet.end());
+    all.insert(all.end(), sparkplug.begin(), sparkplug.end());
     return all;
   }();
   return entries;
