@@ -99,7 +99,7 @@ EdgeNode* Bridge::NodeOf(const CellAddress& address) {
 void Bridge::Receive(const MqttClient::Received& received, double now_s) {
   const auto address = CellAddressFromTopic(received.topic);
   if (!address) return;
-  const auto message = CellMessageFromText(address->topic, received.payload);
+  auto message = CellMessageFromText(address->topic, received.payload);
   if (!message) {
     ++unreadable_;
     log::Log({log::Event::kSparkplugUnreadable,
@@ -109,12 +109,14 @@ void Bridge::Receive(const MqttClient::Received& received, double now_s) {
   }
   EdgeNode* const node = NodeOf(*address);
   if (node == nullptr) return;
-  if (node->store().Apply(*message) == MetricStore::Outcome::kMissed) {
+  const std::int64_t seq = message->seq;
+  if (node->Apply(std::move(*message)) == MetricStore::Outcome::kMissed) {
     log::Log({log::Event::kSparkplugMissed,
               fmt::format("cell {}/{}: messages before number {} are missing; its points count as "
                           "stale until they are reported again",
-                          node->group(), node->node(), message->seq)});
+                          node->group(), node->node(), seq)});
   }
+  if (SourceKnown(now_s)) Connect(*node, now_s);
   node->Update(SourceKnown(now_s), now_s);
 }
 
@@ -147,7 +149,9 @@ void Bridge::UpdateNodes(double now_s) {
     if (node->born()) ++born_;
     LogNode(*node);
   }
-  if (known) ConnectNodes(now_s);
+  for (const auto& [name, node] : nodes_) {
+    if (known) Connect(*node, now_s);
+  }
   if (keep_alive && source_) {
     const auto alive = source_->KeepAlive();
     if (!alive) LoseSource(alive.error(), now_s);
@@ -163,15 +167,13 @@ void Bridge::LogHosts() {
                         AddressText(config_.hosts), born_)});
 }
 
-void Bridge::ConnectNodes(double now_s) {
-  for (const auto& [name, node] : nodes_) {
-    if (connecting_ >= kMaxConnecting || now_s < connect_s_) return;
-    if (!node->store().online() || !node->WantsToConnect(now_s)) continue;
-    node->Connect(now_s);
-    if (node->connecting()) ++connecting_;
-    const double after_s = MonotonicSeconds();
-    if (after_s - now_s > kSlowLookup_s) connect_s_ = after_s + kLookupPause_s;
-  }
+void Bridge::Connect(EdgeNode& node, double now_s) {
+  if (connecting_ >= kMaxConnecting || now_s < connect_s_) return;
+  if (!node.store().online() || !node.WantsToConnect(now_s)) return;
+  node.Connect(now_s);
+  if (node.connecting()) ++connecting_;
+  const double after_s = MonotonicSeconds();
+  if (after_s - now_s > kSlowLookup_s) connect_s_ = after_s + kLookupPause_s;
 }
 
 void Bridge::RunOnce(int wake) {

@@ -38,7 +38,7 @@ class Bridge {
   void Receive(const MqttClient::Received& received, double now_s);
   EdgeNode* NodeOf(const CellAddress& address);
   void UpdateNodes(double now_s);
-  void ConnectNodes(double now_s);
+  void Connect(EdgeNode& node, double now_s);
   void LogNode(EdgeNode& node);
   void LogHosts();
   bool SourceKnown(double now_s) const;

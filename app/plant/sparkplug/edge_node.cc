@@ -41,6 +41,9 @@ void EdgeNode::Fail(const std::string& problem, double now_s) {
     problem_ = problem;
     back_off_.Failed(now_s, kRetry_s);
   }
+  if (leaving_) back_off_.Failed(now_s, kLeavePause_s);
+  failed_ = !leaving_;
+  ApplyBacklog();
   if (client_->reached()) bdSeq_ = (bdSeq_ + 1) % kNumbers;
   client_.reset();
   born_ = leaving_ = false;
@@ -81,6 +84,28 @@ void EdgeNode::ReceiveState(const HostState& state, double now_s) {
   if (!state.online && born_) Leave(now_s);
 }
 
+MetricStore::Outcome EdgeNode::Apply(CellMessage message) {
+  const bool waits = store_.online() && !born_ && !failed_;
+  if (waits && message.seq > 0 && backlog_.size() < kMaxBacklog) {
+    backlog_.push_back(std::move(message));
+    return MetricStore::Outcome::kApplied;
+  }
+  ApplyBacklog();
+  return store_.Apply(message);
+}
+
+void EdgeNode::ApplyBacklog() {
+  for (const CellMessage& message : std::exchange(backlog_, {})) store_.Apply(message);
+}
+
+/// Each message as data of its own.
+void EdgeNode::PublishBacklog(double now_s) {
+  for (const CellMessage& message : std::exchange(backlog_, {})) {
+    store_.Apply(message);
+    if (client_ && client_->writable() && !NeedsBirth() && store_.has_changes()) PublishData(now_s);
+  }
+}
+
 bool EdgeNode::NeedsBirth() const {
   return !born_ || rebirth_ || births_ != store_.births() || metrics_ != store_.size();
 }
@@ -97,7 +122,8 @@ void EdgeNode::Update(bool wanted, double now_s) {
     return;
   }
   back_off_.Well();
-  if (!config_.primary_host.empty() && !(host_ && host_->online)) return;
+  failed_ = false;
+  if (!config_.primary_host.empty() && !(host_ && host_->online)) return ApplyBacklog();
   if (!client_->writable()) return;
   if (NeedsBirth()) {
     if (!born_ || now_s - birth_s_ >= kBirthPause_s) PublishBirth(now_s);
@@ -117,6 +143,7 @@ void EdgeNode::PublishBirth(double now_s) {
   birth_s_ = now_s;
   births_ = store_.births();
   metrics_ = store_.size();
+  PublishBacklog(now_s);
 }
 
 void EdgeNode::PublishData(double now_s) {

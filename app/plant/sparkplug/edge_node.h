@@ -14,10 +14,15 @@ namespace plumbline::plant {
 
 /// Connects while the cell is online, with NDEATH as will; publishes NBIRTH, then NDATA for what
 /// changes; publishes NDEATH and disconnects when the cell goes. While the broker accepts nothing,
-/// or more than kData_per_s messages, changes are merged: the newest values are published.
+/// or more than kData_per_s messages, changes are merged: the newest values are published. Messages
+/// that arrive before the birth wait for it, at most kMaxBacklog, unless the broker is away.
 class EdgeNode {
  public:
-  static constexpr double kTimeout_s = 10;    ///< of a connection
+  static constexpr double kTimeout_s = 10;  ///< of a connection
+  /// Between DISCONNECT and the next CONNECT: a broker that has not read the first publishes the
+  /// will as well.
+  static constexpr double kLeavePause_s = 0.5;
+  static constexpr std::size_t kMaxBacklog = 50;
   static constexpr double kRetry_s = 2;       ///< between two attempts
   static constexpr double kBirthPause_s = 1;  ///< between two births of one connection
   static constexpr double kData_per_s = 200, kDataBurst = 1000;
@@ -26,7 +31,6 @@ class EdgeNode {
 
   const std::string& node() const { return node_; }
   const std::string& group() const { return group_; }
-  MetricStore& store() { return store_; }
   const MetricStore& store() const { return store_; }
 
   bool idle() const { return client_ == nullptr; }
@@ -37,6 +41,7 @@ class EdgeNode {
   bool WantsToConnect(double now_s) const { return idle() && back_off_.Due(now_s); }
 
   void Connect(double now_s);
+  MetricStore::Outcome Apply(CellMessage message);
   /// Handles what poll(2) returned.
   void Serve(short events, double now_s);
   /// Publishes what is due. @param wanted  the cell is online, as far as is known
@@ -56,6 +61,8 @@ class EdgeNode {
   void Receive(const MqttClient::Received& received, double now_s);
   void ReceiveState(const HostState& state, double now_s);
   bool NeedsBirth() const;
+  void ApplyBacklog();
+  void PublishBacklog(double now_s);
   void PublishBirth(double now_s);
   void PublishData(double now_s);
 
@@ -64,7 +71,8 @@ class EdgeNode {
   MetricStore store_;
   std::unique_ptr<MqttClient> client_;
   BackOff back_off_;
-  bool asked_ = false;  ///< has subscribed
+  bool asked_ = false;   ///< has subscribed
+  bool failed_ = false;  ///< the last connection; messages do not wait for the next
   bool born_ = false, leaving_ = false, rebirth_ = false;
   double until_s_ = 0;          ///< time limit of what is awaited
   double birth_s_ = -1e300;     ///< of the last birth
@@ -74,6 +82,7 @@ class EdgeNode {
   std::uint64_t births_ = 0;  ///< of the store, as published
   std::size_t metrics_ = 0;   ///< of the store, as published
   std::optional<HostState> host_;
+  std::vector<CellMessage> backlog_;
   std::string problem_;
   std::vector<std::string> ignored_;
 };
