@@ -38,8 +38,6 @@ bool TakeValue(const json& value, DataType type, MetricValue& taken) {
       return TakeInteger<std::int64_t>(value, taken);
     case DataType::kUInt16:
       return TakeInteger<std::uint16_t>(value, taken);
-    case DataType::kUInt32:
-      return TakeInteger<std::uint32_t>(value, taken);
     case DataType::kBoolean:
       if (value.is_boolean()) taken = value.get<bool>();
       return value.is_boolean();

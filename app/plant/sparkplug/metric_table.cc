@@ -8,8 +8,7 @@ namespace plumbline::plant {
 namespace {
 
 constexpr DataType kInt = DataType::kInt32, kLong = DataType::kInt64, kWord = DataType::kUInt16,
-                   kCount = DataType::kUInt32, kReal = DataType::kDouble,
-                   kFlag = DataType::kBoolean, kText = DataType::kString;
+                   kReal = DataType::kDouble, kFlag = DataType::kBoolean, kText = DataType::kString;
 
 constexpr MetricField kBirthFields[] = {
     {"version", "", "Publisher/Version", kText},
@@ -41,7 +40,7 @@ constexpr MetricField kStateFields[] = {
     {"points", "", "Points/Count", kInt},
     {"points_valid", "", "Points/Valid count", kInt},
     {"monitoring", "", "Monitoring/Word", kWord},
-    {"probes", "", "Monitoring/Probes", kCount},
+    {"probes", "", "Monitoring/Probes", kLong},
     {"drift_statistic", "", "Monitoring/Drift statistic", kReal},
 };
 constexpr MetricField kModelFields[] = {
@@ -92,7 +91,7 @@ constexpr MetricField kProbeFields[] = {
 constexpr MetricField kLensFields[] = {
     {"lens", "", "Lens", kText},
     {"reason", "", "Reason", kText},
-    {"lens_id", "", "Lens id", kCount},
+    {"lens_id", "", "Lens id", kLong},
     {"zoom_counts", "", "Zoom", kInt, "counts"},
     {"board_views", "", "Board views", kInt},
 };

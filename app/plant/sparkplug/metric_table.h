@@ -9,12 +9,13 @@
 
 namespace plumbline::plant {
 
-/// Data types of Sparkplug, with the numbers of its specification.
+/// Data types of Sparkplug, with the numbers of its specification. UInt32 is not among them: its
+/// specification says int_value, the reference implementation and many hosts read long_value
+/// (issue 397 of eclipse-tahu/tahu).
 enum class DataType : std::uint32_t {
   kInt32 = 3,
   kInt64 = 4,
   kUInt16 = 6,
-  kUInt32 = 7,
   kDouble = 10,
   kBoolean = 11,
   kString = 12,
