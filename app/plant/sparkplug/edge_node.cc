@@ -116,6 +116,7 @@ void EdgeNode::Update(bool wanted, double now_s) {
     if (client_->socket() < 0 || now_s > until_s_) Fail("", now_s);
     return;
   }
+  if (client_->socket() < 0) return Fail("connection lost", now_s);
   if (!wanted || !store_.online()) return Leave(now_s);
   if (!client_->subscribed()) {
     if (now_s > until_s_) Fail("no answer", now_s);

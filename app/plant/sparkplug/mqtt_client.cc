@@ -68,6 +68,8 @@ Result<void> MqttClient::Begin(const Options& options) {
   mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* text) {
     if (level == MOSQ_LOG_ERR) static_cast<MqttClient*>(self)->last_error_ = text;
   });
+  // Otherwise each step of a connection waits for the broker's delayed acknowledgement.
+  mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1);
   int code = MOSQ_ERR_SUCCESS;
   if (!broker_.tls_ca.empty() && mosquitto_tls_set(client, broker_.tls_ca.c_str(), nullptr, nullptr,
                                                    nullptr, nullptr) != MOSQ_ERR_SUCCESS) {

@@ -20,8 +20,8 @@ namespace plumbline::plant {
 namespace {
 
 constexpr double kReportPeriod_s = 1;
-/// What Bridge::kMaxMetrics and 2000 connections with TLS need, and room beside them.
-constexpr std::size_t kMaxBridgeGrowth_bytes = 400'000'000;
+/// A connection with TLS, and a node's share of Bridge::kMaxMetrics; several times over.
+constexpr std::size_t kGrowthOfNode_bytes = 100'000;
 constexpr int kSpareDescriptors = 64;
 
 std::optional<SparkplugConfig> ReadBridgeConfig(const std::string& file) {
@@ -76,13 +76,14 @@ int RunSparkplug(const std::string& config_file) {
   mallopt(M_ARENA_MAX, 1);
   const service::ServiceManager manager;
   const int signals = service::OpenSignalDescriptor();
-  const MemoryGrowthLimit limit(kMaxBridgeGrowth_bytes);
   auto config = ReadBridgeConfig(config_file);
   if (!config) return 1;
   for (;;) {
     const int wanted = config->max_nodes + kSpareDescriptors;
     if (const int allowed = service::RaiseDescriptorLimit(wanted); allowed < wanted)
       config->max_nodes = allowed - kSpareDescriptors;
+    const MemoryGrowthLimit limit(
+        kMaxGrowth_bytes + kGrowthOfNode_bytes * static_cast<std::size_t>(config->max_nodes));
     Bridge bridge(*config);
     log::Log(
         {log::Event::kSparkplugStarted, fmt::format("plumbline-sparkplug {}, up to {} edge nodes",

@@ -3,13 +3,15 @@
     host_test.py PLUMBLINE_SPARKPLUG"""
 
 import signal
+import subprocess
 import sys
+import tempfile
 import time
 
 import sparkplug_b
 from host import Host
 from mqtt import CONNECT, DISCONNECT, PUBLISH, SUBSCRIBE, Client, Connect, Message, Relay, soon, subscriptions
-from plant import Bridge, Broker, Cell, mosquitto, now_ms
+from plant import Bridge, Broker, Cell, free_port, mosquitto, now_ms
 
 PROGRAM = sys.argv[1]
 if not mosquitto():
@@ -228,7 +230,69 @@ def primary_host():
     broker.close()
 
 
-CASES = {"life": life_of_a_cell, "kills": kills, "primary": primary_host}
+def rights():
+    """TLS, a password, and no more rights than the documents name."""
+    keys = tempfile.TemporaryDirectory()
+    at = keys.name + "/"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout",
+                    at + "key", "-out", at + "ca.pem", "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost"],
+                   check=True, capture_output=True)
+    port = free_port()
+    with open(at + "acl", "w") as acl:
+        acl.write("user sparkplug\ntopic read plumblineV1/#\ntopic read spBv1.0/+/NCMD/+\ntopic read spBv1.0/STATE/+\n"
+                  "topic write spBv1.0/+/NBIRTH/+\ntopic write spBv1.0/+/NDATA/+\ntopic write spBv1.0/+/NDEATH/+\n")
+    with open(at + "password", "w") as password:
+        password.write("secret\n")
+    subprocess.run(["mosquitto_passwd", "-c", "-b", at + "passwords", "sparkplug", "secret"], check=True, capture_output=True)
+    broker = Broker("listener %d 127.0.0.1\nallow_anonymous false\ncertfile %sca.pem\nkeyfile %skey\npassword_file %spasswords\n"
+                    "acl_file %sacl\n" % (port, at, at, at, at))
+    host = Host(broker.port)
+    cells = [Cell(broker.port, "cell-%d" % k) for k in range(40)]
+    for cell in cells:
+        cell.connect()
+    login = 'username = "sparkplug"\ntls_ca = "%sca.pem"\npassword_file = "%spassword"\n' % (at, at)
+    bridge = Bridge(PROGRAM, port, more='[broker]\nhost = "localhost"\nport = %d\n%s' % (port, login), whole=True)
+    nodes = [host.node(("plumbline", cell.node)) for cell in cells]
+    await_(lambda: all(node.births == 1 for node in nodes), "births over TLS: " + bridge.log())
+    for cell in cells:
+        cell.probe(1, 0.5, wait=False)
+    await_(lambda: all(node.values.get("Probe/Id") == 1 for node in nodes), "data over TLS")
+    host.request("plumbline", "cell-3")
+    await_(lambda: nodes[3].births == 2, "rebirth over TLS")
+    bridge.close()
+    await_(lambda: all(node.deaths == 1 for node in nodes), "deaths over TLS")
+    with open(at + "password", "w") as password:
+        password.write("wrong\n")
+    bridge = Bridge(PROGRAM, port, more='[broker]\nhost = "localhost"\nport = %d\n%s' % (port, login), whole=True)
+    await_(lambda: "ot authori" in bridge.log(), "a wrong password is logged")
+    check_host(host, "rights")
+    bridge.close()
+    broker.close()
+
+
+def flood():
+    """A cell that publishes as fast as it can: the others' data pass it."""
+    broker = Broker()
+    host = Host(broker.port)
+    loud, calm = Cell(broker.port, "loud"), Cell(broker.port, "calm")
+    loud.connect()
+    calm.connect()
+    bridge = Bridge(PROGRAM, broker.port)
+    nodes = {name: host.node(("plumbline", name)) for name in ("loud", "calm")}
+    await_(lambda: all(node.births for node in nodes.values()), "births")
+    for k in range(20000):
+        loud.probe(k, 0.5, wait=False)
+        if k % 4000 == 0:
+            calm.probe(k, 0.5)
+    await_(lambda: nodes["calm"].values["Probe/Id"] == 16000, "the calm cell's data arrive")
+    await_(lambda: nodes["loud"].values["Probe/Id"] == 19999, "and the newest of the loud one")
+    check(nodes["loud"].data < 10000, "merged: %d messages" % nodes["loud"].data)
+    check_host(host, "flood")
+    bridge.close()
+    broker.close()
+
+
+CASES = {"rights": rights, "flood": flood, "life": life_of_a_cell, "kills": kills, "primary": primary_host}
 for name in sys.argv[2:] or CASES:
     CASES[name]()
 print("%d checks, %d failed" % (checks, len(faults)))

@@ -34,11 +34,12 @@ def mosquitto():
 
 
 class Broker:
-    def __init__(self):
+    def __init__(self, more=""):
+        """@param more  lines of another listener"""
         self.folder, self.port = tempfile.TemporaryDirectory(), free_port()
         with open(self.folder.name + "/conf", "w") as conf:
-            conf.write("listener %d 127.0.0.1\nuser root\nallow_anonymous true\npersistence true\nautosave_interval 1\n"
-                       "autosave_on_changes true\npersistence_location %s/\nmax_queued_messages 0\n" % (self.port, self.folder.name))
+            conf.write("per_listener_settings true\nlistener %d 127.0.0.1\nuser root\nallow_anonymous true\npersistence true\n"
+                       "persistence_location %s/\nmax_queued_messages 0\n%s" % (self.port, self.folder.name, more))
         self.start()
 
     def start(self):
@@ -56,10 +57,12 @@ class Broker:
 
 
 class Bridge:
-    def __init__(self, program, broker_port, hosts_port=None, more=""):
+    def __init__(self, program, broker_port, hosts_port=None, more="", whole=False):
         self.program, self.folder = program, tempfile.TemporaryDirectory()
         with open(self.folder.name + "/plant.toml", "w") as config:
-            config.write('[broker]\nhost = "127.0.0.1"\nport = %d\n[sparkplug]\n%s\n' % (broker_port, more))
+            if not whole:
+                config.write('[broker]\nhost = "127.0.0.1"\nport = %d\n[sparkplug]\n' % broker_port)
+            config.write(more + "\n")
             if hosts_port:
                 config.write('[sparkplug.broker]\nhost = "127.0.0.1"\nport = %d\n' % hosts_port)
         self.start()
