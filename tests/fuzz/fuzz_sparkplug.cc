@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "app/plant/sparkplug/kept_points.h"
 #include "app/plant/sparkplug/payload.h"
 
 namespace {
@@ -41,6 +42,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   switch (*data) {
     case 'C':
       if (const auto command = CommandFromPayload(text)) Require(command->ignored.size() <= 8);
+      break;
+    case 'V':
+      if (const auto points = KeptPointsFromText(text))
+        Require(KeptPointsFromText(TextOfKeptPoints(*points)).ok());
       break;
     case 'H':
       static_cast<void>(HostStateFromText(text));

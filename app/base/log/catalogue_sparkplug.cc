@@ -45,6 +45,11 @@ constexpr EventEntry kSparkplugEntries[] = {
     {Event::kSparkplugCommand, "sparkplug-command", LogLevel::kNotice,
      "352d3af23d4643bd8dc0168afd24ca07", "sparkplug", "command to ... ignored: ...",
      "a host tried to write a metric; only `Node Control/Rebirth` can be written", ""},
+    {Event::kSparkplugPoints, "sparkplug-points", LogLevel::kWarning,
+     "8c40c265e3184d968604030a7377f195", "sparkplug", "... points ...",
+     "the file that keeps the points across a restart of the bridge cannot be read or written; "
+     "points are null after a restart until the cells report them",
+     "as the line says; a damaged `points.json` may be deleted"},
 };
 
 }  // namespace

@@ -173,6 +173,7 @@ enum class Event : std::uint8_t {
   kSparkplugMissed,
   kSparkplugTooMany,
   kSparkplugCommand,
+  kSparkplugPoints,
   kCount
 };
 

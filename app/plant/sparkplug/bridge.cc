@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include <vector>
 
 #include "app/base/log/log.h"
 #include "drivers/clock.h"
+#include "drivers/files/replace_file.h"
+#include "drivers/files/text_file.h"
 
 namespace plumbline::plant {
 namespace {
@@ -17,6 +20,8 @@ constexpr double kKeepAlivePeriod_s = 1, kEndTimeout_s = 2;
 /// After a lookup of a host name that took this long, no node connects for a while.
 constexpr double kSlowLookup_s = 1, kLookupPause_s = 10;
 constexpr std::size_t kMaxNameInLog = 80;
+constexpr double kWritePeriod_s = 300;
+constexpr files::SizeLimit kPointsFileSize{32'000'000, "a file of points", "Delete it"};
 
 /// Deaths come first: a cell whose retained birth arrives is then known to be online or not.
 std::vector<std::string> SourceFilters() {
@@ -33,7 +38,36 @@ std::string AddressText(const BrokerAddress& broker) {
 
 }  // namespace
 
-Bridge::Bridge(SparkplugConfig config) : config_(std::move(config)) {}
+Bridge::Bridge(SparkplugConfig config, std::string points_file)
+    : config_(std::move(config)),
+      points_file_(std::move(points_file)),
+      written_s_(MonotonicSeconds()) {
+  if (!points_file_.empty()) ReadPoints();
+}
+
+void Bridge::ReadPoints() {
+  if (access(points_file_.c_str(), F_OK) != 0) return;  // the first run
+  const auto text = files::ReadFileUpTo(kPointsFileSize, points_file_);
+  auto read = text ? KeptPointsFromText(*text) : Result<KeptPoints>(text.failure());
+  if (read) {
+    kept_ = std::move(read).value();
+  } else {
+    log::Log({log::Event::kSparkplugPoints,
+              fmt::format("{}: {}; points are unknown until the cells report them", points_file_,
+                          read.error())});
+  }
+}
+
+void Bridge::WritePoints() {
+  KeptPoints points = kept_;
+  for (const auto& [name, node] : nodes_) points[name] = node->store().ToKeep();
+  written_s_ = MonotonicSeconds();
+  const auto written = files::ReplaceFileDurably(points_file_, TextOfKeptPoints(points));
+  if (!written) {
+    log::Log({log::Event::kSparkplugPoints,
+              fmt::format("points are not kept across a restart: {}", written.error())});
+  }
+}
 
 bool Bridge::SourceKnown(double now_s) const {
   return (source_ && source_->subscribed()) || now_s - source_seen_s_ < kSourceGrace_s;
@@ -83,12 +117,15 @@ EdgeNode* Bridge::NodeOf(const CellAddress& address) {
   std::size_t metrics = 0;
   for (const auto& [name, node] : nodes_) metrics += node->store().size();
   if (nodes_.size() < static_cast<std::size_t>(config_.max_nodes) && metrics < kMaxMetrics) {
-    return nodes_
-        .emplace(std::pair(address.group, address.node),
-                 std::make_unique<EdgeNode>(config_, address.group, address.node))
-        .first->second.get();
+    auto& node = nodes_[{address.group, address.node}];
+    node = std::make_unique<EdgeNode>(config_, address.group, address.node);
+    const auto kept = kept_.find({address.group, address.node});
+    if (kept != kept_.end()) {
+      node->Restore(std::move(kept->second));
+      kept_.erase(kept);
+    }
+    return node.get();
   }
-  ++refused_;
   log::Log({log::Event::kSparkplugTooMany,
             fmt::format("cell {}/{} has no edge node: there are {} nodes with {} metrics",
                         address.group.substr(0, kMaxNameInLog),
@@ -200,9 +237,11 @@ void Bridge::RunOnce(int wake) {
   }
   if (source_ && source_->subscribed()) source_seen_s_ = now_s;
   UpdateNodes(now_s);
+  if (!points_file_.empty() && now_s - written_s_ > kWritePeriod_s) WritePoints();
 }
 
 void Bridge::End() {
+  source_.reset();  // from here on the broker keeps the cells' messages
   const double until_s = MonotonicSeconds() + kEndTimeout_s;
   for (const auto& [name, node] : nodes_) node->Leave(MonotonicSeconds());
   for (bool left = false; !left && MonotonicSeconds() < until_s;) {
@@ -221,6 +260,7 @@ void Bridge::End() {
       }
     }
   }
+  if (!points_file_.empty()) WritePoints();
 }
 
 std::string Bridge::Status() const {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/plant/sparkplug/edge_node.h"
+#include "app/plant/sparkplug/kept_points.h"
 #include "app/plant/sparkplug/mqtt_client.h"
 
 namespace plumbline::plant {
@@ -22,11 +23,12 @@ class Bridge {
   /// Of all cells together, so that memory is bounded; further cells have no node.
   static constexpr std::size_t kMaxMetrics = 500'000;
 
-  explicit Bridge(SparkplugConfig config);
+  /// @param points_file  where points are kept across restarts; empty: nowhere
+  Bridge(SparkplugConfig config, std::string points_file);
 
   /// Waits for the network or `wake`, at most 0.2 s, and handles what arrived.
   void RunOnce(int wake);
-  /// Publishes the deaths of all nodes and disconnects, within two seconds.
+  /// Publishes the deaths of all nodes, disconnects within two seconds, and writes the file.
   void End();
 
   std::string Status() const;  ///< one line
@@ -42,15 +44,19 @@ class Bridge {
   void LogNode(EdgeNode& node);
   void LogHosts();
   bool SourceKnown(double now_s) const;
+  void ReadPoints();
+  void WritePoints();
 
   const SparkplugConfig config_;
+  const std::string points_file_;
+  KeptPoints kept_;  ///< of cells without a node yet
+  double written_s_ = 0;
   std::unique_ptr<MqttClient> source_;
   BackOff source_back_off_;
   bool source_asked_ = false, source_logged_ = false;
   double source_until_s_ = 0, source_seen_s_ = -1e300;
   std::string source_problem_, hosts_problem_;
   std::map<std::pair<std::string, std::string>, std::unique_ptr<EdgeNode>> nodes_;
-  std::size_t refused_ = 0;  ///< cells without a node
   std::uint64_t unreadable_ = 0;
   double kept_alive_s_ = -1e300, connect_s_ = -1e300;
   int connecting_ = 0;

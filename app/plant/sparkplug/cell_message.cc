@@ -29,32 +29,6 @@ bool TakeInteger(const json& value, MetricValue& taken) {
   return number.has_value();
 }
 
-bool TakeValue(const json& value, DataType type, MetricValue& taken) {
-  if (value.is_null()) return true;
-  switch (type) {
-    case DataType::kInt32:
-      return TakeInteger<std::int32_t>(value, taken);
-    case DataType::kInt64:
-      return TakeInteger<std::int64_t>(value, taken);
-    case DataType::kUInt16:
-      return TakeInteger<std::uint16_t>(value, taken);
-    case DataType::kBoolean:
-      if (value.is_boolean()) taken = value.get<bool>();
-      return value.is_boolean();
-    case DataType::kDouble:
-      if (!value.is_number() || !std::isfinite(value.get<double>())) return false;
-      taken = value.get<double>();
-      return true;
-    case DataType::kString: {
-      const auto* const text = value.get_ptr<const std::string*>();
-      if (text == nullptr || text->size() > kMaxMetricText_bytes) return false;
-      taken = *text;
-      return true;
-    }
-  }
-  return false;
-}
-
 /// The value at `part` of `whole`; nullptr if there is none. What is unknown as a whole is unknown
 /// in its parts.
 const json* PartOf(const json& whole, const char* part) {
@@ -85,7 +59,7 @@ class Decoder {
   void Add(std::string metric, const json& value, DataType type, const char* unit,
            std::string_view key) {
     MetricValue taken;
-    if (!TakeValue(value, type, taken)) return Fault(key);
+    if (!TakeMetricValue(value, type, taken)) return Fault(key);
     readings_.push_back({std::move(metric), type, unit, std::move(taken), Reading::Use::kValue});
   }
   void AddFlag(std::string metric, bool value, Reading::Use use) {
@@ -132,7 +106,8 @@ class Decoder {
   std::string RequiredText(const json& object, const char* key) {
     MetricValue text;
     const auto found = object.is_object() ? object.find(key) : object.end();
-    if (object.is_object() && found != object.end()) TakeValue(*found, DataType::kString, text);
+    if (object.is_object() && found != object.end())
+      TakeMetricValue(*found, DataType::kString, text);
     if (const auto* const taken = std::get_if<std::string>(&text); taken != nullptr) return *taken;
     Fault(key);
     return "";
@@ -216,6 +191,32 @@ void DecodeBody(CellTopic topic, const json& message, Decoder& decoder) {
 }
 
 }  // namespace
+
+bool TakeMetricValue(const json& value, DataType type, MetricValue& taken) {
+  if (value.is_null()) return true;
+  switch (type) {
+    case DataType::kInt32:
+      return TakeInteger<std::int32_t>(value, taken);
+    case DataType::kInt64:
+      return TakeInteger<std::int64_t>(value, taken);
+    case DataType::kUInt16:
+      return TakeInteger<std::uint16_t>(value, taken);
+    case DataType::kBoolean:
+      if (value.is_boolean()) taken = value.get<bool>();
+      return value.is_boolean();
+    case DataType::kDouble:
+      if (!value.is_number() || !std::isfinite(value.get<double>())) return false;
+      taken = value.get<double>();
+      return true;
+    case DataType::kString: {
+      const auto* const text = value.get_ptr<const std::string*>();
+      if (text == nullptr || text->size() > kMaxMetricText_bytes) return false;
+      taken = *text;
+      return true;
+    }
+  }
+  return false;
+}
 
 std::optional<CellAddress> CellAddressFromTopic(std::string_view topic) {
   if (!topic.starts_with(kNamespacePrefix)) return std::nullopt;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,6 +47,10 @@ struct CellAddress {
 };
 /// nullopt for any other topic.
 std::optional<CellAddress> CellAddressFromTopic(std::string_view topic);
+
+/// Reads a JSON value of a type; null is the unknown value.
+/// @return  false if it is of another type or outside the type's range
+bool TakeMetricValue(const nlohmann::json& json, DataType type, MetricValue& taken);
 
 inline constexpr std::size_t kMaxCellMessage_bytes = 1'000'000;
 inline constexpr std::size_t kMaxMetricText_bytes = 1024;

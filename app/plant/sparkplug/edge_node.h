@@ -32,6 +32,7 @@ class EdgeNode {
   const std::string& node() const { return node_; }
   const std::string& group() const { return group_; }
   const MetricStore& store() const { return store_; }
+  void Restore(MetricStore::Kept kept) { store_.Restore(std::move(kept)); }
 
   bool idle() const { return client_ == nullptr; }
   bool connecting() const { return client_ != nullptr && !client_->subscribed() && !leaving_; }

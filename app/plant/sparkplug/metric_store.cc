@@ -3,6 +3,12 @@
 #include <utility>
 
 namespace plumbline::plant {
+namespace {
+
+/// A state does not repeat these metrics.
+constexpr const char* kOnChangeOnly = "Points/";
+
+}  // namespace
 
 Metric* MetricStore::Find(const Reading& reading) {
   const auto found = indices_.find(reading.metric);
@@ -20,7 +26,32 @@ Metric* MetricStore::Find(const Reading& reading) {
   metric.name = reading.metric;
   metric.type = reading.type;
   metric.unit = reading.unit;
+  const auto kept = restored_.find(reading.metric);
+  if (kept != restored_.end() && kept->second.type == reading.type) {
+    metric.value = std::move(kept->second.value);
+    metric.utc_ms = kept->second.utc_ms;
+    metric.quality = kept->second.quality;
+    restored_.erase(kept);
+  }
   return &metric;
+}
+
+MetricStore::Kept MetricStore::ToKeep() const {
+  Kept kept{stream_, seq_, {}};
+  for (const auto& [name, value] : restored_) {
+    if (value.quality == Quality::kGood) kept.values[name] = value;
+  }
+  for (const Metric& metric : metrics_) {
+    if (metric.name.starts_with(kOnChangeOnly) && metric.quality == Quality::kGood)
+      kept.values[metric.name] = {metric.type, metric.value, metric.utc_ms, metric.quality};
+  }
+  return kept;
+}
+
+void MetricStore::Restore(Kept kept) {
+  stream_ = std::move(kept.stream);
+  seq_ = kept.seq;
+  restored_ = std::move(kept.values);
 }
 
 void MetricStore::Mark(Metric& metric) {
@@ -65,10 +96,11 @@ void MetricStore::MarkStale() {
   resync_ = true;
   for (Metric& metric : metrics_) {
     const bool good = metric.quality == Quality::kGood;
-    if (!good || !metric.name.starts_with("Points/")) continue;
+    if (!good || !metric.name.starts_with(kOnChangeOnly)) continue;
     metric.quality = Quality::kStale;
     Mark(metric);
   }
+  for (auto& [name, kept] : restored_) kept.quality = Quality::kStale;
 }
 
 void MetricStore::PublishAsLive() {

@@ -37,6 +37,22 @@ class MetricStore {
     kRepeated,  ///< of this sequence number or a later one was applied before
     kMissed,    ///< applied; messages before it are missing, so that values may be out of date
   };
+  /// What a new process can continue with.
+  struct KeptValue {
+    DataType type = DataType::kDouble;
+    MetricValue value;
+    std::int64_t utc_ms = 0;
+    Quality quality = Quality::kGood;
+  };
+  struct Kept {
+    std::string stream;
+    std::int64_t seq = 0;                     ///< of the last message
+    std::map<std::string, KeptValue> values;  ///< those that only a change reports
+  };
+  Kept ToKeep() const;
+  /// To be called first. A value counts once the cell declares or reports its metric.
+  void Restore(Kept kept);
+
   /// Applies a message. Messages older than the birth were queued at the cell: their values are
   /// historical, and become live values with the first message that is newer.
   Outcome Apply(const CellMessage& message);
@@ -73,6 +89,7 @@ class MetricStore {
   std::vector<Metric> metrics_;
   std::map<std::string, std::size_t, std::less<>> indices_;
   std::vector<std::size_t> changed_;
+  std::map<std::string, KeptValue> restored_;
   std::string stream_;
   std::int64_t seq_ = 0;
   bool born_ = false, resync_ = true, any_not_live_ = false;

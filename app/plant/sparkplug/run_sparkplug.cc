@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <optional>
 
 #include "app/base/log/log.h"
@@ -33,6 +34,12 @@ std::optional<SparkplugConfig> ReadBridgeConfig(const std::string& file) {
               fmt::format("{} has the faults logged above; fix the reported lines", file)});
   }
   return config;
+}
+
+/// In the folder that the service manager provides (StateDirectory=); empty without one.
+std::string PointsFile() {
+  const char* const folder = std::getenv("STATE_DIRECTORY");
+  return folder == nullptr ? "" : std::string(folder) + "/points.json";
 }
 
 /// Feeds the service manager's watchdog and shows the bridge's status.
@@ -84,7 +91,7 @@ int RunSparkplug(const std::string& config_file) {
       config->max_nodes = allowed - kSpareDescriptors;
     const MemoryGrowthLimit limit(
         kMaxGrowth_bytes + kGrowthOfNode_bytes * static_cast<std::size_t>(config->max_nodes));
-    Bridge bridge(*config);
+    Bridge bridge(*config, PointsFile());
     log::Log(
         {log::Event::kSparkplugStarted, fmt::format("plumbline-sparkplug {}, up to {} edge nodes",
                                                     PLUMBLINE_VERSION, config->max_nodes)});

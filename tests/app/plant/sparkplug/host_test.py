@@ -230,6 +230,42 @@ def primary_host():
     broker.close()
 
 
+def restart():
+    """Points are kept; after a crash they are stale."""
+    broker = Broker()
+    host = Host(broker.port)
+    cell = Cell(broker.port, "cell-7")
+    cell.connect()
+    bridge = Bridge(PROGRAM, broker.port)
+    node = host.node(("plumbline", "cell-7"))
+    point = "Points/1/Correction/X"
+    await_(lambda: node.births == 1, "birth")
+    cell.point(1, 0.75)
+    await_(lambda: node.values[point] == 0.75, "point")
+    bridge.kill(signal.SIGTERM)
+    cell.point(2, 0.5)  # while the bridge is away
+    cell.state()
+    bridge.start()
+    await_(lambda: node.online and node.births == 2, "birth after a restart")
+    check(node.values[point] == 0.75 and node.quality[point] == 192, "the point is known")
+    await_(lambda: node.values["Points/2/Correction/X"] == 0.5, "and the one that changed meanwhile")
+    cell.point(1, 1.5)
+    await_(lambda: node.values[point] == 1.5, "changed again")
+    bridge.kill()
+    bridge.start()
+    await_(lambda: node.online and node.deaths == 2, "birth after a crash")
+    cell.state(model=8)
+    await_(lambda: node.values["Model/In force"] == 8 and node.quality[point] == 500, "stale after a crash: %s" % node.quality[point])
+    bridge.kill()
+    with open(bridge.folder.name + "/points.json", "w") as damaged:
+        damaged.write("{")
+    bridge.start()
+    await_(lambda: "is not JSON" in bridge.log() and node.online, "a damaged file is named, and the bridge runs")
+    check_host(host, "restart")
+    bridge.close()
+    broker.close()
+
+
 def rights():
     """TLS, a password, and no more rights than the documents name."""
     keys = tempfile.TemporaryDirectory()
@@ -292,7 +328,7 @@ def flood():
     broker.close()
 
 
-CASES = {"rights": rights, "flood": flood, "life": life_of_a_cell, "kills": kills, "primary": primary_host}
+CASES = {"restart": restart, "rights": rights, "flood": flood, "life": life_of_a_cell, "kills": kills, "primary": primary_host}
 for name in sys.argv[2:] or CASES:
     CASES[name]()
 print("%d checks, %d failed" % (checks, len(faults)))

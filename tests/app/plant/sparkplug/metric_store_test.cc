@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "app/plant/sparkplug/kept_points.h"
+
 namespace plumbline::plant {
 namespace {
 
@@ -145,6 +147,31 @@ TEST_CASE("After missing messages points are stale and alarms follow the state's
   CHECK(Named(store, kStaleAlarm).value == MetricValue(true));
   store.Apply(Point(8, "[1,2,3]"));
   CHECK(Named(store, "Points/7/Correction/X").quality == Quality::kGood);
+}
+
+TEST_CASE("Points survive a restart, and are stale if messages are missing after it") {
+  MetricStore store;
+  store.Apply(Birth());
+  store.Apply(Point(1, "[1,2,3]"));
+  const KeptPoints kept = {{{"group", "cell-7"}, store.ToKeep()}};
+  const auto read = KeptPointsFromText(TextOfKeptPoints(kept));
+  REQUIRE(read);
+  for (const int next : {2, 3}) {
+    MetricStore fresh;
+    fresh.Restore(read->at({"group", "cell-7"}));
+    CHECK(fresh.Apply(State(next, 0, "[1,2]")) ==
+          (next == 2 ? MetricStore::Outcome::kApplied : MetricStore::Outcome::kMissed));
+    fresh.Apply(Birth());
+    CHECK(Named(fresh, "Points/7/Correction/Z").value == MetricValue(3.0));
+    CHECK(Named(fresh, "Points/7/Correction/Z").unit == std::string("mm"));
+    CHECK(Named(fresh, "Points/7/Correction/Z").quality ==
+          (next == 2 ? Quality::kGood : Quality::kStale));
+    CHECK(fresh.ToKeep().values.size() == (next == 2 ? 3 : 0));
+  }
+  for (const char* other : {"", "{", "[]", R"({"schema":2})", R"({"schema":1})",
+                            R"({"schema":1,"cells":[1]})", R"({"schema":1,"cells":[{}]})"}) {
+    CHECK_FALSE(KeptPointsFromText(other));
+  }
 }
 
 TEST_CASE("What is null as a whole is unknown in its parts") {

@@ -69,7 +69,8 @@ class Bridge:
 
     def start(self):
         log = open(self.folder.name + "/log", "a")
-        self.process = subprocess.Popen([self.program, self.folder.name + "/plant.toml"], stdout=log, stderr=log)
+        self.process = subprocess.Popen([self.program, self.folder.name + "/plant.toml"], stdout=log, stderr=log,
+                                        env={**os.environ, "STATE_DIRECTORY": self.folder.name})
 
     def log(self):
         return open(self.folder.name + "/log").read()
