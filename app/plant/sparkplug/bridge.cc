@@ -147,7 +147,7 @@ void Bridge::Receive(const MqttClient::Received& received, double now_s) {
   EdgeNode* const node = NodeOf(*address);
   if (node == nullptr) return;
   const std::int64_t seq = message->seq;
-  if (node->Apply(std::move(*message)) == MetricStore::Outcome::kMissed) {
+  if (node->Apply(std::move(message).value()) == MetricStore::Outcome::kMissed) {
     log::Log({log::Event::kSparkplugMissed,
               fmt::format("cell {}/{}: messages before number {} are missing; its points count as "
                           "stale until they are reported again",

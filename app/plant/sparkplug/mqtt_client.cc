@@ -141,6 +141,7 @@ Result<void> MqttClient::KeepAlive() {
 Result<void> MqttClient::Subscribe(const std::vector<std::string>& filters) {
   // The library does not change the filters, although it takes them as not constant.
   std::vector<char*> names;
+  names.reserve(filters.size());
   for (const std::string& filter : filters) names.push_back(const_cast<char*>(filter.c_str()));
   const int code =
       mosquitto_subscribe_multiple(client_.get(), nullptr, static_cast<int>(names.size()),
