@@ -50,6 +50,7 @@ NOT_HERE = [
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
     (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
+    (r"^plumbline-sparkplug ", "needs an MQTT broker; sparkplug_host_life_test starts one"),
     (r"plumbline registers scan ", "needs a controller without a profile; register_maps_test plays some"),
     (r"\| jq ", "needs jq"),
     (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),
@@ -69,7 +70,7 @@ MAY_FIND = {r"plumbline doctor": (0, 1), r"plumbline status": (0, 1)}
 
 
 def programs():
-    return sorted(name for name in os.listdir(BIN) if re.fullmatch(r"plumbline\w*|plumbline-(view|mesh|dv|fleet)", name))
+    return sorted(name for name in os.listdir(BIN) if re.fullmatch(r"plumbline\w*|plumbline-(view|mesh|dv|fleet|sparkplug)", name))
 
 
 def help_of(*words):

@@ -21,6 +21,7 @@ std::string_view TitleOf(std::string_view component) {
          : component == "monitoring" ? "Probes and models"
          : component == "camera"     ? "Camera and lens"
          : component == "display"    ? "Display and page"
+         : component == "sparkplug"  ? "Sparkplug bridge"
                                      : "Plant broker";
 }
 

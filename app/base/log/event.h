@@ -171,6 +171,18 @@ enum class Event : std::uint8_t {
   kCollectDatabaseLost,
   kCollectDeadLetters,
   kCollectRefused,
+  // sparkplug
+  kSparkplugStarted,
+  kSparkplugNotStarted,
+  kSparkplugCellsUp,
+  kSparkplugCellsLost,
+  kSparkplugHostsUp,
+  kSparkplugHostsLost,
+  kSparkplugUnreadable,
+  kSparkplugMissed,
+  kSparkplugTooMany,
+  kSparkplugCommand,
+  kSparkplugPoints,
   kCount
 };
 
@@ -181,7 +193,7 @@ struct EventEntry {
   const char* name;       ///< value of PLUMBLINE_EVENT in the journal
   LogLevel level;         ///< of every line of this event
   const char* id;         ///< MESSAGE_ID: 32 hexadecimal digits, from systemd-id128(1)
-  const char* component;  ///< service, robot, points, plc, monitoring, camera, display, fleet
+  const char* component;  ///< service, robot, points, plc, monitoring, camera, display, fleet, ...
   const char* line;       ///< how the line starts; "..." stands for the variable parts
   const char* means;      ///< empty if the line is self-explanatory
   const char* remedy;     ///< what to do; empty if nothing

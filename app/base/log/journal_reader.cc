@@ -19,7 +19,8 @@ void Match(sd_journal* journal, const std::string& match) {
 
 /// journald ORs matches of the same field and ANDs matches of different fields.
 void AddMatches(sd_journal* journal, const JournalQuery& query) {
-  for (const char* program : {"plumblined", "plumbline-view", "plumbline-fleet"}) {
+  for (const char* program :
+       {"plumblined", "plumbline-view", "plumbline-fleet", "plumbline-sparkplug"}) {
     Match(journal, fmt::format("SYSLOG_IDENTIFIER={}", program));
   }
   if (!query.event.empty()) Match(journal, "PLUMBLINE_EVENT=" + query.event);

@@ -12,7 +12,7 @@ import tempfile
 
 BIN = os.path.abspath(sys.argv[1]) + "/"
 PLUMBLINE = BIN + "plumbline"
-SERVICES = ("plumblined", "plumbline-view", "plumbline-fleet")
+SERVICES = ("plumblined", "plumbline-view", "plumbline-fleet", "plumbline-sparkplug")
 WIDTH = 80
 faults = []
 
