@@ -50,6 +50,7 @@ NOT_HERE = [
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
     (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
+    (r"^plumbline plant |^plumbline-plant ", "needs the database of a plant; plant_worker_test has one"),
     (r"plumbline registers scan ", "needs a controller without a profile; register_maps_test plays some"),
     (r"\| jq ", "needs jq"),
     (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),
