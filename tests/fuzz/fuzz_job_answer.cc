@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   plant::JobAnswer answer;
   answer.output = text::JsonOrNull(text);
   cell::JournalRow row;
-  plant::AddFurtherColumns(answer.output, row);
+  plant::AddFurtherColumns(answer.output, std::vector<model::Joint>(6), row);
   const plant::CellComparison same = plant::CompareAnswers("line/cell", answer, answer);
   // An answer is equal to itself, or cannot be compared.
   if (same.error && same.change != plant::CellComparison::Change::kEqual) std::abort();

@@ -24,7 +24,7 @@ constexpr const char* kSelectRows = R"sql(
 SELECT journal, id, (extract(epoch FROM utc) * 1000)::bigint, source, session, x_mm, y_mm, z_mm,
        payload_kg, temp_c, to_json(q), more
 FROM probe
-WHERE cell = $1 AND q IS NOT NULL AND x_mm IS NOT NULL
+WHERE cell = $1 AND q IS NOT NULL
   AND ($2::timestamptz IS NULL OR utc >= $2) AND ($3::timestamptz IS NULL OR utc <= $3)
   AND ($4::int IS NULL OR model = $4) AND ($5 OR NOT quarantined)
 ORDER BY utc DESC, stream DESC, seq DESC LIMIT $6
@@ -45,17 +45,27 @@ std::optional<int> WholeIn(const json& object, const char* name) {
   return found == object.end() ? std::nullopt : text::IntegerFromJsonIfValid<int>(*found);
 }
 
-/// The joints in SI units; empty if their number is not the cell's.
-model::JointVector JointsFrom(std::string_view text, const std::vector<model::Joint>& joints) {
-  const json numbers = text::JsonOrNull(text);
+/// Joint values in SI units; empty if they are not as many as the joints.
+model::JointVector JointsFrom(const json& numbers, const std::vector<model::Joint>& joints,
+                              model::JointQuantity quantity) {
   if (!numbers.is_array() || numbers.size() != joints.size()) return {};
-  model::JointVector q(static_cast<Eigen::Index>(joints.size()));
+  model::JointVector values(static_cast<Eigen::Index>(joints.size()));
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (!numbers[i].is_number()) return {};
-    q[static_cast<Eigen::Index>(i)] =
-        numbers[i].get<double>() * model::PositionForm(joints[i].type).to_SI;
+    values[static_cast<Eigen::Index>(i)] =
+        numbers[i].get<double>() * model::FormOf(quantity, joints[i].type).to_SI;
   }
-  return q;
+  return values;
+}
+
+/// w, x, y, z
+std::optional<Eigen::Quaterniond> OrientationFrom(const json& numbers) {
+  if (!numbers.is_array() || numbers.size() != 4) return std::nullopt;
+  for (const json& number : numbers) {
+    if (!number.is_number()) return std::nullopt;
+  }
+  return Eigen::Quaterniond(numbers[0].get<double>(), numbers[1].get<double>(),
+                            numbers[2].get<double>(), numbers[3].get<double>());
 }
 
 /// @param origin  epoch of the oldest journal, to which t_s refers in every row
@@ -67,11 +77,13 @@ cell::JournalRow RowFrom(const Rows& rows, int k, const std::vector<model::Joint
   row.unix_ms = unix_ms;
   row.source = cell::SourceNamed(rows.Text(k, 3));
   row.session = rows.Text(k, 4);
-  row.measured_W = kMetrePerMm * Vec3(rows.Number(k, 5), rows.Number(k, 6), rows.Number(k, 7));
+  if (!rows.IsNull(k, 5)) {
+    row.measured_W = kMetrePerMm * Vec3(rows.Number(k, 5), rows.Number(k, 6), rows.Number(k, 7));
+  }
   row.payload_kg = rows.NumberOrNull(k, 8);
   row.temp_C = rows.NumberOrNull(k, 9);
-  row.q = JointsFrom(rows.Text(k, 10), joints);
-  if (!rows.IsNull(k, 11)) AddFurtherColumns(text::JsonOrNull(rows.Text(k, 11)), row);
+  row.q = JointsFrom(text::JsonOrNull(rows.Text(k, 10)), joints, model::JointQuantity::kPosition);
+  if (!rows.IsNull(k, 11)) AddFurtherColumns(text::JsonOrNull(rows.Text(k, 11)), joints, row);
   const double from_epoch_s = 1e-3 * static_cast<double>(unix_ms) - static_cast<double>(journal);
   row.t_s = row.t_s.value_or(from_epoch_s) + static_cast<double>(journal - origin);
   return row;
@@ -118,15 +130,35 @@ Result<CellFile> ReadCellFile(Connection& connection, const CellName& cell, cons
   return file;
 }
 
-void AddFurtherColumns(const json& more, cell::JournalRow& row) {
+void AddFurtherColumns(const json& more, const std::vector<model::Joint>& joints,
+                       cell::JournalRow& row) {
   if (!more.is_object()) return;
+  const auto member = [&more](const char* name) {
+    const auto found = more.find(name);
+    return found == more.end() ? json() : *found;
+  };
+  const auto text = [&member](const char* name) {
+    const json found = member(name);
+    return found.is_string() ? found.get<std::string>() : std::string();
+  };
+  const auto length_m = [&more](const char* name) {
+    const auto value_mm = NumberIn(more, name);
+    return value_mm ? std::optional(*value_mm * kMetrePerMm) : std::nullopt;
+  };
+  using enum model::JointQuantity;
   row.t_s = NumberIn(more, "t_s");
+  row.qd = JointsFrom(member("qd"), joints, kVelocity);
+  row.qdd = JointsFrom(member("qdd"), joints, kAcceleration);
+  row.tau = JointsFrom(member("tau"), joints, kTorque);
+  if (const auto step_deg = NumberIn(more, "q_step_deg")) row.q_step_rad = *step_deg * kRadPerDeg;
   row.tool_number = WholeIn(more, "tool");
   row.payload_item = WholeIn(more, "payload_item");
-  if (const auto sigma_mm = NumberIn(more, "sigma_mm")) row.sigma_m = *sigma_mm * kMetrePerMm;
-  if (const auto step_deg = NumberIn(more, "q_step_deg")) row.q_step_rad = *step_deg * kRadPerDeg;
-  const auto camera = more.find("camera");
-  if (camera != more.end() && camera->is_string()) row.camera = camera->get<std::string>();
+  row.orientation_W = OrientationFrom(member("orientation"));
+  row.range_m = length_m("range_mm");
+  row.artefact = text("artefact");
+  row.gauge_m = length_m("gauge_mm");
+  row.sigma_m = length_m("sigma_mm");
+  row.camera = text("camera");
 }
 
 Result<CellRows> ReadCellRows(Connection& connection, const CellName& cell, const std::string& toml,

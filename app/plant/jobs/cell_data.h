@@ -55,9 +55,9 @@ struct CellRows {
 Result<CellRows> ReadCellRows(Connection& connection, const CellName& cell, const std::string& toml,
                               const RowSelection& selection);
 
-/// Adds to a row what NPROBE has beside the columns of the table `probe`, named as in measured.csv:
-/// t_s, tool, payload_item, sigma_mm, camera, q_step_deg. Pure; members of another type are
-/// ignored, as are those of other names.
-void AddFurtherColumns(const nlohmann::json& more, cell::JournalRow& row);
+/// Adds to a row what NPROBE has beside the columns of the table `probe`, under the names that
+/// ProbeBody() gives them. Pure; members of another type are ignored.
+void AddFurtherColumns(const nlohmann::json& more, const std::vector<model::Joint>& joints,
+                       cell::JournalRow& row);
 
 }  // namespace plumbline::plant

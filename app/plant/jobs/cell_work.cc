@@ -26,7 +26,7 @@ LEFT JOIN LATERAL (
 LEFT JOIN LATERAL (
   SELECT max(utc) AS until, count(*) AS rows FROM (
     SELECT utc FROM probe
-    WHERE cell = c.cell AND q IS NOT NULL AND x_mm IS NOT NULL AND NOT quarantined
+    WHERE cell = c.cell AND q IS NOT NULL AND NOT quarantined
       AND utc >= coalesce(s.since, '-infinity')
     ORDER BY utc DESC LIMIT $3) newest
 ) n ON true

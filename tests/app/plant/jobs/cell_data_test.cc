@@ -12,19 +12,29 @@
 namespace plumbline::plant::cell_data_test {
 
 TEST_CASE("further columns of a probe are read whatever they contain") {
+  std::vector<model::Joint> joints(2);
+  joints[1].type = model::JointType::kPrismatic;
   cell::JournalRow row;
   AddFurtherColumns(text::JsonOrNull(R"({"t_s": 12.5, "tool": 3, "payload_item": 0,
-      "sigma_mm": 0.05, "camera": "side", "q_step_deg": 0.01, "other": [1]})"),
-                    row);
+      "sigma_mm": 0.05, "camera": "side", "q_step_deg": 0.01, "qd": [180, 5], "tau": [1, 2, 3],
+      "range_mm": 1500, "orientation": [1, 0, 0, 0], "other": [1]})"),
+                    joints, row);
   CHECK(row.t_s == 12.5);
   CHECK(row.tool_number == 3);
   CHECK(row.payload_item == 0);
   CHECK(*row.sigma_m == Approx(5e-5));
   CHECK(row.camera == "side");
+  REQUIRE(row.qd.size() == 2);
+  CHECK(row.qd[0] == Approx(3.14159265));
+  CHECK(row.qd[1] == Approx(0.005));
+  CHECK(row.tau.size() == 0);  // of another number of joints
+  CHECK(row.range_m == 1.5);
+  CHECK(row.orientation_W->w() == 1);
   for (const char* text : {"null", "[]", "7", R"({"t_s": "x", "tool": 1e300, "camera": 3})",
-                           R"({"payload_item": 9999999999, "sigma_mm": []})"}) {
+                           R"({"payload_item": 9999999999, "sigma_mm": []})",
+                           R"({"qd": ["a", 1], "orientation": [1, 0, 0, null], "tau": {}})"}) {
     cell::JournalRow none;
-    AddFurtherColumns(text::JsonOrNull(text), none);
+    AddFurtherColumns(text::JsonOrNull(text), joints, none);
     CHECK_FALSE(none.t_s);
     CHECK_FALSE(none.tool_number);
     CHECK_FALSE(none.payload_item);
