@@ -105,13 +105,14 @@ Result<void> FitArms(PriorRun& run) {
   if (const auto agreed = RunOverArms(run, "sizes", {"--out", sizes_file}); !agreed) return agreed;
   const auto text = files::ReadFileUpTo(files::kTableSize, sizes_file);
   if (!text) return Error{fmt::format("{}: {}", sizes_file, text.error())};
-  const json sizes = text::JsonOrNull(*text);
+  const auto sizes = text::JsonFromText(*text);
+  if (!sizes) return Error{fmt::format("the agreed sizes: {}", sizes.error())};
   std::vector<CellWork> work;
   for (std::size_t k = 0; k < run.arms.size(); ++k) {
     json input = run.arms[k].input;
     input["stage"] = kFitStage;
     input["arm_job"] = run.jobs[k];
-    input["sizes"] = sizes;
+    input["sizes"] = *sizes;
     work.push_back({run.arms[k].cell, std::move(input)});
   }
   return DoStage(run, work, "fits");

@@ -53,23 +53,32 @@ class PlantProgram {
   pid_t pid_ = -1;
 };
 
-/// Answers at once, unless the file `hold` exists in its folder; fails if `fail` exists.
+/// Answers at once, unless the file `hold` exists in its folder; crashes or refuses its input if
+/// `fail` or `refuse` exists. Knows diagnose and the steps of a prior: their files state the step,
+/// and how many files it was given.
 class StubDiagnosis {
  public:
   explicit StubDiagnosis(const std::string& version = "stub 1") {
     std::ofstream(path()) << fmt::format(
-        "#!/bin/sh\n"
-        "if [ \"$1\" = --version ]; then echo '{1}'; exit 0; fi\n"
-        "while [ $# -gt 0 ]; do [ \"$1\" = --json ] && out=$2; shift; done\n"
-        "echo run >> {0}/runs\n"
-        "while [ -e {0}/hold ]; do sleep 0.05; done\n"
-        "if [ -e {0}/fail ]; then echo \"it \\\"broke\\\"\" >&2; kill -SEGV $$; fi\n"
-        "if [ -e {0}/refuse ]; then echo 'no use' >&2; exit 1; fi\n"
-        "cat > $out <<END\n"
-        "{{\"verdict\": \"explained\", \"effects\": [], \"limit_kb\": $(ulimit -d),\n"
-        " \"held_out\": [{{\"by\": \"rows\", \"after_mm\": 1, \"after_low_mm\": 0.9, "
-        "\"after_high_mm\": 1.1}}]}}\n"
-        "END\n",
+        R"sh(#!/bin/sh
+if [ "$1" = --version ]; then echo '{1}'; exit 0; fi
+echo run >> {0}/runs
+while [ -e {0}/hold ]; do sleep 0.05; done
+if [ -e {0}/fail ]; then echo 'it "broke"' >&2; kill -SEGV $$; fi
+if [ -e {0}/refuse ]; then echo 'no use' >&2; exit 1; fi
+step=$1
+[ "$1" = prior ] && step=$2
+files=0
+while [ $# -gt 0 ]; do
+  [ -f "$1" ] && files=$((files + 1))
+  case "$1" in --json | --out | --arm-out) out=$2; [ "$1" = --arm-out ] && step=arm ;; esac
+  shift
+done
+cat > $out <<END
+{{"step": "$step", "files": $files, "verdict": "explained", "effects": [], "limit_kb": "$(ulimit -d)",
+ "held_out": [{{"by": "rows", "after_mm": 1, "after_low_mm": 0.9, "after_high_mm": 1.1}}]}}
+END
+)sh",
         folder_.path(), version);
     chmod(path().c_str(), 0755);
   }

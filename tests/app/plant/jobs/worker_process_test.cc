@@ -13,9 +13,21 @@ namespace plumbline::plant::worker_process_test {
 using test::PlantProgram;
 using test::Soon;
 
+/// One server for all cases: each has its schema anew.
+test::PostgresProcess& Server() {
+  static test::PostgresProcess server;
+  return server;
+}
+
+Connection NewPlant() {
+  Connection owner = Server().Connect();
+  REQUIRE(owner.RunScript("DROP SCHEMA IF EXISTS plumbline CASCADE; DROP ROLE IF EXISTS w").ok());
+  return Server().ConnectToNewPlant();
+}
+
 /// A plant with cells of 30 rows each.
 struct Station {
-  explicit Station(int cells) : owner(server.ConnectToNewPlant()) {
+  explicit Station(int cells) : owner(NewPlant()) {
     const std::string toml = test::FileText("config/cells/ur10.toml");
     const auto joints = test::JointsOf(toml);
     for (int k = 0; k < cells; ++k) {
@@ -45,7 +57,7 @@ struct Station {
 
   const test::TemporaryFolder folder;
   const test::StubDiagnosis stub;
-  test::PostgresProcess server;
+  test::PostgresProcess& server = Server();
   Connection owner;
 };
 
@@ -71,7 +83,7 @@ TEST_CASE("the jobs of a killed worker are done once, by another") {
   REQUIRE(Soon([&] { return plant.Count("job WHERE finished IS NOT NULL") == 3; }));
   CHECK(plant.Count("result") == 3);
   CHECK(plant.Count("job WHERE attempts = 2 AND failed IS NULL") == 2);
-  CHECK(plant.owner.Run("SELECT output->'limit_kb' FROM result LIMIT 1")->Integer(0, 0) ==
+  CHECK(plant.owner.Run("SELECT output->>'limit_kb' FROM result LIMIT 1")->Integer(0, 0) ==
         4096 * 1024);
   CHECK(plant.owner.Run("SELECT output->'plant'->>'rows' FROM result LIMIT 1")->Text(0, 0) == "30");
   CHECK(other.End(SIGTERM) == 0);
@@ -153,6 +165,34 @@ TEST_CASE("versions are compared on the same rows") {
   newer.Set("refuse");
   CHECK(plant.Run(against) == 1);
   CHECK(text::JsonOrNull(test::FileText(json))["worse"] == 4);
+}
+
+TEST_CASE("a prior is made of the arms of one model, in steps that are not repeated") {
+  if (Skipped()) return;
+  Station plant(3);
+  const std::string toml = test::FileText("config/cells/ur10.toml");
+  test::AddCell(plant.owner, "line-1", "empty", toml);
+  test::AddCell(plant.owner, "line-1", "other", toml, "KR 210");
+  const std::string key = plant.folder.path() + "/plant.key", file = plant.folder.path() + "/prior";
+  std::ofstream(key) << "key";
+  const auto prior = [&] {
+    return plant.Run(
+        {"prior", "UR10", "--key", key, "--output", file, "--program", plant.stub.path()});
+  };
+  PlantProgram worker(plant.Worker(), plant.Log());
+  REQUIRE(prior() == 0);
+  INFO(test::FileText(plant.Log()));
+  CHECK(text::JsonOrNull(test::FileText(file))["step"] == "sign");
+  CHECK(plant.Count("prior WHERE arm_model = 'UR10' AND arms = 3") == 1);
+  CHECK(plant.Count("result WHERE output->>'step' = 'arm'") == 3);
+  // The arm, its rows and the agreed sizes.
+  CHECK(plant.Count("result WHERE output->>'step' = 'fit' AND output->>'files' = '3'") == 3);
+  CHECK(test::FileText(plant.Log()).find("left out: line-1/empty: 0 rows") != std::string::npos);
+  const std::size_t runs = plant.stub.Runs();
+  CHECK(runs == 3 + 3 + 3);  // arms, fits; sizes, pool, sign
+  REQUIRE(prior() == 0);
+  CHECK(plant.stub.Runs() == runs + 3);
+  CHECK(plant.Run({"prior", "none", "--key", key, "--output", file}) == 1);
 }
 
 TEST_CASE("the stored rows of a simulated cell are diagnosed and exported") {
