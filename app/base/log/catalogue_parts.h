@@ -7,9 +7,10 @@
 
 namespace plumbline::log {
 
-std::span<const EventEntry> DaemonEvents();  ///< service, robot, points, plc, loop
-std::span<const EventEntry> CameraEvents();  ///< camera, monitor
-std::span<const EventEntry> FleetEvents();   ///< fleet
+std::span<const EventEntry> DaemonEvents();   ///< service, robot, points, plc, loop
+std::span<const EventEntry> CameraEvents();   ///< camera, monitor
+std::span<const EventEntry> FleetEvents();    ///< fleet
 std::span<const EventEntry> CollectEvents();  ///< collect
+std::span<const EventEntry> WorkerEvents();   ///< worker
 
 }  // namespace plumbline::log

@@ -171,6 +171,13 @@ enum class Event : std::uint8_t {
   kCollectDatabaseLost,
   kCollectDeadLetters,
   kCollectRefused,
+  // worker
+  kWorkerStarted,
+  kWorkerDatabaseLost,
+  kWorkerDatabaseUp,
+  kWorkerJobFailed,
+  kWorkerJobLost,
+  kWorkerJobReturned,
   kCount
 };
 

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <thread>
 
+#include "app/base/log/log.h"
 #include "app/base/service/service_manager.h"
 #include "app/base/service/signals.h"
 #include "app/plant/commands/job_progress.h"
@@ -23,14 +24,17 @@ struct WorkerArguments {
   bool once = false;
 };
 
-/// Keeps the service manager's watchdog quiet while the worker's loop turns.
+constexpr double kHeartbeat_s = 1;
+
+/// Notifies the service manager's watchdog while the worker's loop runs, and writes the log.
 class WorkerHeartbeat {
  public:
   explicit WorkerHeartbeat(const service::ServiceManager& manager) : manager_(manager) {}
   void operator()() {
     if (MonotonicSeconds() < next_s_) return;
     manager_.NotifyWatchdog();
-    next_s_ = MonotonicSeconds() + manager_.watchdog_period_s().value_or(3600);
+    log::FlushLog();
+    next_s_ = MonotonicSeconds() + kHeartbeat_s;
   }
 
  private:
@@ -59,9 +63,12 @@ int Work(const WorkerArguments& arguments) {
   options.heartbeat = WorkerHeartbeat(manager);
   const os::Descriptor stop(service::OpenSignalDescriptor());
   manager.Ready(fmt::format("{} jobs at a time", options.slots));
-  Worker worker(std::move(options), std::cerr);
+  Worker worker(std::move(options), log::Log);
+  log::Log({log::Event::kWorkerStarted, fmt::format("plumbline plant worker {}, {} jobs at a time",
+                                                    worker.name(), arguments.jobs)});
   worker.Run(stop.get());
   manager.Stopping();
+  log::FlushLog(true);
   std::cout << fmt::format("{} jobs done, {} attempts failed\n", worker.answered(),
                            worker.failed());
   return arguments.once && worker.failed() > 0 ? kExitFault : kExitOk;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <climits>
-#include <ostream>
 #include <random>
 
 #include "app/plant/database/schema.h"
@@ -14,6 +13,8 @@
 
 namespace plumbline::plant {
 namespace {
+
+using log::Event;
 
 constexpr double kAskPeriod_s = 1;        ///< for new jobs
 constexpr double kIdlePeriod_s = 0.25;    ///< between two looks at the clock
@@ -46,9 +47,9 @@ struct Worker::Slot {
   double extend_s = 0;                  ///< when to extend the lease
 };
 
-Worker::Worker(WorkerOptions options, std::ostream& log)
+Worker::Worker(WorkerOptions options, log::LogSink log)
     : options_(std::move(options)),
-      log_(log),
+      log_(std::move(log)),
       queue_(WorkerName(), options_.lease_s, VersionsOf(options_.programs)) {}
 
 Worker::~Worker() = default;
@@ -67,7 +68,8 @@ void Worker::Run(int stop) {
     slot.run.reset();  // kills the child
     const bool stored = slot.outcome && connection_ && Deliver(slot);
     if (!stored && connection_) static_cast<void>(queue_.HandBack(*connection_, slot.job).ok());
-    if (!stored) log_ << fmt::format("job {}: handed back\n", slot.job.job) << std::flush;
+    if (!stored)
+      log_({Event::kWorkerJobReturned, fmt::format("job {}: handed back", slot.job.job)});
   }
   slots_.clear();
 }
@@ -84,22 +86,15 @@ bool Worker::Connected() {
     return false;
   }
   connection_ = std::move(opened).value();
-  if (lost_) log_ << "the plant's database answers again\n" << std::flush;
-  lost_ = false;
-  pause_s_ = 0;
   return true;
 }
 
 void Worker::Disconnect(const std::string& why) {
   connection_.reset();
-  if (!lost_) {
-    log_ << fmt::format(
-                "the plant's database does not answer: {}. Running jobs continue; the connection "
-                "is tried again\n",
-                why)
-         << std::flush;
+  if (usable_ != false) {
+    log_({Event::kWorkerDatabaseLost, fmt::format("database: {}; running jobs continue", why)});
   }
-  lost_ = true;
+  usable_ = false;
   pause_s_ = std::clamp(2 * pause_s_, kShortestPause_s, kLongestPause_s);
   retry_s_ = MonotonicSeconds() + pause_s_;
 }
@@ -120,6 +115,9 @@ bool Worker::StartNext() {
     Disconnect(taken.error());
     return false;
   }
+  if (usable_ != true) log_({Event::kWorkerDatabaseUp, "database connected"});
+  usable_ = true;
+  pause_s_ = 0;
   empty_ = !taken->has_value();
   if (empty_) return false;
   Slot slot{**taken, ProgramFor((*taken)->version), std::nullopt};
@@ -174,8 +172,8 @@ bool Worker::Deliver(Slot& slot) {
       *connection_, slot.job, {slot.program.version, slot.outcome->seconds, slot.outcome->text});
   if (stored) {
     answered_ += *stored ? 1 : 0;
-    // Also after a commit whose confirmation was lost with the connection.
-    if (!*stored) log_ << fmt::format("job {}: ended elsewhere\n", slot.job.job) << std::flush;
+    // Or this worker stored it, and the confirmation was lost with the connection.
+    if (!*stored) LogJobLost(slot);
     return true;
   }
   // Class 22: the answer itself cannot be stored, for example a text with a NUL character.
@@ -195,7 +193,7 @@ bool Worker::ExtendLease(Slot& slot) {
     return true;
   }
   slot.extend_s = MonotonicSeconds() + kLeasePart * options_.lease_s;
-  if (!*held) log_ << fmt::format("job {}: taken by another worker\n", slot.job.job) << std::flush;
+  if (!*held) LogJobLost(slot);
   return *held;
 }
 
@@ -207,9 +205,13 @@ void Worker::GiveUp(Slot& slot, const std::string& reason) {
   }
   ++failed_;
   empty_ = empty_ && *last;  // unless it was the last attempt, the job can be taken again
-  log_ << fmt::format("job {} ({}), attempt {}: {}{}\n", slot.job.job, slot.job.kind,
-                      slot.job.attempt, reason, *last ? "; marked as failed" : "")
-       << std::flush;
+  log_({Event::kWorkerJobFailed,
+        fmt::format("job {} ({}), attempt {}: {}{}", slot.job.job, slot.job.kind, slot.job.attempt,
+                    reason, *last ? "; marked as failed" : "")});
+}
+
+void Worker::LogJobLost(const Slot& slot) const {
+  log_({Event::kWorkerJobLost, fmt::format("job {}: taken by another worker", slot.job.job)});
 }
 
 }  // namespace plumbline::plant

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/base/log/log_entry.h"
 #include "app/plant/jobs/job_queue.h"
 #include "app/plant/jobs/job_run.h"
 
@@ -26,13 +26,15 @@ struct WorkerOptions {
 /// continue, and their answers are stored if no other worker has taken their jobs.
 class Worker {
  public:
-  Worker(WorkerOptions options, std::ostream& log);
+  Worker(WorkerOptions options, log::LogSink log);
   ~Worker();
 
   /// Runs until `stop` is readable (SIGTERM), or, with `once`, until the queue is empty; children
   /// that still run are then killed and their jobs handed back.
   /// @param stop  descriptor, not read; -1: none
   void Run(int stop);
+
+  const std::string& name() const { return queue_.worker(); }
 
   int answered() const { return answered_; }  ///< jobs whose answer was stored
   int failed() const { return failed_; }      ///< attempts that failed
@@ -49,18 +51,19 @@ class Worker {
   bool Deliver(Slot& slot);
   bool ExtendLease(Slot& slot);
   void GiveUp(Slot& slot, const std::string& reason);
+  void LogJobLost(const Slot& slot) const;
   const JobProgram& ProgramFor(const std::string& version) const;
 
   const WorkerOptions options_;
-  std::ostream& log_;
+  const log::LogSink log_;
   const JobQueue queue_;
   std::optional<Connection> connection_;
   std::vector<Slot> slots_;
-  bool lost_ = false;   ///< reported as lost
-  bool empty_ = false;  ///< no job was left at the last attempt to take one
-  double retry_s_ = 0;  ///< when to open the next connection
-  double pause_s_ = 0;  ///< before the one after that
-  double ask_s_ = 0;    ///< when to ask the queue again
+  std::optional<bool> usable_;  ///< whether the database did what was asked; nullopt at the start
+  bool empty_ = false;          ///< no job was left at the last attempt to take one
+  double retry_s_ = 0;          ///< when to open the next connection
+  double pause_s_ = 0;          ///< before the one after that
+  double ask_s_ = 0;            ///< when to ask the queue again
   int answered_ = 0, failed_ = 0;
 };
 

@@ -99,7 +99,7 @@ TEST_CASE("an answer outlives a crash of the database, and SIGTERM hands a job b
   plant.server.Stop(SIGKILL);
   plant.stub.Clear("hold");
   REQUIRE(Soon(
-      [&] { return test::FileText(plant.Log()).find("does not answer") != std::string::npos; }));
+      [&] { return test::FileText(plant.Log()).find("running jobs continue") != std::string::npos; }));
   plant.server.Start();
   plant.owner = plant.server.Connect();
   INFO(test::FileText(plant.Log()));
