@@ -26,6 +26,7 @@ struct ExecPlan {
   std::vector<char*> arguments;
   std::vector<int> descriptors;  ///< indexed by their number in the child; -1: none
   int nice = 0;
+  std::size_t memory_bytes = 0;
   bool own_group = false;
   pid_t parent = 0;
 };
@@ -44,6 +45,7 @@ ExecPlan PlanOf(const ChildOptions& options) {
     plan.descriptors[number] = handed.descriptor;
   }
   plan.nice = options.nice;
+  plan.memory_bytes = options.memory_bytes;
   plan.own_group = options.own_group;
   plan.parent = getpid();
   return plan;
@@ -76,6 +78,10 @@ void PlaceDescriptors(std::vector<int>& descriptors) {
   // Detects a parent process that ended before prctl(); not a parent thread.
   if (getppid() != plan.parent) _exit(ExitStatus::kNotRun);
   if (plan.nice != 0) setpriority(PRIO_PROCESS, 0, plan.nice);
+  if (plan.memory_bytes > 0) {
+    const rlimit limit{plan.memory_bytes, plan.memory_bytes};
+    setrlimit(RLIMIT_DATA, &limit);
+  }
   signal(SIGPIPE, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,7 +23,9 @@ struct ChildOptions {
   std::vector<std::string> arguments;  ///< the program's path first
   /// Standard streams that are not listed are connected to /dev/null.
   std::vector<PassedDescriptor> descriptors = {};
-  int nice = 0;            ///< 0: unchanged
+  int nice = 0;  ///< 0: unchanged
+  /// Limit on its writable memory (RLIMIT_DATA); allocations beyond it fail. 0: unchanged.
+  std::size_t memory_bytes = 0;
   bool own_group = false;  ///< kill it together with the processes it has started
 };
 

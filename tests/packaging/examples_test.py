@@ -51,6 +51,7 @@ NOT_HERE = [
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
     (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
     (r"^plumbline-sparkplug ", "needs an MQTT broker; sparkplug_host_life_test starts one"),
+    (r"^plumbline plant |^plumbline-plant ", "needs the database of a plant; plant_worker_test has one"),
     (r"plumbline registers scan ", "needs a controller without a profile; register_maps_test plays some"),
     (r"\| jq ", "needs jq"),
     (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),

@@ -12,5 +12,6 @@ std::span<const EventEntry> CameraEvents();   ///< camera, monitor
 std::span<const EventEntry> FleetEvents();    ///< fleet
 std::span<const EventEntry> CollectEvents();  ///< collect
 std::span<const EventEntry> SparkplugEvents();
+std::span<const EventEntry> WorkerEvents();  ///< worker
 
 }  // namespace plumbline::log

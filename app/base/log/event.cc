@@ -10,8 +10,8 @@ namespace plumbline::log {
 std::span<const EventEntry> EventCatalogue() {
   static const std::vector<EventEntry> entries = [] {
     std::vector<EventEntry> all;
-    for (const auto part :
-         {DaemonEvents(), CameraEvents(), FleetEvents(), CollectEvents(), SparkplugEvents()}) {
+    for (const auto part : {DaemonEvents(), CameraEvents(), FleetEvents(), CollectEvents(),
+                            SparkplugEvents(), WorkerEvents()}) {
       all.insert(all.end(), part.begin(), part.end());
     }
     return all;

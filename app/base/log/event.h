@@ -183,6 +183,13 @@ enum class Event : std::uint8_t {
   kSparkplugTooMany,
   kSparkplugCommand,
   kSparkplugPoints,
+  // worker
+  kWorkerStarted,
+  kWorkerDatabaseLost,
+  kWorkerDatabaseUp,
+  kWorkerJobFailed,
+  kWorkerJobLost,
+  kWorkerJobReturned,
   kCount
 };
 

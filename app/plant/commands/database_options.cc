@@ -8,9 +8,7 @@
 #include "app/plant/database/schema.h"
 
 namespace plumbline::plant {
-namespace {
 
-/// The connection string that applies; nullopt after printing faults of the configuration.
 std::optional<std::string> ConnectionText(const DatabaseOptions& options) {
   if (!options.connection.empty()) return options.connection;
   if (options.config.empty() && access(kPlantConfigFile, F_OK) != 0) {
@@ -23,8 +21,6 @@ std::optional<std::string> ConnectionText(const DatabaseOptions& options) {
   std::cerr << config::FaultsText(faults);
   return std::nullopt;
 }
-
-}  // namespace
 
 void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options) {
   command.add_option("--config", options.config,

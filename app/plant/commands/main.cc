@@ -19,6 +19,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = plant::kExitOk;
   plant::AddInitCommand(app, exit_code);
+  plant::AddExportCommand(app, exit_code);
+  plant::AddScheduleCommand(app, exit_code);
+  plant::AddWorkerCommand(app, exit_code);
+  plant::AddCompareCommand(app, exit_code);
+  plant::AddPriorCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -23,9 +23,17 @@ struct DatabaseOptions {
 /// Adds --config and --database.
 void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options);
 
+/// The connection string that applies; nullopt after printing faults of the configuration.
+std::optional<std::string> ConnectionText(const DatabaseOptions& options);
+
 /// Connects, and checks the schema unless `any_schema`. Prints the reason on failure.
 std::optional<Connection> OpenDatabase(const DatabaseOptions& options, bool any_schema = false);
 
 void AddInitCommand(CLI::App& app, int& exit_code);
+void AddExportCommand(CLI::App& app, int& exit_code);
+void AddScheduleCommand(CLI::App& app, int& exit_code);
+void AddWorkerCommand(CLI::App& app, int& exit_code);
+void AddCompareCommand(CLI::App& app, int& exit_code);
+void AddPriorCommand(CLI::App& app, int& exit_code);
 
 }  // namespace plumbline::plant
