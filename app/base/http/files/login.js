@@ -17,6 +17,6 @@ form.addEventListener("submit", async (event) => {
     if (answer.type === "opaqueredirect") location.replace("/");
     else said.textContent = "Wrong token.";
   } catch (error) {
-    said.textContent = "plumbline-view does not respond.";
+    said.textContent = "The server of the page does not respond.";
   }
 });

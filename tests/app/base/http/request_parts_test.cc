@@ -1,12 +1,12 @@
-#include "app/display/page/request_parts.h"
+#include "app/base/http/request_parts.h"
 
 #include <catch2/catch.hpp>
 
-#include "app/display/page/login_throttle.h"
+#include "app/base/http/login_throttle.h"
 
 namespace plumbline::request_parts_test {
 
-using namespace plumbline::display;
+using namespace plumbline::http;
 
 TEST_CASE("secrets are equal only if every byte is") {
   CHECK(SameSecret("0123456789abcdef", "0123456789abcdef"));
@@ -103,22 +103,6 @@ TEST_CASE("only addresses and own names are accepted as host") {
                                   "127.0.0.1.nip.io", "cell", "localhost.evil.example", ""}) {
     CHECK_FALSE(IsOwnHost(other, own));
   }
-}
-
-TEST_CASE("only names of reports are accepted") {
-  CHECK(ReportKindOf("0007.html") == ReportKind::kModel);
-  CHECK(ReportKindOf("12345.html") == ReportKind::kModel);
-  CHECK(ReportKindOf("diagnosis.html") == ReportKind::kDiagnosis);
-  CHECK(ReportKindOf("alarm-20261121T120000Z-0041-1.png") == ReportKind::kAlarmPicture);
-  for (const char* const none :
-       {"", "..", "../0007.html", "0007.toml", "007.html", "1234567890.html", "0007.html/..",
-        "/etc/passwd", "alarm-.png", "alarm-../x.png", "alarm-a/b.png", "alarm-a.b.png",
-        "x-alarm-1.png", "0007.HTML", "00\n7.html", "report.html", "journal.sqlite"}) {
-    INFO(none);
-    CHECK(ReportKindOf(none) == ReportKind::kNone);
-  }
-  CHECK(ReportKindOf("alarm-" + std::string(200, 'a') + ".png") == ReportKind::kNone);
-  CHECK(ReportKindOf(std::string_view("0007.html\0", 10)) == ReportKind::kNone);
 }
 
 }  // namespace plumbline::request_parts_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline::display {
+namespace plumbline::http {
 
 /// After kFreeFailures wrong tokens from an address, the next attempt has to wait 1 s, then 2, 4,
 /// ... up to kMaxWait_s. The correct token, or kForgetAfter_s without an attempt, resets the count
@@ -39,4 +39,4 @@ class LoginThrottle {
   std::vector<Entry> entries_;
 };
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

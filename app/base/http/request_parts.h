@@ -1,4 +1,4 @@
-// Parsers for credentials, host and report names in a request. Pure functions, fuzzed.
+// Parsers for credentials and host in a request. Pure functions, fuzzed.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline::display {
+namespace plumbline::http {
 
 /// Constant-time comparison: its duration reveals nothing about `secret` except its length.
 bool SameSecret(std::string_view given, std::string_view secret);
@@ -29,12 +29,4 @@ std::optional<std::string> HostOf(std::string_view header);
 /// host must be an IP address, localhost or one of this computer's names.
 bool IsOwnHost(std::string_view host, const std::vector<std::string>& own_names);
 
-/// Kind of a report below /reports/, which determines its folder.
-enum class ReportKind { kNone, kModel, kDiagnosis, kAlarmPicture };
-
-/// Recognises `0007.html` (model version, at least four digits), `diagnosis.html` and
-/// `alarm-*.png`. Names contain only letters, digits, '-' and single dots, so that they cannot
-/// leave the folder.
-ReportKind ReportKindOf(std::string_view name);
-
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -10,11 +10,11 @@
 #include <string_view>
 #include <thread>
 
-#include "app/display/page/http_message.h"
+#include "app/base/http/http_message.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/os/tcp_listener.h"
 
-namespace plumbline::display {
+namespace plumbline::http {
 
 // HTTP connection with limits on time and size: reads a request head, writes a response.
 
@@ -91,4 +91,4 @@ class HttpServer {
   std::thread thread_;
 };
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -1,10 +1,10 @@
-#include "app/display/page/http_message.h"
+#include "app/base/http/http_message.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-namespace plumbline::display {
+namespace plumbline::http {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
@@ -226,4 +226,4 @@ std::string HeadOf(const HttpResponse& response) {
   return head + "\r\n";
 }
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -1,11 +1,11 @@
-#include "app/display/page/login_throttle.h"
+#include "app/base/http/login_throttle.h"
 
 #include <arpa/inet.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline::display {
+namespace plumbline::http {
 namespace {
 
 constexpr int kMaxDoublings = 16;
@@ -61,4 +61,4 @@ void LoginThrottle::Succeeded(const std::string& address) {
   std::erase_if(entries_, [&](const Entry& entry) { return entry.network == network; });
 }
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -1,13 +1,13 @@
-#include "app/display/page/authentication.h"
+#include "app/base/http/authentication.h"
 
 #include <fmt/format.h>
 
 #include <functional>
 #include <utility>
 
-#include "app/display/page/request_parts.h"
+#include "app/base/http/request_parts.h"
 
-namespace plumbline::display {
+namespace plumbline::http {
 namespace {
 
 constexpr int kCookieLifetime_s = 30 * 86400;
@@ -61,4 +61,4 @@ std::string Authentication::Cookie() const {
                      cookie_value_, kCookieLifetime_s);
 }
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "app/display/page/http_message.h"
-#include "app/display/page/login_throttle.h"
+#include "app/base/http/http_message.h"
+#include "app/base/http/login_throttle.h"
 
-namespace plumbline::display {
+namespace plumbline::http {
 
 /// Token or cookie sent with a request.
 struct Credential {
@@ -42,4 +42,4 @@ class Authentication {
   LoginThrottle throttle_;
 };
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

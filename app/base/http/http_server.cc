@@ -1,4 +1,4 @@
-#include "app/display/page/http_server.h"
+#include "app/base/http/http_server.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -14,7 +14,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline::display {
+namespace plumbline::http {
 namespace {
 
 /// @return  true if the descriptor is ready or broken, which the next call on it reports
@@ -240,4 +240,4 @@ void HttpServer::Serve(Slot& slot) {
   slot.done = true;
 }
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace plumbline::display {
+namespace plumbline::http {
 
 /// Name-value pairs in their original order.
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
@@ -74,4 +74,4 @@ struct HttpResponse {
 /// Content-Length.
 std::string HeadOf(const HttpResponse& response);
 
-}  // namespace plumbline::display
+}  // namespace plumbline::http

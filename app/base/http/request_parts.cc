@@ -1,13 +1,13 @@
-#include "app/display/page/request_parts.h"
+#include "app/base/http/request_parts.h"
 
 #include <arpa/inet.h>
 
 #include <algorithm>
 
-namespace plumbline::display {
+namespace plumbline::http {
 namespace {
 
-constexpr std::size_t kMaxHostLength = 253, kMaxNameLength = 100;
+constexpr std::size_t kMaxHostLength = 253;
 
 bool IsDigit(char c) {
   return c >= '0' && c <= '9';
@@ -118,23 +118,4 @@ bool IsOwnHost(std::string_view host, const std::vector<std::string>& own_names)
   return std::find(own_names.begin(), own_names.end(), name) != own_names.end();
 }
 
-ReportKind ReportKindOf(std::string_view name) {
-  constexpr std::string_view kPage = ".html", kPicture = ".png", kAlarm = "alarm-";
-  if (name == "diagnosis.html") return ReportKind::kDiagnosis;
-  if (name.size() > kMaxNameLength) return ReportKind::kNone;
-  if (name.ends_with(kPage)) {
-    const std::string_view number = name.substr(0, name.size() - kPage.size());
-    const bool is_number = number.size() >= 4 && number.size() <= 9 &&
-                           std::all_of(number.begin(), number.end(), IsDigit);
-    return is_number ? ReportKind::kModel : ReportKind::kNone;
-  }
-  if (!name.ends_with(kPicture) || !name.starts_with(kAlarm)) return ReportKind::kNone;
-  const std::string_view middle =
-      name.substr(kAlarm.size(), name.size() - kPicture.size() - kAlarm.size());
-  const bool plain = !middle.empty() && std::all_of(middle.begin(), middle.end(), [](char c) {
-    return IsLetter(c) || IsDigit(c) || c == '-';
-  });
-  return plain ? ReportKind::kAlarmPicture : ReportKind::kNone;
-}
-
-}  // namespace plumbline::display
+}  // namespace plumbline::http

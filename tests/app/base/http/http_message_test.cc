@@ -1,11 +1,11 @@
 // HTTP codec with requests of browsers, scripts and attackers.
-#include "app/display/page/http_message.h"
+#include "app/base/http/http_message.h"
 
 #include <catch2/catch.hpp>
 
 namespace plumbline::http_message_test {
 
-using namespace plumbline::display;
+using namespace plumbline::http;
 
 namespace {
 
