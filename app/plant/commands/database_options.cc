@@ -10,21 +10,32 @@
 namespace plumbline::plant {
 namespace {
 
-/// The connection string that applies; nullopt after printing faults of the configuration.
-std::optional<std::string> ConnectionText(const DatabaseOptions& options) {
-  if (!options.connection.empty()) return options.connection;
-  if (options.config.empty() && access(kPlantConfigFile, F_OK) != 0) {
-    return DatabaseSettings().connection;
-  }
+/// Reads plant.toml, if it is given or exists. nullopt after printing its faults.
+std::optional<PlantConfig> ReadGivenConfig(const DatabaseOptions& options) {
+  if (options.config.empty() && access(kPlantConfigFile, F_OK) != 0) return PlantConfig{};
   config::FaultList faults;
   const std::string file = options.config.empty() ? kPlantConfigFile : options.config;
-  const PlantConfig config = ReadPlantConfig(file, faults);
-  if (!faults.HasFaults()) return config.database.connection;
+  PlantConfig config = ReadPlantConfig(file, faults);
+  if (!faults.HasFaults()) return config;
   std::cerr << config::FaultsText(faults);
   return std::nullopt;
 }
 
+/// The connection string that applies; nullopt after printing faults of the configuration.
+std::optional<std::string> ConnectionText(const DatabaseOptions& options) {
+  if (!options.connection.empty()) return options.connection;
+  const auto config = ReadGivenConfig(options);
+  if (!config) return std::nullopt;
+  return config->database.connection;
+}
+
 }  // namespace
+
+std::optional<PlantConfig> PlantConfigOf(const DatabaseOptions& options) {
+  auto config = ReadGivenConfig(options);
+  if (config && !options.connection.empty()) config->database.connection = options.connection;
+  return config;
+}
 
 void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options) {
   command.add_option("--config", options.config,

@@ -19,6 +19,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = plant::kExitOk;
   plant::AddInitCommand(app, exit_code);
+  plant::AddStatusCommand(app, exit_code);
+  plant::AddReportCommand(app, exit_code);
+  plant::AddPageCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/plant/database/connection.h"
+#include "app/plant/database/plant_config.h"
 
 namespace plumbline::plant {
 
@@ -23,9 +24,15 @@ struct DatabaseOptions {
 /// Adds --config and --database.
 void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options);
 
+/// The configuration with the options applied. Prints its faults.
+std::optional<PlantConfig> PlantConfigOf(const DatabaseOptions& options);
+
 /// Connects, and checks the schema unless `any_schema`. Prints the reason on failure.
 std::optional<Connection> OpenDatabase(const DatabaseOptions& options, bool any_schema = false);
 
 void AddInitCommand(CLI::App& app, int& exit_code);
+void AddStatusCommand(CLI::App& app, int& exit_code);
+void AddReportCommand(CLI::App& app, int& exit_code);
+void AddPageCommand(CLI::App& app, int& exit_code);
 
 }  // namespace plumbline::plant
