@@ -35,11 +35,11 @@ std::string CardHtml(const RankedCell& one, const WallCard& card) {
                                              EscapedHtml(page), name);
   const std::string arm = cell.arm_model.empty() ? "" : ", " + cell.arm_model;
   std::string html = fmt::format(
-      "<li id=\"c{}\" class=\"card {}\" data-line=\"{}\" data-state=\"{}\" data-person=\"{}\" "
-      "data-words=\"{}\"><h3><span class=\"glyph\" aria-hidden=\"true\">{}</span>{} "
-      "<span class=\"word\">{}</span></h3><p class=\"arm\">{}</p>",
-      cell.cell, word.name, EscapedHtml(card.line), word.name, card.needs_person ? 1 : 0,
-      EscapedHtml(card.words), word.glyph, link, word.word, EscapedHtml(cell.line + arm));
+      "<li id=\"c{}\" class=\"card {}\" data-line=\"{}\" data-state=\"{}\" data-group=\"{}\" "
+      "data-words=\"{}\"><h3><span class=\"word\">{}</span><span class=\"glyph\" "
+      "aria-hidden=\"true\">{}</span> {}</h3><p class=\"arm\">{}</p>",
+      cell.cell, word.name, EscapedHtml(card.line), word.name, card.group, EscapedHtml(card.words),
+      word.word, word.glyph, link, EscapedHtml(cell.line + arm));
   for (std::size_t k = 0; k < std::min(one.findings.size(), kMostReasons); ++k) {
     html += fmt::format("<p class=\"why\">{}</p>", EscapedHtml(one.findings[k].text));
   }
@@ -51,7 +51,10 @@ std::string CardHtml(const RankedCell& one, const WallCard& card) {
 
 WallCard CardOf(const RankedCell& one) {
   const CellState& cell = *one.cell;
-  WallCard card{cell.cell, cell.line, "", WordOf(one).name, NeedsPerson(one.findings), "", 0};
+  const char* const group = NeedsPerson(one.findings) ? "person"
+                            : one.findings.empty()    ? "rest"
+                                                      : "note";
+  WallCard card{cell.cell, cell.line, "", WordOf(one).name, group, "", 0};
   std::string words = fmt::format("{} {} {} {} {}", cell.line, cell.name, cell.node, cell.arm_model,
                                   cell.arm_series);
   for (const Finding& finding : one.findings) words += " " + finding.text;
@@ -87,13 +90,20 @@ WallStrip StripOf(const std::vector<RankedCell>& ranked, const PlantState& plant
   return strip;
 }
 
+/// "2026-11-30 10:16:31 UTC".
+std::string TimeText(double utc) {
+  std::string text = text::TextFromUtc(utc);
+  text.replace(text.find('T'), 1, " ");
+  return text.replace(text.find('Z'), 1, " UTC");
+}
+
 std::string StripHtml(const WallStrip& strip, double now_utc) {
   return fmt::format(
       "<header id=\"head\" class=\"{}\"><span id=\"glyph\" aria-hidden=\"true\">{}</span>"
       "<div role=\"status\"><h1 id=\"headline\">{}</h1><p id=\"reason\">{}</p></div>"
       "<p id=\"about\">{}</p></header>",
       strip.style, strip.glyph, EscapedHtml(strip.headline), EscapedHtml(strip.reason),
-      text::TextFromUtc(now_utc));
+      TimeText(now_utc));
 }
 
 std::string SelectionHtml(const WallSelection& selection) {
@@ -150,7 +160,7 @@ Wall WallFrom(const std::vector<CellState>& cells, double now_utc, const Wall& b
 }
 
 bool WallSelection::Shows(const WallCard& card) const {
-  if (state == "person" && !card.needs_person) return false;
+  if (state == "person" && card.group != state) return false;
   if (!state.empty() && state != "person" && state != card.state) return false;
   for (std::size_t at = 0; at < words.size();) {
     const std::size_t end = std::min(words.find(' ', at), words.size());
@@ -162,17 +172,18 @@ bool WallSelection::Shows(const WallCard& card) const {
 
 std::string WallHtml(const Wall& wall, const WallSelection& selection, const std::string& start,
                      const std::string& problem) {
-  std::map<std::string, std::string> lines;  // their cards
-  std::string need, rest;
+  std::map<std::string, std::string> lines, groups;  // their cards
   for (const WallCard& card : wall.cards) {
     const std::string html = selection.Shows(card) ? card.html : "<li hidden" + card.html.substr(3);
-    (selection.by_line ? lines[card.line] : card.needs_person ? need : rest) += html;
+    (selection.by_line ? lines[card.line] : groups[card.group]) += html;
   }
   std::string lists;
   if (selection.by_line) {
     for (const auto& [line, cards] : lines) lists += ListHtml("line " + line, line, cards);
   } else {
-    lists = ListHtml("person", "Need a person", need) + ListHtml("rest", "In order", rest);
+    lists = ListHtml("person", "Need a person", groups["person"]) +
+            ListHtml("note", "To know", groups["note"]) +
+            ListHtml("rest", "In order", groups["rest"]);
   }
   WallStrip strip = wall.strip;
   if (!problem.empty()) strip = {"lost", "○", "LOST", problem};
@@ -193,7 +204,7 @@ std::string WallUpdateJson(const Wall& wall, std::uint64_t since, const std::str
   WallStrip strip = wall.strip;
   if (!problem.empty()) strip = {"lost", "○", "LOST", problem};
   nlohmann::ordered_json json = {{"version", fmt::format("{}-{}", start, wall.version)},
-                                 {"time", text::TextFromUtc(wall.now_utc)},
+                                 {"time", TimeText(wall.now_utc)},
                                  {"strip",
                                   {{"style", strip.style},
                                    {"glyph", strip.glyph},

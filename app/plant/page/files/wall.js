@@ -21,7 +21,7 @@ function showStrip(strip, time) {
 
 function listOf(card) {
   const lined = main.classList.contains("lines");
-  const key = lined ? "line " + card.dataset.line : card.dataset.person === "1" ? "person" : "rest";
+  const key = lined ? "line " + card.dataset.line : card.dataset.group;
   const lists = [...document.querySelectorAll("ol")];
   const list = lists.find((one) => one.dataset.list === key);
   if (list) return list;
@@ -37,7 +37,7 @@ function listOf(card) {
 function select(card) {
   const words = form.elements.q.value.toLowerCase().split(" "), state = form.elements.state.value;
   card.hidden = !words.every((word) => card.dataset.words.includes(word)) ||
-    (state === "person" ? card.dataset.person !== "1" : state !== "" && card.dataset.state !== state);
+    (state === "person" ? card.dataset.group !== "person" : state !== "" && card.dataset.state !== state);
 }
 
 function apply(update) {

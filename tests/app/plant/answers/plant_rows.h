@@ -8,8 +8,8 @@
 
 namespace plumbline::test {
 
-/// Cells 1..N in lines of 25, two arm models, all online and healthy; `days` days of sums, 40 probes
-/// a day, a mean residual about 0.2 mm with 0.01 mm between days, the same at each call.
+/// Cells 1..N in lines of 25, two arm models, all online and healthy; `days` days of sums, 40
+/// probes a day, a mean residual about 0.2 mm with 0.01 mm between days, the same at each call.
 inline void FillPlant(plant::Connection& connection, int cells, int days) {
   const auto run = [&](const char* statement, std::initializer_list<plant::Parameter> parameters) {
     const auto done = connection.Run(statement, parameters);
