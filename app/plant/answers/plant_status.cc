@@ -156,14 +156,18 @@ std::vector<Finding> FindingsOf(const CellState& cell, double now_utc) {
   // What an absent cell said last is history.
   const bool drifts = !absent && cell.drift_statistic.value_or(0) > 1;
   const bool proposed = !absent && cell.proposed_model > 0;
-  // Reasons of which the cell's state has more to say below.
-  const bool said_below =
-      (drifts && cell.health_reason == Describe(HealthReason::kDrift)) ||
-      (proposed && cell.health_reason == Describe(HealthReason::kProposalWaiting));
-  if (!absent && cell.health && !said_below) {
+  if (!absent && cell.health) {
+    const std::string& reason = cell.health_reason;
     const Urgency urgency = UrgencyOfHealth(*cell.health);
-    const std::string text = cell.health_reason.empty() ? "no reason given" : cell.health_reason;
-    if (urgency != Urgency::kNone) findings.push_back({urgency, text});
+    // A reason of which a finding below says more; never one that is more urgent than it.
+    const bool said_below =
+        reason.empty() ? drifts || proposed
+                       : (drifts && reason == Describe(HealthReason::kDrift)) ||
+                             (proposed && reason == Describe(HealthReason::kProposalWaiting));
+    const bool covered = said_below && urgency <= (drifts ? Urgency::kAttention : Urgency::kNotice);
+    if (urgency != Urgency::kNone && !covered) {
+      findings.push_back({urgency, reason.empty() ? "no reason given" : reason});
+    }
   }
   if (drifts) {
     findings.push_back(

@@ -29,7 +29,10 @@ FROM camera_now JOIN cell USING (cell) WHERE lens = 'stale' ORDER BY utc)sql";
 
 constexpr const char* kDiagnoses = R"sql(
 SELECT DISTINCT ON (cell.cell) line, coalesce(nullif(cell.name, ''), node),
-       left(coalesce(output->>'summary', ''), 300), extract(epoch FROM utc)
+       left(concat_ws(': ', output->>'verdict', output->>'refused', (
+         SELECT string_agg(effect->>'id', ', ') FROM jsonb_array_elements(
+           CASE jsonb_typeof(output->'effects') WHEN 'array' THEN output->'effects' ELSE '[]' END)
+           effect)), 300), extract(epoch FROM utc)
 FROM job JOIN cell USING (cell) JOIN result USING (job)
 WHERE kind = 'diagnose' AND failed IS NULL
 ORDER BY cell.cell, utc DESC)sql";

@@ -48,7 +48,7 @@ int ServePage(const PageCommandOptions& options) {
       PlantPage::Start({page, config->database.connection, log}, manager.TakeSocket("http"));
   if (!started) {
     std::cerr << fmt::format("the page is not served: {}\n", started.error());
-    return kExitFault;
+    return kExitUsage;
   }
   const os::TcpEndpoint at = (*started)->at();
   if (!options.port_file.empty()) {
@@ -83,8 +83,8 @@ void AddPageCommand(CLI::App& app, int& exit_code) {
       "page does. The page changes nothing. Needs the role plumbline_reader.\n\n"
       "Example:\n"
       "  plumbline plant page --database \"host=db1 dbname=plumbline user=reader\"\n\n"
-      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 the configuration has faults or the page "
-      "cannot be served; 2 wrong arguments.");
+      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration; 2 wrong "
+      "arguments, or the page cannot be served.");
   command->callback([options, &exit_code] { exit_code = ServePage(*options); });
 }
 

@@ -33,13 +33,15 @@ std::string CardHtml(const RankedCell& one, const WallCard& card) {
                                ? name
                                : fmt::format("<a href=\"{}\" rel=\"noopener noreferrer\">{}</a>",
                                              EscapedHtml(page), name);
-  const std::string arm = cell.arm_model.empty() ? "" : ", " + cell.arm_model;
+  const std::string arm = cell.arm_model.empty() ? ""
+                                                 : fmt::format("<span class=\"model\">, {}</span>",
+                                                               EscapedHtml(cell.arm_model));
   std::string html = fmt::format(
       "<li id=\"c{}\" class=\"card {}\" data-line=\"{}\" data-state=\"{}\" data-group=\"{}\" "
       "data-words=\"{}\"><h3><span class=\"word\">{}</span><span class=\"glyph\" "
       "aria-hidden=\"true\">{}</span> {}</h3><p class=\"arm\">{}</p>",
       cell.cell, word.name, EscapedHtml(card.line), word.name, card.group, EscapedHtml(card.words),
-      word.word, word.glyph, link, EscapedHtml(cell.line + arm));
+      word.word, word.glyph, link, EscapedHtml(cell.line) + arm);
   for (std::size_t k = 0; k < std::min(one.findings.size(), kMostReasons); ++k) {
     html += fmt::format("<p class=\"why\">{}</p>", EscapedHtml(one.findings[k].text));
   }

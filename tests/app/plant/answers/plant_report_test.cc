@@ -158,7 +158,8 @@ TEST_CASE("the report of a database as text, JSON and HTML") {
       "WHERE cell = 9");
   run("INSERT INTO job (kind, cell, key, finished) VALUES ('diagnose', 9, 'k', now())");
   run("INSERT INTO result (job, worker, program, seconds, output) "
-      "SELECT job, 'w', '1', 3, '{\"summary\": \"joint 2 is softer than assumed\"}' FROM job");
+      "SELECT job, 'w', '1', 3, '{\"verdict\": \"explained\", \"effects\": [{\"id\": "
+      "\"joint_compliance\"}, 7]}' FROM job");
   const auto today = owner.Run("SELECT current_date - date '1970-01-01'");
   const int since = static_cast<int>(today->Integer(0, 0)) - 20;
   for (const auto& from : {std::optional<int>(), std::optional(since)}) {
@@ -169,7 +170,7 @@ TEST_CASE("the report of a database as text, JSON and HTML") {
     const std::string text = ReportText(*data, report);
     INFO(text);
     CHECK_THAT(text, Contains("Worst cells") && Contains("1 of 40 cells tested drift since") &&
-                         Contains("joint 2 is softer") && Contains("1 of 40 cells."));
+                         Contains("explained: joint_compliance") && Contains("1 of 40 cells."));
     CHECK((text.find("Changed at " + DateText(since)) != std::string::npos) == from.has_value());
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {

@@ -51,6 +51,24 @@ TEST_CASE("who needs a person comes first; names are ordered as people count") {
   CHECK(wall.strip.reason == "7 cells · 1 ALARM · 1 ATTENTION · 2 NO DATA · 1 NOTE · 2 OK");
 }
 
+TEST_CASE("what is said once is not repeated, and hides nothing more urgent") {
+  const auto texts = [](int health, const std::string& reason, double drift, int proposed) {
+    CellState cell = Cell(1, health, reason);
+    cell.drift_statistic = drift;
+    cell.proposed_model = proposed;
+    std::vector<std::string> said;
+    for (const Finding& finding : FindingsOf(cell, kNow_utc)) said.push_back(finding.text);
+    return said;
+  };
+  using Texts = std::vector<std::string>;
+  CHECK(texts(0, "", 0.4, 0).empty());
+  CHECK(texts(1, "", 0, 4) == Texts{"model 4 awaits approval"});
+  CHECK(texts(2, "", 1.5, 0) == Texts{"drift: 1.5 times the limit"});
+  CHECK(texts(3, "", 1.5, 4) ==
+        Texts{"no reason given", "drift: 1.5 times the limit", "model 4 awaits approval"});
+  CHECK(texts(2, "", 0, 4) == Texts{"no reason given", "model 4 awaits approval"});
+}
+
 TEST_CASE("a version changes only if something visible does, and only changed cards are sent") {
   std::vector<CellState> cells = {Cell(1), Cell(2), Cell(3)};
   const Wall first = WallFrom(cells, kNow_utc, {});
