@@ -4,9 +4,10 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/display/page/http_message.h"
+#include "app/base/http/http_message.h"
+#include "app/base/http/request_parts.h"
 #include "app/display/page/page.h"
-#include "app/display/page/request_parts.h"
+#include "app/display/page/report_name.h"
 #include "drivers/clock.h"
 
 namespace {
@@ -36,17 +37,17 @@ struct Served {
   }
 
   std::string AnswerTo(std::string_view head) {
-    display::ParsedRequest parsed = display::ParseRequest(head);
+    http::ParsedRequest parsed = http::ParseRequest(head);
     if (parsed.refusal != 0) return parsed.why;
     const std::string& method = parsed.request.method;
     if (!parsed.request.path.starts_with('/') && (method == "GET" || method == "HEAD"))
       std::abort();
     parsed.request.peer = "192.0.2.1";
-    display::HttpResponse response;
+    http::HttpResponse response;
     page->Answer(parsed.request, response);
-    const std::string answer = display::HeadOf(response);
+    const std::string answer = http::HeadOf(response);
     // A request must not inject a header.
-    if (display::EndOfHead(answer) != answer.size()) std::abort();
+    if (http::EndOfHead(answer) != answer.size()) std::abort();
     return answer + response.body;
   }
 };
@@ -54,7 +55,7 @@ struct Served {
 /// True if the bytes may contain the token: plain, as a cookie, or %-encoded.
 bool MayKnow(const std::string& bytes) {
   return bytes.find(kToken) != std::string::npos ||
-         bytes.find(display::CookieValueOf(kToken)) != std::string::npos ||
+         bytes.find(http::CookieValueOf(kToken)) != std::string::npos ||
          bytes.find('%') != std::string::npos;
 }
 
@@ -63,20 +64,20 @@ bool MayKnow(const std::string& bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Served served;
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  if (const auto end = display::EndOfHead(bytes)) {
-    if (*end > size || display::EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
+  if (const auto end = http::EndOfHead(bytes)) {
+    if (*end > size || http::EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
     const std::string written = served.AnswerTo(bytes.substr(0, *end));
     if (!MayKnow(bytes) && written.find(kSecret) != std::string::npos) std::abort();
     if (written.find(kToken) != std::string::npos) std::abort();
   }
-  static_cast<void>(display::HostOf(bytes));
-  if (const auto host = display::HostOf(bytes); host && host->find('/') != std::string::npos)
+  static_cast<void>(http::HostOf(bytes));
+  if (const auto host = http::HostOf(bytes); host && host->find('/') != std::string::npos)
     std::abort();
   if (display::ReportKindOf(bytes) != display::ReportKind::kNone &&
       bytes.find('/') != std::string::npos)
     std::abort();
-  if (const auto cookie = display::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
+  if (const auto cookie = http::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
     std::abort();
-  if (const auto bearer = display::BearerToken(bytes); bearer && bearer->empty()) std::abort();
+  if (const auto bearer = http::BearerToken(bytes); bearer && bearer->empty()) std::abort();
   return 0;
 }

@@ -15,10 +15,10 @@
 #include <string_view>
 #include <system_error>
 
-#include "app/base/config/page_token.h"
+#include "app/base/http/http_files.h"
 #include "app/base/text/json_text.h"
 #include "app/display/page/page_files.h"
-#include "app/display/page/request_parts.h"
+#include "app/display/page/report_name.h"
 #include "app/display/page/residual_trend.h"
 #include "app/display/page/status_json.h"
 #include "drivers/clock.h"
@@ -163,60 +163,30 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
 
 // Embedded files of the page by their paths, with their content types.
 
-constexpr const char* kHtmlType = "text/html; charset=utf-8";
-
-struct StaticFile {
-  const char* path;
-  std::string_view text;
-  const char* type;
-};
-
-/// Null if the page has no such file.
-const StaticFile* StaticFileAt(const std::string& path) {
-  static const std::array kFiles = {
-      StaticFile{"/", page_files::kPage, kHtmlType},
-      StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/pictures.js", page_files::kPicturesScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/cameras.js", page_files::kCamerasScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/chart.js", page_files::kChartScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
-      StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},
-      StaticFile{"/icon.svg", page_files::kIcon, "image/svg+xml"},
+std::span<const http::StaticFile> Files() {
+  static const http::StaticFile kFiles[] = {
+      {"/", page_files::kPage, http::kHtmlType},
+      {"/page.js", page_files::kScript, http::kScriptType},
+      {"/trend.js", page_files::kTrendScript, http::kScriptType},
+      {"/pictures.js", page_files::kPicturesScript, http::kScriptType},
+      {"/cameras.js", page_files::kCamerasScript, http::kScriptType},
+      {"/chart.js", page_files::kChartScript, http::kScriptType},
+      {"/page.css", page_files::kStyle, http::kStyleType},
+      {"/login.js", http::files::kLoginScript, http::kScriptType},
+      {"/icon.svg", http::files::kIcon, http::kIconType},
   };
-  const auto* const found = std::find_if(kFiles.begin(), kFiles.end(),
-                                         [&](const StaticFile& f) { return path == f.path; });
-  return found == kFiles.end() ? nullptr : found;
-}
-
-/// True for the files that the login page uses.
-bool IsLoginFile(const std::string& path) {
-  return path == "/page.css" || path == "/login.js" || path == "/icon.svg";
+  return kFiles;
 }
 
 constexpr double kCachePeriod_s = 5;           ///< for the trend and the list of reports
 constexpr double kPicturePollPeriod_s = 0.05;  ///< between checks for a newer picture
 constexpr double kMaxPictureAge_s = 10;        ///< older pictures are not served as live
-constexpr double kFailureLogPeriod_s = 60;     ///< between log lines about wrong tokens
 constexpr const char* kJson = "application/json";
 constexpr const char* kMetricsText = "text/plain; version=0.0.4; charset=utf-8";
-/// Nothing from other origins, nothing inline, no framing.
-constexpr const char* kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
-    "form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
 /// Reports have inline styles and drawings, and may not run any script.
 constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-std::string LocalHostName() {
-  char name[256] = "";
-  gethostname(name, sizeof name - 1);
-  std::string small(name);
-  std::transform(small.begin(), small.end(), small.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return small;
-}
 
 std::string NewStartId() {
   std::random_device chance;
@@ -245,15 +215,15 @@ std::string CachedText::Get(double now_s, double period_s,
 Page::Page(PageOptions options, display::DisplayMailbox& shown, log::LogSink sink)
     : options_(std::move(options)),
       sink_(std::move(sink)),
-      authentication_(options_.config.token),
+      access_({options_.config.token, options_.config.hosts,
+               [this](const std::string& client) {
+                 sink_({log::Event::kPageRefused,
+                        fmt::format("the page was asked with a wrong token by {}", client),
+                        {{"CLIENT", client}}});
+               }}),
       shown_(shown),
       feed_(shown),
-      own_names_(options_.config.hosts),
-      start_id_(NewStartId()) {
-  const std::string name = LocalHostName();
-  own_names_.push_back(name);
-  own_names_.push_back(name + ".local");
-}
+      start_id_(NewStartId()) {}
 
 Result<std::unique_ptr<Page>> Page::Start(PageOptions options, display::DisplayMailbox& shown,
                                           log::LogSink sink, os::Descriptor listener) {
@@ -263,23 +233,14 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, display::DisplayM
                                                  "a port below 1024 needs plumbline-view.socket");
   if (!opened) return opened.failure();
   const os::TcpEndpoint at = opened.value().endpoint();
-  if (config.token.empty() && !config::IsLoopback(at.address)) {
-    return Error{fmt::format(
-        "{} is reachable from other computers and needs a token: set token = \"...\" under [page]",
-        at.Text())};
-  }
-  if (!config::IsLoopback(at.address)) {
-    if (const auto why = config::WhyTokenWeak(config.token)) {
-      return Error{fmt::format("{} is reachable from other computers: {}", at.Text(), *why)};
-    }
-  }
-  const ConnectionLimits limits = options.limits;
+  if (const auto why = http::WhyExposed(at, config.token)) return Error{*why};
+  const http::ConnectionLimits limits = options.limits;
   std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
   page->at_ = at;
-  page->authentication_.SetPort(at.port);
-  page->server_ = std::make_unique<HttpServer>(
+  page->access_.SetPort(at.port);
+  page->server_ = std::make_unique<http::HttpServer>(
       std::move(opened).value(), limits,
-      [raw = page.get()](const HttpRequest& request, HttpResponse& response) {
+      [raw = page.get()](const http::HttpRequest& request, http::HttpResponse& response) {
         raw->Answer(request, response);
       });
   try {
@@ -290,89 +251,21 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, display::DisplayM
   return page;
 }
 
-void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
+void Page::Refuse(http::HttpResponse& response, int status, const std::string& why) {
   ++refused_;
   response.Refuse(status, why);
 }
 
-bool Page::IsThrottled(const HttpRequest& request, const Credential& credential,
-                       HttpResponse& response) {
-  const double wait_s = authentication_.Attempt(request, credential, MonotonicSeconds());
-  if (wait_s <= 0) return false;
-  const auto whole_s = static_cast<int>(std::ceil(wait_s));
-  Refuse(response, 429,
-         fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
-  response.Set("Retry-After", fmt::format("{}", whole_s));
-  return true;
+void Page::Answer(const http::HttpRequest& request, http::HttpResponse& response) {
+  if (access_.Admit(request, response)) AnswerAuthorized(request, response);
 }
 
-void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
-  const bool tried =
-      request.HeaderCount("authorization") > 0 || request.Parameter("token").has_value();
-  if (request.path == "/") {
-    ++refused_;
-    response.status = 401;
-    response.SetBody(std::string(page_files::kLogin), kHtmlType);
-  } else {
-    Refuse(response, 401, "token required: send the header Authorization: Bearer TOKEN");
-  }
-  response.Set("WWW-Authenticate", "Bearer");
-  if (!tried) return;
-  const std::lock_guard lock(failure_mutex_);
-  const double now_s = MonotonicSeconds();
-  if (now_s - failure_logged_s_ < kFailureLogPeriod_s) return;
-  failure_logged_s_ = now_s;
-  sink_({log::Event::kPageRefused,
-         fmt::format("the page was asked with a wrong token by {}", request.peer),
-         {{"CLIENT", request.peer}}});
-}
-
-/// Replaces a right token in the address by a cookie.
-void Page::RedirectWithCookie(HttpResponse& response) const {
-  response.status = 303;
-  response.Set("Location", "/");
-  response.Set("Set-Cookie", authentication_.Cookie());
-}
-
-void Page::Answer(const HttpRequest& request, HttpResponse& response) {
-  ++requests_;
-  response.Set("Content-Security-Policy", kPolicy);
-  response.Set("X-Content-Type-Options", "nosniff");
-  response.Set("Referrer-Policy", "no-referrer");
-  response.Set("Cross-Origin-Resource-Policy", "same-origin");
-  response.Set("Cache-Control", "no-store");
-  if (request.method != "GET" && request.method != "HEAD") {
-    Refuse(response, 405, "this page is read-only: use GET or HEAD");
-    response.Set("Allow", "GET, HEAD");
-    return;
-  }
-  const Credential credential = authentication_.CredentialOf(request);
-  const auto host = HostOf(request.host);
-  if (!host) {
-    Refuse(response, 400, "missing or malformed Host header");
-  } else if (!IsOwnHost(*host, own_names_)) {
-    Refuse(response, 421,
-           "unknown host name; if it is this computer's, add it to hosts under [page]");
-  } else if (IsLoginFile(request.path)) {
-    AnswerAuthorized(request, response);
-  } else if (!IsThrottled(request, credential, response)) {
-    if (!credential.right) {
-      AskForToken(request, response);
-    } else if (credential.in_address || request.path == "/login") {
-      RedirectWithCookie(response);
-    } else {
-      AnswerAuthorized(request, response);
-    }
-  }
-}
-
-void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) {
+void Page::AnswerAuthorized(const http::HttpRequest& request, http::HttpResponse& response) {
   constexpr std::string_view kReports = "/reports/";
   const double now_s = MonotonicSeconds();
   const std::string& path = request.path;
-  if (const StaticFile* const file = StaticFileAt(path)) {
-    response.SetBody(std::string(file->text), file->type);
-  } else if (path == "/status.json") {
+  if (http::AnswerFile(Files(), path, response)) return;
+  if (path == "/status.json") {
     response.SetBody(Status(), kJson);
   } else if (path == "/metrics") {
     response.SetBody(MetricsResponse(now_s), kMetricsText);
@@ -407,7 +300,7 @@ void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) 
   }
 }
 
-void Page::AnswerLive(HttpResponse& response) {
+void Page::AnswerLive(http::HttpResponse& response) {
   if (viewers_.fetch_add(1) >= kMaxViewers) {
     --viewers_;
     Refuse(
@@ -418,7 +311,8 @@ void Page::AnswerLive(HttpResponse& response) {
   const std::shared_ptr<void> leaving(nullptr, [this](void*) { --viewers_; });
   response.Set("Content-Type", "multipart/x-mixed-replace; boundary=frame");
   // The first picture is sent twice, since browsers display a part when the next one starts.
-  response.stream = [this, leaving, number = std::uint64_t{0}](const HttpWrite& write) mutable {
+  response.stream = [this, leaving,
+                     number = std::uint64_t{0}](const http::HttpWrite& write) mutable {
     const double now_s = MonotonicSeconds();
     const auto picture = feed_.Newest(now_s);
     const bool old = !picture || now_s - shown_.picture_current_s() > kMaxPictureAge_s;
@@ -434,7 +328,7 @@ void Page::AnswerLive(HttpResponse& response) {
   };
 }
 
-void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
+void Page::AnswerReport(const std::string& name, http::HttpResponse& response) const {
   const Result<std::string> bytes = ReadReport(options_.state_directory, name);
   if (!bytes) {
     response.Refuse(404, bytes.error());
@@ -442,7 +336,7 @@ void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
   }
   response.Set("Content-Security-Policy", kReportPolicy);
   response.SetBody(*bytes,
-                   ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtmlType);
+                   ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : http::kHtmlType);
 }
 
 void Page::CollectLog() {
@@ -477,14 +371,14 @@ std::string Page::Reports() const {
 
 std::string Page::MetricsResponse(double now_s) const {
   PageCounts counts;
-  counts.requests = requests_;
-  counts.refused = refused_ + server_->rejected();
+  counts.requests = access_.requests();
+  counts.refused = access_.refused() + refused_ + server_->rejected();
   counts.connections = server_->connections();
   counts.viewers = viewers_;
   return MetricsText(shown_.status().get(), counts, now_s);
 }
 
-void Page::AnswerHealth(HttpResponse& response) const {
+void Page::AnswerHealth(http::HttpResponse& response) const {
   const auto now = shown_.status();
   const bool well = DaemonReports(now.get(), MonotonicSeconds());
   if (well) {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "app/base/config/page_config.h"
+#include "app/base/http/access_control.h"
+#include "app/base/http/http_server.h"
 #include "app/base/log/log_entry.h"
-#include "app/display/page/authentication.h"
-#include "app/display/page/http_server.h"
 #include "app/display/page/log_tail.h"
 #include "app/display/page/metrics.h"
 #include "app/display/page/picture_feed.h"
@@ -35,7 +35,7 @@ struct PageOptions {
   std::string state_directory;
   std::vector<model::Joint> joints;  ///< the cell's joints, to read the journal
   camera::DeviceTree cameras;        ///< the kernel's video devices
-  ConnectionLimits limits;
+  http::ConnectionLimits limits;
 };
 
 /// Text that is recomputed at most once per period, whatever the number of requests. Thread-safe.
@@ -66,41 +66,33 @@ class Page {
   void CollectLog();
 
   /// Fills in the response to one request; called by the server's threads.
-  void Answer(const HttpRequest& request, HttpResponse& response);
+  void Answer(const http::HttpRequest& request, http::HttpResponse& response);
 
  private:
   Page(PageOptions options, display::DisplayMailbox& shown, log::LogSink sink);
-  /// Refuses the request if its address has to wait after too many wrong tokens, even if this token
-  /// is right: the response must not reveal that.
-  bool IsThrottled(const HttpRequest& request, const Credential& credential,
-                   HttpResponse& response);
-  void AskForToken(const HttpRequest& request, HttpResponse& response);
-  void RedirectWithCookie(HttpResponse& response) const;
-  void AnswerAuthorized(const HttpRequest& request, HttpResponse& response);
-  void AnswerLive(HttpResponse& response);
-  void AnswerReport(const std::string& name, HttpResponse& response) const;
-  void Refuse(HttpResponse& response, int status, const std::string& why);
+  void AnswerAuthorized(const http::HttpRequest& request, http::HttpResponse& response);
+  void AnswerLive(http::HttpResponse& response);
+  void AnswerReport(const std::string& name, http::HttpResponse& response) const;
+  void Refuse(http::HttpResponse& response, int status, const std::string& why);
   std::string Status();
   std::string Reports() const;
   std::string MetricsResponse(double now_s) const;
-  void AnswerHealth(HttpResponse& response) const;
+  void AnswerHealth(http::HttpResponse& response) const;
 
   const PageOptions options_;
   const log::LogSink sink_;
-  Authentication authentication_;
+  http::AccessControl access_;
   display::DisplayMailbox& shown_;
   PictureFeed feed_;
   LogTail log_;
   std::shared_ptr<const display::DisplayStatus> collected_;  ///< used by CollectLog() only
   CachedText trend_, reports_, cameras_;
-  std::vector<std::string> own_names_;
   os::TcpEndpoint at_;
-  const std::string start_id_;  ///< unique for each start of the page
-  std::atomic<std::uint64_t> requests_{0}, refused_{0};
+  const std::string start_id_;             ///< unique for each start of the page
+  std::atomic<std::uint64_t> refused_{0};  ///< after they were admitted
   std::atomic<int> viewers_{0};
-  std::mutex failure_mutex_;
-  double failure_logged_s_ = -1e300;
-  std::unique_ptr<HttpServer> server_;  ///< destroyed first: its threads use the other members
+  std::unique_ptr<http::HttpServer>
+      server_;  ///< destroyed first: its threads use the other members
 };
 
 }  // namespace plumbline::display

@@ -5,8 +5,7 @@
 
 namespace plumbline::page_files {
 
-extern const std::string_view kPage, kStyle, kScript, kPicturesScript, kTrendScript, kCamerasScript,
-    kLogin, kLoginScript, kIcon;
+extern const std::string_view kPage, kStyle, kScript, kPicturesScript, kTrendScript, kCamerasScript;
 /// dygraphs, the chart library [dygraphs.com, MIT licence].
 extern const std::string_view kChartScript;
 

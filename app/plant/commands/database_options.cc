@@ -8,18 +8,32 @@
 #include "app/plant/database/schema.h"
 
 namespace plumbline::plant {
+namespace {
+
+/// Reads plant.toml, if it is given or exists. nullopt after printing its faults.
+std::optional<PlantConfig> ReadGivenConfig(const DatabaseOptions& options) {
+  if (options.config.empty() && access(kPlantConfigFile, F_OK) != 0) return PlantConfig{};
+  config::FaultList faults;
+  const std::string file = options.config.empty() ? kPlantConfigFile : options.config;
+  PlantConfig config = ReadPlantConfig(file, faults);
+  if (!faults.HasFaults()) return config;
+  std::cerr << config::FaultsText(faults);
+  return std::nullopt;
+}
+
+}  // namespace
 
 std::optional<std::string> ConnectionText(const DatabaseOptions& options) {
   if (!options.connection.empty()) return options.connection;
-  if (options.config.empty() && access(kPlantConfigFile, F_OK) != 0) {
-    return DatabaseSettings().connection;
-  }
-  config::FaultList faults;
-  const std::string file = options.config.empty() ? kPlantConfigFile : options.config;
-  const PlantConfig config = ReadPlantConfig(file, faults);
-  if (!faults.HasFaults()) return config.database.connection;
-  std::cerr << config::FaultsText(faults);
-  return std::nullopt;
+  const auto config = ReadGivenConfig(options);
+  if (!config) return std::nullopt;
+  return config->database.connection;
+}
+
+std::optional<PlantConfig> PlantConfigOf(const DatabaseOptions& options) {
+  auto config = ReadGivenConfig(options);
+  if (config && !options.connection.empty()) config->database.connection = options.connection;
+  return config;
 }
 
 void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options) {

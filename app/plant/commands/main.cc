@@ -24,6 +24,9 @@ int main(int argc, char** argv) {
   plant::AddWorkerCommand(app, exit_code);
   plant::AddCompareCommand(app, exit_code);
   plant::AddPriorCommand(app, exit_code);
+  plant::AddStatusCommand(app, exit_code);
+  plant::AddReportCommand(app, exit_code);
+  plant::AddPageCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/plant/database/connection.h"
+#include "app/plant/database/plant_config.h"
 
 namespace plumbline::plant {
 
@@ -25,6 +26,8 @@ void AddDatabaseOptions(CLI::App& command, DatabaseOptions& options);
 
 /// The connection string that applies; nullopt after printing faults of the configuration.
 std::optional<std::string> ConnectionText(const DatabaseOptions& options);
+/// The configuration with the options applied. Prints its faults.
+std::optional<PlantConfig> PlantConfigOf(const DatabaseOptions& options);
 
 /// Connects, and checks the schema unless `any_schema`. Prints the reason on failure.
 std::optional<Connection> OpenDatabase(const DatabaseOptions& options, bool any_schema = false);
@@ -35,5 +38,8 @@ void AddScheduleCommand(CLI::App& app, int& exit_code);
 void AddWorkerCommand(CLI::App& app, int& exit_code);
 void AddCompareCommand(CLI::App& app, int& exit_code);
 void AddPriorCommand(CLI::App& app, int& exit_code);
+void AddStatusCommand(CLI::App& app, int& exit_code);
+void AddReportCommand(CLI::App& app, int& exit_code);
+void AddPageCommand(CLI::App& app, int& exit_code);
 
 }  // namespace plumbline::plant

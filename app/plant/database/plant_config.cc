@@ -108,6 +108,7 @@ PlantConfig PlantConfigFromToml(const std::string& text, const std::string& file
           "gap. Several collectors without share lose nothing: each message is "
           "stored once");
     }
+    if (const auto table = root.Table("page")) plant.page = config::PageFromToml(*table);
     return plant;
   };
   return config::ReadDocument(text, file, faults, read).value_or(PlantConfig{});

@@ -1,9 +1,10 @@
-// Configuration of the plant's programs: broker, database and collector of plant.toml.
+// Configuration of the plant's programs: broker, database, collector and page of plant.toml.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
+#include "app/base/config/page_config.h"
 #include "app/base/config/toml_reader.h"
 
 namespace plumbline::plant {
@@ -39,10 +40,14 @@ struct CollectSettings {
   int messages_per_day = 5'000'000;  ///< of one cell, by arrival
 };
 
+/// Port of the plant's page unless [page] says otherwise.
+inline constexpr int kPlantPagePort = 8090;
+
 struct PlantConfig {
   BrokerSettings broker;
   DatabaseSettings database;
   CollectSettings collect;
+  config::PageConfig page;  ///< [page], as of plumbline.toml
 };
 
 /// Reads a [broker] table: another program may have several.

@@ -2,7 +2,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 
-#include "app/display/page/request_parts.h"
+#include "app/base/http/request_parts.h"
 #include "tests/app/display/page/exposition.h"
 #include "tests/app/display/page/page_scene.h"
 
@@ -48,7 +48,7 @@ TEST_CASE("the token is accepted as header, cookie or parameter; without it only
         401);
 
   const std::string name = "plumbline-" + std::to_string(scene.port());
-  const std::string cookie = name + "=" + CookieValueOf(kToken);
+  const std::string cookie = name + "=" + http::CookieValueOf(kToken);
   for (const PageResponse& exchanged :
        {scene.Get("/?token=a-long-word%3B%3Dof%2Bour-own"), scene.Get("/login", bearer)}) {
     CHECK(exchanged.status == 303);
@@ -78,9 +78,9 @@ TEST_CASE("guessing is slowed down, and a right token is refused, too, while wai
     return scene.Get("/status.json", "Authorization: Bearer " + token + "\r\n");
   };
   // Repeating the same wrong token is an outdated program, not a guess.
-  for (int k = 0; k < 3 * LoginThrottle::kFreeFailures; ++k) CHECK(with("old").status == 401);
+  for (int k = 0; k < 3 * http::LoginThrottle::kFreeFailures; ++k) CHECK(with("old").status == 401);
   CHECK(with(kToken).status == 200);
-  for (int k = 0; k < LoginThrottle::kFreeFailures; ++k)
+  for (int k = 0; k < http::LoginThrottle::kFreeFailures; ++k)
     CHECK(with(std::to_string(k)).status == 401);
   const PageResponse slowed = with("another");
   CHECK(slowed.status == 429);
@@ -258,7 +258,7 @@ TEST_CASE("a slow client is cut off and delays nobody else") {
   options.limits.request_s = 0.5;
   scene.Start(options);
   std::vector<std::unique_ptr<PageConnection>> slow;
-  for (std::size_t k = 0; k + 1 < HttpServer::kMaxPerPeer; ++k) {
+  for (std::size_t k = 0; k + 1 < http::HttpServer::kMaxPerPeer; ++k) {
     slow.push_back(std::make_unique<PageConnection>(scene.port()));
     slow.back()->Send("GET / HTTP/1.1\r\n");
   }
@@ -278,7 +278,7 @@ TEST_CASE("connections beyond the limit per address are rejected until others cl
   PageScene scene;
   scene.Start(scene.Options());
   std::vector<std::unique_ptr<PageConnection>> idle;
-  for (std::size_t k = 0; k < HttpServer::kMaxPerPeer; ++k) {
+  for (std::size_t k = 0; k < http::HttpServer::kMaxPerPeer; ++k) {
     idle.push_back(std::make_unique<PageConnection>(scene.port()));
   }
   REQUIRE(HoldsSoon([&] { return scene.Get("/").status != 200; }));
@@ -316,10 +316,10 @@ TEST_CASE("the write timeout restarts with every byte taken, up to a total limit
   const int small = 4096;
   setsockopt(ends[0], SOL_SOCKET, SO_SNDBUF, &small, sizeof small);
   fcntl(ends[0], F_SETFL, O_NONBLOCK);
-  ConnectionLimits limits;
+  http::ConnectionLimits limits;
   limits.write_s = endless ? 20 : 1.5;
   limits.answer_s = endless ? 0.3 : 300;
-  HttpConnection connection(ends[0], limits, MonotonicSeconds());
+  http::HttpConnection connection(ends[0], limits, MonotonicSeconds());
   std::atomic<bool> stop{false};
   std::thread reader([&] {
     std::vector<char> bytes(4096);

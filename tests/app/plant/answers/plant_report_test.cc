@@ -1,0 +1,200 @@
+// What `plumbline plant report` says of cells with known drifts.
+#include "app/plant/answers/plant_report.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+#include <sstream>
+
+#include "app/base/terminal/terminal_output.h"
+#include "app/base/text/json_text.h"
+#include "app/plant/answers/report_text.h"
+#include "firmware-like/geometry/pose.h"
+#include "tests/app/plant/answers/plant_rows.h"
+#include "tests/app/plant/database/postgres_process.h"
+
+namespace plumbline::plant_report_test {
+
+using namespace plumbline::plant;
+using namespace plumbline::test;
+using Catch::Contains;
+
+namespace {
+
+constexpr int kToday = 20000;
+
+DaySums DayOf(int day, int model, double mean_mm, const Vec3& direction) {
+  const Vec3 sum = 40 * mean_mm * direction;
+  return {day, model, 40, 0, 40 * mean_mm, 2 * mean_mm, sum.x(), sum.y(), sum.z()};
+}
+
+/// Cells of one arm model with a residual of 0.2 mm, 0.01 mm between days.
+ReportData SteadyPlant(int cells, int days, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 0.01);
+  ReportData data;
+  data.period = {kToday - days + 1, kToday, 0};
+  for (int k = 1; k <= cells; ++k) {
+    ReportedCell cell;
+    cell.line = "line 1";
+    cell.name = "cell " + std::to_string(k);
+    cell.arm_model = "KR 210";
+    cell.arm_series = k % 2 == 0 ? "R2700" : "R3100";
+    for (int day = data.period.first_day; day <= kToday; ++day) {
+      cell.days.push_back(DayOf(day, 1, 0.2 + noise(random), Vec3(0.6, 0, 0.8)));
+    }
+    data.cells.push_back(cell);
+  }
+  return data;
+}
+
+std::vector<std::string> Drifting(const PlantReport& report) {
+  std::vector<std::string> names;
+  for (const CellDrift& drift : report.drifts) {
+    if (drift.p_adjusted <= kSignificance) names.push_back(drift.cell->name);
+  }
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("a plant without drift has none in nineteen of twenty reports") {
+  int reports_with = 0, grouped = 0, maintained = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const ReportData data = SteadyPlant(100, 30, seed);
+    const PlantReport report = ReportOf(data);
+    CHECK(report.drifts.size() == 100);
+    reports_with += !Drifting(report).empty();
+    grouped +=
+        std::any_of(report.drift_groups.begin(), report.drift_groups.end(),
+                    [](const GroupAnswer& group) { return group.p_adjusted <= kSignificance; });
+    maintained += !report.maintenance.empty();
+  }
+  CAPTURE(reports_with, grouped, maintained);
+  CHECK(reports_with <= 8);  // 3 are expected; more than 8 once in 150 times
+  CHECK(grouped <= 8);
+  CHECK(maintained <= 8);
+}
+
+TEST_CASE("drifting, stepped and turning cells among steady ones") {
+  ReportData data = SteadyPlant(100, 30, 4);
+  const auto change = [&](std::size_t k, auto&& mean, const Vec3& direction = Vec3(0.6, 0, 0.8)) {
+    for (DaySums& day : data.cells[k].days) {
+      const int at = day.day - data.period.first_day;
+      const double noise = day.sum_mm / 40 - 0.2;
+      day = DayOf(day.day, day.model, mean(at) + noise, direction);
+    }
+  };
+  change(16, [](int day) { return 0.2 + 0.004 * day; });
+  // The residual turns from +x to -x: its size stays, its vector moves.
+  for (DaySums& day : data.cells[20].days) {
+    const double share = (day.day - data.period.first_day) / 29.0;
+    day.sum_dx_mm = day.sum_mm * std::cos(3 * share);
+    day.sum_dz_mm = day.sum_mm * std::sin(3 * share);
+  }
+  change(39, [](int day) { return day < 15 ? 0.2 : 0.3; });
+  change(60, [](int) { return 0.6; });
+  // A model came into force half way: its step is not drift.
+  change(70, [](int day) { return day < 15 ? 0.5 : 0.1; });
+  for (DaySums& day : data.cells[70].days) day.model = day.day - data.period.first_day < 15 ? 1 : 2;
+  for (DaySums& day : data.cells[80].days) day.probes = 2;  // too few to be compared
+  const PlantReport report = ReportOf(data);
+  const auto drifting = Drifting(report);
+  CHECK(std::count(drifting.begin(), drifting.end(), "cell 17") == 1);
+  CHECK(std::count(drifting.begin(), drifting.end(), "cell 21") == 1);
+  CHECK(std::count(drifting.begin(), drifting.end(), "cell 71") == 0);
+  CHECK(drifting.size() <= 3);  // the step may count as drift
+  CHECK(report.too_few_days == 1);
+  CHECK(report.levels.front().cell->name == "cell 61");
+  std::vector<std::string> maintained;
+  for (const Maintenance& one : report.maintenance) maintained.push_back(one.cell->name);
+  CHECK(maintained == std::vector<std::string>{"cell 61", "cell 40", "cell 17"});
+  const Interval& reduction = report.maintenance[1].reduction_mm;
+  CHECK(reduction.low > 0.05);
+  CHECK(reduction.value == Approx(0.1).margin(0.02));
+}
+
+TEST_CASE("which arms changed at a date, and what of all arms of a series") {
+  ReportData data = SteadyPlant(60, 60, 9);
+  data.period = {kToday - 19, kToday, 40};
+  for (ReportedCell& cell : data.cells) {
+    for (DaySums& day : cell.days) {
+      const double mean = day.sum_mm / 40;
+      if (day.day < data.period.first_day) continue;
+      if (cell.name == "cell 5") day = DayOf(day.day, 1, mean + 0.1, Vec3(1, 0, 0));
+      if (cell.arm_series == "R2700") day = DayOf(day.day, 1, mean + 0.006, Vec3(1, 0, 0));
+    }
+  }
+  const PlantReport report = ReportOf(data);
+  REQUIRE(report.shifts.size() == 60);
+  CHECK(report.shifts.front().cell->name == "cell 5");
+  CHECK(report.shifts.front().size_mm.difference.value == Approx(0.1).margin(0.01));
+  for (const GroupAnswer& group : report.shift_groups) {
+    if (group.kind != "series") continue;
+    CHECK((group.p_adjusted <= kSignificance) == (group.name == "KR 210 R2700"));
+  }
+}
+
+TEST_CASE("the report of a database as text, JSON and HTML") {
+  if (PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const PostgresProcess server;
+  Connection owner = server.ConnectToNewPlant();
+  const auto empty = ReadReportData(owner, 30, std::nullopt);
+  REQUIRE(empty);
+  CHECK_THAT(ReportText(*empty, ReportOf(*empty)), Contains("No cell has six days"));
+  FillPlant(owner, 40, 60);
+  const auto run = [&](const char* statement) {
+    const auto done = owner.Run(statement);
+    INFO((done ? "" : done.error()));
+    REQUIRE(done);
+  };
+  run("UPDATE cell SET name = '<script>x</script>', state = '{\"proposed_model\": 7}' "
+      "WHERE cell = 9");
+  run("UPDATE cell SET state = '{\"proposed_model\": \"9x\"}' WHERE cell = 10");
+  run("INSERT INTO camera_now VALUES (9, 'left', '2026-11-01Z', 'stale', '<b>views</b> disagree')");
+  run("UPDATE cell_day SET sum_mm = sum_mm + probes * 0.01 * (60 - (current_date - day)) "
+      "WHERE cell = 9");
+  run("INSERT INTO job (kind, cell, key, finished) VALUES ('diagnose', 9, 'k', now())");
+  run("INSERT INTO result (job, worker, program, seconds, output) "
+      "SELECT job, 'w', '1', 3, '{\"verdict\": \"explained\", \"effects\": [{\"id\": "
+      "\"joint_compliance\"}, 7]}' FROM job");
+  const auto today = owner.Run("SELECT current_date - date '1970-01-01'");
+  const int since = static_cast<int>(today->Integer(0, 0)) - 20;
+  for (const auto& from : {std::optional<int>(), std::optional(since)}) {
+    const auto data = ReadReportData(owner, 30, from);
+    REQUIRE(data);
+    const PlantReport report = ReportOf(*data);
+    CHECK(Drifting(report) == std::vector<std::string>{"<script>x</script>"});
+    const std::string text = ReportText(*data, report);
+    INFO(text);
+    CHECK_THAT(text, Contains("Worst cells") && Contains("1 of 40 cells tested drift since") &&
+                         Contains("explained: joint_compliance") && Contains("1 of 40 cells."));
+    CHECK((text.find("Changed at " + DateText(since)) != std::string::npos) == from.has_value());
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      INFO(line);
+      CHECK(terminal::ColumnsOf(line) <= 80);
+    }
+    const std::string html = ReportHtml(*data, report);
+    CHECK_THAT(html, !Contains("<script") && !Contains("<b>") &&
+                         Contains("&lt;script&gt;x&lt;/script&gt;") &&
+                         Contains("class=\"mark bar\""));
+    const auto json = text::JsonOrNull(ReportJson(*data, report));
+    CHECK(json.at("levels").size() == 40);
+    CHECK(json.at("drifts").at(0).at("name") == "<script>x</script>");
+    CHECK(json.at("maintenance").at(0).at("reduction_mm").at("low") > 0);
+    CHECK(json.at("shifts").size() == (from ? 40 : 0));
+  }
+}
+
+TEST_CASE("dates") {
+  CHECK(DayFromText("1970-01-02") == 1);
+  CHECK(DateText(20000) == "2024-10-04");
+  for (const char* const none : {"", "2026-13-01", "2026-02-30", "01.02.2026", "2026-1-1", "x"}) {
+    CHECK_FALSE(DayFromText(none));
+  }
+}
+
+}  // namespace plumbline::plant_report_test
