@@ -388,6 +388,9 @@ void ListKeys(Settings& keys, MqttConfig& mqtt) {
            {"smaller changes of a correction are not published"});
   keys.Add("queue_mb", mqtt.queue_bytes, {1, 100000, kBytesPerMB},
            {"largest size of the queue on disk while the broker is unreachable"});
+  keys.Add("repeat_s", mqtt.repeat_s, {0, 3600},
+           {"a message is kept this long after the broker accepted it, and published again if the "
+            "connection breaks meanwhile: longer than the broker takes to save; 0: not kept"});
   keys.Add("journal", mqtt.journal, {"publish each recorded probe, once"});
 }
 

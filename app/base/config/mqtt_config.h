@@ -20,6 +20,9 @@ struct MqttConfig {
   double change_period_s = 1;    ///< shortest interval between messages about one changing value
   double point_change_m = 5e-5;  ///< smallest change of a correction that is published
   std::int64_t queue_bytes = 64'000'000;
+  /// A message is kept this long after the broker acknowledged it, and published again if the
+  /// connection breaks meanwhile; 0: not kept.
+  double repeat_s = 120;
   bool journal = true;  ///< publish the probes of the measurement journal
 };
 

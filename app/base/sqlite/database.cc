@@ -29,7 +29,8 @@ Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity)
                     "version again, or move the file away to start a new one",
                     database.path(), *schema, identity.schema)};
   }
-  if (*tables > 0 && *schema < identity.schema) {
+  const int oldest = identity.oldest_migrated > 0 ? identity.oldest_migrated : identity.schema;
+  if (*tables > 0 && *schema < oldest) {
     return Error{
         fmt::format("{}: written by a development version before 0.1.0 (schema {}, this one knows "
                     "{}); move the file away to start a new one",

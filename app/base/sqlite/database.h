@@ -100,12 +100,15 @@ struct StoreIdentity {
   std::int64_t application_id;  ///< PRAGMA application_id, shown by file(1)
   int schema;                   ///< PRAGMA user_version of this version of the product
   const char* name;             ///< with its article: "a plumbline journal"
+  /// The oldest schema that the store itself brings up to date when it opens a file; 0: none.
+  int oldest_migrated = 0;
 
   /// SQL that marks a new file as such a store.
   std::string Mark() const;
 };
 
-/// Schema of an open file: identity.schema, or 0 if its tables have not been created yet.
+/// Schema of an open file: identity.schema, an older one that the store migrates, or 0 if its
+/// tables have not been created yet.
 /// Errors: the file cannot be read, belongs to another program, or has another schema.
 Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity);
 

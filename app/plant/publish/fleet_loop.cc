@@ -19,6 +19,9 @@ constexpr double kBusyWait_s = 0.002;  ///< if messages are in flight
 constexpr double kJournalPeriod_s = 1;
 constexpr double kRetry_s = 1;  ///< of a queue that cannot be written
 constexpr double kBytesPerMB = 1e6;
+/// Removal of kept messages: its interval, and how many at a time, so that none takes long.
+constexpr double kRemovalPeriod_s = 0.2;
+constexpr std::size_t kMaxRemoved = 2000;
 /// Ids of messages that are not in the queue.
 constexpr std::int64_t kBirthId = -1, kDeathId = -2;
 
@@ -150,9 +153,8 @@ void FleetLoop::StorePending() {
   const std::size_t late = std::exchange(pending_, {}).size();
   if (faulty) {
     // The queue works only if it can be appended to, removed from and read.
-    if (const auto removed = queue_.Remove(acknowledged_); !removed)
-      return LogQueueFault(removed.error());
-    acknowledged_.clear();
+    if (const auto stored = StoreAcknowledged(MonotonicSeconds()); !stored)
+      return LogQueueFault(stored.error());
     if (const auto next = queue_.Next(sent_, 1); !next) return LogQueueFault(next.error());
     log::Log({log::Event::kFleetQueueWorks,
               fmt::format("queue works again; {} messages are published late, {} were discarded",
@@ -172,6 +174,11 @@ void FleetLoop::HandleConnectionChange(std::int64_t connection) {
   connection_ = connection;
   sent_ = 0;
   in_flight_ = 0;
+  // What the broker acknowledged on the previous connection it may have forgotten since.
+  acknowledged_.clear();
+  kept_.clear();
+  rows_ = FleetQueue::Rows::kUnacknowledged;
+  repetition_due_ = queue_.kept() > 0;
   if (connection == 0) return;
   if (dropping_) {
     log::Log({log::Event::kFleetDropped,
@@ -192,8 +199,47 @@ void FleetLoop::HandleConnectionChange(std::int64_t connection) {
 }
 
 void FleetLoop::LogConnected() const {
-  log::Log({log::Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued",
-                                               config_.host, config_.port, backlog_)});
+  const std::string repeated =
+      repetition_due_ ? fmt::format("; {} recent ones are published again", queue_.kept()) : "";
+  log::Log({log::Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued{}",
+                                               config_.host, config_.port, backlog_, repeated)});
+}
+
+Result<void> FleetLoop::StoreAcknowledged(double now_s) {
+  const bool keep = config_.repeat_s > 0;
+  const auto stored = keep ? queue_.Acknowledge(acknowledged_) : queue_.Remove(acknowledged_);
+  if (!stored) return stored;
+  for (const std::int64_t seq : std::exchange(acknowledged_, {})) {
+    if (keep) kept_.push_back({seq, now_s});
+  }
+  return {};
+}
+
+/// Removes what the broker has had time to save.
+void FleetLoop::RemoveSettled(double now_s) {
+  if (!queue_problem_.empty() || now_s - removed_s_ < kRemovalPeriod_s) return;
+  removed_s_ = now_s;
+  std::vector<std::int64_t> seqs;
+  while (!kept_.empty() && seqs.size() < kMaxRemoved &&
+         now_s - kept_.front().acknowledged_s >= config_.repeat_s) {
+    seqs.push_back(kept_.front().seq);
+    kept_.pop_front();
+  }
+  // After a failure they stay in the file and are repeated on the next connection.
+  if (const auto removed = queue_.Remove(seqs); !removed) LogQueueFault(removed.error());
+}
+
+/// Starts to publish all messages again, once for a connection.
+void FleetLoop::RepeatKept() {
+  const std::int64_t now_ms = NowUtc_ms();
+  // A clock that was set back delays nothing.
+  const auto since_s = 1e-3 * static_cast<double>(std::abs(now_ms - queue_.repeated_ms()));
+  if (!repetition_due_ || !queue_problem_.empty() || since_s < kRepeatPause_s) return;
+  if (const auto noted = queue_.RecordRepetition(now_ms); !noted)
+    return LogQueueFault(noted.error());
+  repetition_due_ = false;
+  rows_ = FleetQueue::Rows::kAll;
+  sent_ = 0;
 }
 
 /// A broker that misbehaves is logged once, until it has behaved for as long as it was left alone.
@@ -216,10 +262,9 @@ void FleetLoop::Forward() {
   const BrokerLink::Status status = link_.TakeStatus();
   std::copy_if(status.acknowledged.begin(), status.acknowledged.end(),
                std::back_inserter(acknowledged_), [](std::int64_t id) { return id > 0; });
+  const double now_s = MonotonicSeconds();
   if (queue_problem_.empty()) {
-    const auto removed = queue_.Remove(acknowledged_);
-    if (removed) acknowledged_.clear();
-    if (!removed) LogQueueFault(removed.error());
+    if (const auto stored = StoreAcknowledged(now_s); !stored) LogQueueFault(stored.error());
   }
   if (status.connection != connection_) {
     HandleConnectionChange(status.connection);
@@ -239,8 +284,10 @@ void FleetLoop::Forward() {
     return;
   }
   link_problem_.clear();
+  RemoveSettled(now_s);
+  RepeatKept();
   if (in_flight_ < kMaxInFlight) {
-    const auto next = queue_.Next(sent_, kMaxInFlight - in_flight_);
+    const auto next = queue_.Next(sent_, kMaxInFlight - in_flight_, rows_);
     if (!next) LogQueueFault(next.error());
     if (next && !next->empty()) {
       std::vector<Outgoing> messages;
@@ -279,7 +326,7 @@ void FleetLoop::End(double timeout_s) {
       if (id > 0) acknowledged_.push_back(id);
       death_acknowledged = death_acknowledged || id == kDeathId;
     }
-    if (queue_.Remove(acknowledged_)) acknowledged_.clear();
+    static_cast<void>(StoreAcknowledged(MonotonicSeconds()));  // else it is published again
     if (death_acknowledged) return link_.SuppressWill(connection_);
     SleepSeconds(kBusyWait_s);
   }

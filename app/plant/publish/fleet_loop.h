@@ -1,6 +1,7 @@
 // Fleet publisher loop: daemon states and journal probes -> persistent queue -> broker.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,14 +22,20 @@ inline std::string FleetFolderOf(const std::string& state_directory) {
 }
 FleetCell FleetCellOf(const config::DaemonConfig& config);
 
-/// All messages go through the queue, whether the broker is connected or not. Published messages
-/// stay in the queue until they are acknowledged; a new connection starts with a birth message and
-/// then publishes everything unacknowledged again, oldest first.
+/// All messages go through the queue, whether the broker is connected or not. A new connection
+/// starts with a birth message and then publishes all messages of the queue, oldest first.
+///
+/// A message is removed once the connection on which the broker acknowledged it has lasted for
+/// `repeat_s` more: until then the broker may be killed before it has saved the message. A
+/// connection that breaks within that time is therefore followed by a repetition of everything
+/// kept, but not sooner than kRepeatPause_s after the previous repetition: a connection that
+/// flickers first publishes only what is unacknowledged, and repeats the rest once it lasts.
 class FleetLoop {
  public:
   static constexpr std::size_t kMaxInFlight = 200;
   /// Limit on messages held in memory while the queue cannot be written.
   static constexpr std::size_t kMaxPending = 10'000;
+  static constexpr double kRepeatPause_s = 10;
   FleetLoop(const config::DaemonConfig& config, FleetQueue queue);
 
   /// One iteration, at most about 100 ms.
@@ -47,6 +54,9 @@ class FleetLoop {
   void StorePending();
   void LogQueueFault(const std::string& problem);
   void Forward();
+  Result<void> StoreAcknowledged(double now_s);
+  void RemoveSettled(double now_s);
+  void RepeatKept();
   void HandleConnectionChange(std::int64_t connection);
   void LogConnected() const;
   void FollowIntrusion(const BrokerLink::Status& status);
@@ -70,7 +80,15 @@ class FleetLoop {
   std::int64_t connection_ = 0;     ///< 0: none
   std::int64_t sent_ = 0;           ///< seq of the last published message
   std::size_t in_flight_ = 0;
-  std::vector<std::int64_t> acknowledged_;  ///< not removed from the queue yet
+  std::vector<std::int64_t> acknowledged_;  ///< not recorded in the queue yet
+  struct Kept {
+    std::int64_t seq = 0;
+    double acknowledged_s = 0;
+  };
+  std::deque<Kept> kept_;  ///< acknowledged on this connection, in that order
+  double removed_s_ = -1e300;
+  bool repetition_due_ = false;  ///< messages were kept when the connection was made
+  FleetQueue::Rows rows_ = FleetQueue::Rows::kUnacknowledged;  ///< that this connection publishes
   std::string queue_problem_, journal_problem_, link_problem_, feed_problem_;
   std::int64_t backlog_ = 0;  ///< queued when the connection was made; 0 once all are forwarded
   double connected_s_ = 0;

@@ -16,11 +16,17 @@ namespace plumbline::plant {
 /// returns, its messages survive a crash or power cut; the producer's memory is stored in the same
 /// transaction, so that no event is reported twice or lost.
 ///
-/// The bound limits the bytes of the messages plus kRowBytes for each; the file is slightly larger.
-/// When the bound is exceeded, the oldest messages of the lowest importance are dropped.
+/// An acknowledged message may be kept, because a broker that is killed forgets what it has not
+/// saved: it is then published again on the next connection, under the same number.
+///
+/// The bound limits the bytes of all messages plus kRowBytes for each; the file is slightly larger.
+/// When the bound is exceeded, the oldest acknowledged messages are removed first; then the oldest
+/// messages of the lowest importance are dropped, which is counted.
 class FleetQueue {
  public:
   static constexpr std::int64_t kRowBytes = 40;
+  /// A message that was acknowledged on so many connections is not kept any longer.
+  static constexpr int kMaxAcknowledgements = 5;
   /// @return  or the reason: no such folder, in use by another process, not a queue, newer version
   static Result<FleetQueue> Open(const std::string& path, std::int64_t bound_bytes);
 
@@ -31,16 +37,25 @@ class FleetQueue {
                       bool anyway = false);
   const std::string& memory() const { return memory_; }
 
+  enum class Rows { kUnacknowledged, kAll };
   /// The oldest messages after `after_seq`, at most `most`.
-  Result<std::vector<QueuedMessage>> Next(std::int64_t after_seq, std::size_t most);
-  /// Removes acknowledged messages; numbers that are not in the queue are ignored.
+  Result<std::vector<QueuedMessage>> Next(std::int64_t after_seq, std::size_t most,
+                                          Rows rows = Rows::kAll);
+  /// Records that the broker acknowledged these messages on a connection, and keeps them. Numbers
+  /// that are not in the queue are ignored, also by Remove().
+  Result<void> Acknowledge(std::span<const std::int64_t> seqs);
   Result<void> Remove(std::span<const std::int64_t> seqs);
+
+  /// When the acknowledged messages were last published again, UTC [ms]; 0: never.
+  std::int64_t repeated_ms() const { return repeated_ms_; }
+  Result<void> RecordRepetition(std::int64_t utc_ms);
 
   /// Number of messages dropped since the file was created, by importance.
   using Dropped = std::array<std::int64_t, kImportances>;
   const Dropped& dropped() const { return counts_.dropped; }
-  std::int64_t size() const { return counts_.messages; }
-  std::int64_t bytes() const { return counts_.bytes; }
+  std::int64_t size() const { return counts_.messages - counts_.kept; }  ///< not acknowledged
+  std::int64_t kept() const { return counts_.kept; }                     ///< acknowledged
+  std::int64_t bytes() const { return counts_.bytes; }                   ///< of both
 
   /// Identifier of this file, eight hexadecimal digits. Each stream has its own count of `seq`.
   const std::string& stream() const { return stream_; }
@@ -48,6 +63,7 @@ class FleetQueue {
  private:
   struct Counts {
     std::int64_t messages = 0, bytes = 0;
+    std::int64_t kept = 0;  ///< of `messages`: acknowledged
     Dropped dropped{};
   };
   FleetQueue(sqlite::Database database, std::int64_t bound_bytes)
@@ -55,12 +71,15 @@ class FleetQueue {
   Result<void> Prepare();
   Result<void> LoadCounts();
   bool DropOldest(Counts& counts);
+  bool RunDeletion(sqlite::Statement& deletion, Counts& counts);
+  bool RemoveInside(std::span<const std::int64_t> seqs, Counts& counts);
   Error Failed(const char* what) const;
 
   sqlite::Database database_;
   std::int64_t bound_bytes_;
   Counts counts_;
   std::string stream_, memory_;
+  std::int64_t repeated_ms_ = 0;
 };
 
 }  // namespace plumbline::plant

@@ -36,7 +36,7 @@ TEST_CASE("[mqtt]: every key is read, in SI; file names are relative to the conf
       "host = \"broker.plant.lan\"\nport = 8884\ntls_ca = \"ca.pem\"\nusername = \"cell-7\"\n"
       "password_file = \"/run/secret\"\ngroup = \"hall 3\"\nnode = \"cell-7\"\n"
       "client_id = \"c7\"\nstate_s = 2.0\nchange_s = 0.5\npoint_change_mm = 0.1\nqueue_mb = 5\n"
-      "journal = false\n");
+      "repeat_s = 60.0\njournal = false\n");
   INFO(read.Told());
   CHECK(read.faults.All().empty());
   CHECK(read.mqtt.host == "broker.plant.lan");
@@ -51,6 +51,7 @@ TEST_CASE("[mqtt]: every key is read, in SI; file names are relative to the conf
   CHECK(read.mqtt.change_period_s == 0.5);
   CHECK(read.mqtt.point_change_m == Approx(1e-4));
   CHECK(read.mqtt.queue_bytes == 5'000'000);
+  CHECK(read.mqtt.repeat_s == 60);
   CHECK_FALSE(read.mqtt.journal);
 }
 

@@ -149,29 +149,97 @@ TEST_CASE("a second publisher cannot open the queue") {
   CHECK_THAT(second.error(), Catch::Contains("another plumbline-fleet"));
 }
 
+TEST_CASE("an acknowledged message is kept for repetition until it is removed") {
+  const TemporaryFolder folder;
+  const std::vector<std::int64_t> first = {1, 2}, second = {2, 99};
+  {
+    FleetQueue queue = OpenedAt(folder);
+    for (int k = 0; k < 4; ++k) REQUIRE(queue.Append({Of(MessageKind::kProbe, k)}, ""));
+    REQUIRE(queue.Acknowledge(first));
+    REQUIRE(queue.RecordRepetition(1234));
+  }
+  FleetQueue queue = OpenedAt(folder);
+  CHECK(queue.repeated_ms() == 1234);
+  CHECK(queue.size() == 2);
+  CHECK(queue.kept() == 2);
+  CHECK(Seqs(queue) == std::vector<std::int64_t>{1, 2, 3, 4});
+  const auto fresh = queue.Next(0, 10, FleetQueue::Rows::kUnacknowledged).value();
+  REQUIRE(fresh.size() == 2);
+  CHECK(fresh[0].seq == 3);
+  REQUIRE(queue.Acknowledge(second));
+  CHECK(queue.kept() == 2);
+  REQUIRE(queue.Remove(first));
+  CHECK(queue.kept() == 0);
+  CHECK(Seqs(queue) == std::vector<std::int64_t>{3, 4});
+  CHECK(queue.dropped() == FleetQueue::Dropped{});
+}
+
+TEST_CASE("a message that was acknowledged many times is not kept any longer") {
+  const TemporaryFolder folder;
+  FleetQueue queue = OpenedAt(folder);
+  REQUIRE(queue.Append({Of(MessageKind::kProbe, 1), Of(MessageKind::kProbe, 2)}, ""));
+  const std::vector<std::int64_t> one = {1};
+  for (int k = 0; k < FleetQueue::kMaxAcknowledgements; ++k) {
+    CHECK(Seqs(queue) == std::vector<std::int64_t>{1, 2});
+    REQUIRE(queue.Acknowledge(one));
+  }
+  CHECK(Seqs(queue) == std::vector<std::int64_t>{2});
+  CHECK(queue.kept() == 0);
+  CHECK(queue.dropped() == FleetQueue::Dropped{});
+}
+
+TEST_CASE("beyond the bound acknowledged messages go first, and do not count as dropped") {
+  const TemporaryFolder folder;
+  const std::int64_t row = FleetQueue::kRowBytes + 7;
+  FleetQueue queue = OpenedAt(folder, 60 * (row + 1));
+  std::vector<std::int64_t> acknowledged;
+  for (int k = 0; k < 60; ++k) {
+    REQUIRE(queue.Append({Of(k % 2 == 0 ? MessageKind::kProbe : MessageKind::kState, k)}, ""));
+    if (k % 2 == 0) acknowledged.push_back(k + 1);
+  }
+  REQUIRE(queue.Acknowledge(acknowledged));
+  for (int k = 0; k < 14; ++k) REQUIRE(queue.Append({Of(MessageKind::kProbe, 60 + k)}, ""));
+  CHECK(queue.dropped() == FleetQueue::Dropped{});
+  CHECK(queue.kept() == 14);
+  CHECK(queue.size() == 44);
+  CHECK(Seqs(queue).front() == 2);
+  for (int k = 0; k < 40; ++k) REQUIRE(queue.Append({Of(MessageKind::kProbe, 80 + k)}, ""));
+  CHECK(queue.kept() == 0);
+  CHECK(queue.dropped()[0] > 0);
+  CHECK(queue.dropped()[2] == 0);
+  CHECK(queue.bytes() <= 60 * (row + 1));
+}
+
 TEST_CASE(
     "a queue of every released schema opens with all its messages and continues its numbers") {
-  const TemporaryFolder folder;
-  test::WriteReleased("plant", 1, folder.path() + "/queue.sqlite");
-  FleetQueue queue = OpenedAt(folder);
-  CHECK(queue.stream() == "1d532e05");
-  CHECK(queue.memory() == "{\"journal\":1790000000,\"id\":120}");
-  const auto waiting = queue.Next(0, 10);
-  REQUIRE(waiting);
-  REQUIRE(waiting->size() == 2);
-  CHECK((*waiting)[0].seq == 2);
-  CHECK((*waiting)[0].message.kind == MessageKind::kAlarm);
-  CHECK((*waiting)[1].message.utc_ms == 1795260031500);
-  CHECK((*waiting)[1].message.body == "{\"n\":3}");
-  REQUIRE(queue.Append({Of(MessageKind::kState, 4)}, ""));
-  CHECK(Seqs(queue) == std::vector<std::int64_t>{2, 3, 4});
+  for (const int schema : {1, 2}) {
+    const TemporaryFolder folder;
+    test::WriteReleased("plant/publish", schema, folder.path() + "/queue.sqlite");
+    FleetQueue queue = OpenedAt(folder);
+    CHECK(queue.stream() == "1d532e05");
+    CHECK(queue.memory() == "{\"journal\":1790000000,\"id\":120}");
+    const auto waiting = queue.Next(0, 10, FleetQueue::Rows::kUnacknowledged);
+    REQUIRE(waiting);
+    REQUIRE(waiting->size() == 2);
+    CHECK((*waiting)[0].seq == 2);
+    CHECK((*waiting)[0].message.kind == MessageKind::kAlarm);
+    CHECK((*waiting)[1].message.utc_ms == 1795260031500);
+    CHECK((*waiting)[1].message.body == "{\"n\":3}");
+    CHECK(queue.kept() == schema - 1);
+    CHECK(queue.repeated_ms() == (schema == 1 ? 0 : 1795260030000));
+    REQUIRE(queue.Append({Of(MessageKind::kState, 4)}, ""));
+    CHECK(Seqs(queue).back() == 4);
+    const std::vector<std::int64_t> all = {1, 2, 3, 4};
+    REQUIRE(queue.Acknowledge(all));
+    CHECK(queue.size() == 0);
+  }
 }
 
 TEST_CASE("a queue of a newer version is refused with a remedy and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/queue.sqlite";
-  test::WriteReleased("plant", 1, path);
-  test::SetSchema(path, 2);
+  test::WriteReleased("plant/publish", 2, path);
+  test::SetSchema(path, 3);
   const std::string before = test::FileText(path);
   const auto queue = FleetQueue::Open(path, kRoom);
   REQUIRE_FALSE(queue);
