@@ -90,7 +90,9 @@ std::vector<plant::Message> MessagesOfOneHour() {
     plant::ProbeRow probe;
     probe.id = ++probes;
     probe.measured_W = probe.predicted_W = Vec3::Zero();
-    messages.push_back({plant::MessageKind::kProbe, 1, plant::ProbeBody(probe)});
+    probe.t_s = time_s;
+    probe.q = model::JointVector::Constant(6, 0.3);
+    messages.push_back({plant::MessageKind::kProbe, 1, plant::ProbeBody(probe, cell.joints)});
   }
   return messages;
 }
@@ -209,12 +211,12 @@ int main(int argc, char** argv) {
   mosquitto_loop_stop(client, true);
   mosquitto_destroy(client);
 
-  bench::Report({.what = fmt::format("{} messages of one hour forwarded from the disk and deleted",
-                                     messages.size()),
-                 .ours = 1e3 * ours_s,
-                 .unit = "ms",
-                 .peer = "mosquitto_pub from a file",
-                 .peers = 1e3 * peer_s});
+  bench::Report(
+      {.what = fmt::format("{} messages of one hour forwarded from the disk", messages.size()),
+       .ours = 1e3 * ours_s,
+       .unit = "ms",
+       .peer = "mosquitto_pub from a file",
+       .peers = 1e3 * peer_s});
   bench::Report({.what = "capacity of a 64 MB queue",
                  .ours = 64e6 /
                          (static_cast<double>(bytes) +

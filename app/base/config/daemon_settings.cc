@@ -391,6 +391,9 @@ void ListKeys(Settings& keys, MqttConfig& mqtt) {
   keys.Add("repeat_s", mqtt.repeat_s, {0, 3600},
            {"a message is kept this long after the broker accepted it, and published again if the "
             "connection breaks meanwhile: longer than the broker takes to save; 0: not kept"});
+  keys.Add("page_url", mqtt.page_url,
+           {"address of this cell's page, for links in the plant",
+            "\"https://cell7.plant.example:8443/\"", "from [page], if other computers reach it"});
   keys.Add("journal", mqtt.journal, {"publish each recorded probe, once"});
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace plumbline::config {
 
@@ -23,8 +24,14 @@ struct MqttConfig {
   /// A message is kept this long after the broker acknowledged it, and published again if the
   /// connection breaks meanwhile; 0: not kept.
   double repeat_s = 120;
-  bool journal = true;  ///< publish the probes of the measurement journal
+  std::string page_url;  ///< of the cell's page, as the plant reaches it; empty: from [page]
+  bool journal = true;   ///< publish the probes of the measurement journal
 };
+
+inline constexpr std::size_t kMaxTopicLevel = 64;  ///< bytes
+/// Whether a text can be a level of a topic: 1..kMaxTopicLevel bytes without / + # and control
+/// characters.
+bool IsTopicLevel(std::string_view text);
 
 /// @param cell_name  default of the node; characters not allowed in a topic become '-'
 MqttConfig MqttFromToml(const TomlTable& table, const NamedFiles& files,

@@ -23,6 +23,11 @@ bool IsLoopback(const std::string& address);
 /// True for the wildcard address (0.0.0.0 or ::), which means all addresses of this computer.
 bool IsWildcardAddress(const std::string& address);
 
+/// Address by which other computers reach the page; empty if they do not, or if its port is not
+/// fixed.
+/// @param own_name  name of this computer, for a page that listens on all addresses
+std::string PageUrl(const PageConfig& page, const std::string& own_name);
+
 PageConfig PageFromToml(const TomlTable& table);
 
 }  // namespace plumbline::config

@@ -57,6 +57,14 @@ bool IsWildcardAddress(const std::string& address) {
   return address == "0.0.0.0" || address == "::";
 }
 
+std::string PageUrl(const PageConfig& page, const std::string& own_name) {
+  if (page.port.value_or(0) == 0 || IsLoopback(page.listen)) return "";
+  std::string host = IsWildcardAddress(page.listen) ? own_name : page.listen;
+  if (!page.hosts.empty()) host = page.hosts.front();
+  if (host.find(':') != std::string::npos) host = "[" + host + "]";
+  return host.empty() ? "" : fmt::format("http://{}:{}/", host, *page.port);
+}
+
 PageConfig PageFromToml(const TomlTable& table) {
   PageConfig page;
   ReadKeys(table, page);

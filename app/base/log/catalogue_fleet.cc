@@ -52,6 +52,11 @@ constexpr EventEntry kFleetEntries[] = {
      "fleet", "probes are not published: ...",
      "the measurement journal cannot be read; probes are published once it can",
      "as the line says; usually the daemon has not run since an upgrade"},
+    {Event::kFleetCell, "fleet-cell", LogLevel::kWarning, "e1f29eb314204e1da5e5ce9c5a8a20ac",
+     "fleet", "the cell is not published: ...",
+     "the file of the model in force cannot be read; the plant keeps the cell it had",
+     "as the line says; usually permissions of the cell file or of `models` in the state "
+     "directory"},
     {Event::kFleetFeedLost, "feed-lost", LogLevel::kWarning, "5012b2553f3530c3588b711e6b1c9081",
      "fleet", "... (view.socket)",
      "the daemon is not running, or denies access; the plant is informed after 5 s",

@@ -160,6 +160,7 @@ enum class Event : std::uint8_t {
   kFleetQueueFault,
   kFleetQueueWorks,
   kFleetJournal,
+  kFleetCell,
   kFleetFeedLost,
   kFleetFeedBack,
   // collect

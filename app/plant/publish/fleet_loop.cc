@@ -1,6 +1,7 @@
 #include "app/plant/publish/fleet_loop.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "app/base/log/log.h"
 #include "app/base/service/utc_clock.h"
 #include "app/base/text/json_text.h"
+#include "app/cell/journal/journal.h"
 #include "drivers/clock.h"
 
 namespace plumbline::plant {
@@ -17,7 +19,7 @@ namespace {
 constexpr double kIdleWait_s = 0.1;    ///< if nothing is in flight
 constexpr double kBusyWait_s = 0.002;  ///< if messages are in flight
 constexpr double kJournalPeriod_s = 1;
-constexpr double kRetry_s = 1;  ///< of a queue that cannot be written
+constexpr double kRetry_s = 1;  ///< of a queue that cannot be written, a cell that cannot be read
 constexpr double kBytesPerMB = 1e6;
 /// Removal of kept messages: its interval, and how many at a time, so that none takes long.
 constexpr double kRemovalPeriod_s = 0.2;
@@ -46,6 +48,11 @@ BrokerLink::LastWill WillOf(const FleetCell& cell) {
           [](std::int64_t number) { return DeathText(number, number, false); }};
 }
 
+std::string HostName() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "";
+}
+
 std::string DroppedText(const FleetQueue::Dropped& dropped) {
   return fmt::format("{} states, {} changes, {} alarms and probes", dropped[0], dropped[1],
                      dropped[2]);
@@ -59,23 +66,29 @@ FleetCell FleetCellOf(const config::DaemonConfig& config) {
   for (const correction::AssemblyPoint& point : config.machine.points) {
     cell.points.push_back({point.id, point.name});
   }
+  cell.arm = model.robot.identity;
+  cell.page = config.mqtt->page_url.empty() ? config::PageUrl(config.page, HostName())
+                                            : config.mqtt->page_url;
   return cell;
 }
 
 FleetLoop::FleetLoop(const config::DaemonConfig& config, FleetQueue queue)
-    : config_(*config.mqtt),
+    : daemon_(config),
+      config_(*config.mqtt),
       cell_(FleetCellOf(config)),
       queue_(std::move(queue)),
       client_(cell::ViewSocketOf(config.state_directory), false),
-      tail_(config.state_directory + "/journal.sqlite"),
+      tail_(config.state_directory + "/journal.sqlite", cell_.joints),
       mark_(MarkOf(queue_)),
       changes_(config_, cell_, text::JsonText(MemoryOf(queue_).value("changes", nlohmann::json()))),
-      link_(config_, WillOf(cell_)) {}
+      link_(config_, WillOf(cell_)),
+      cell_reported_(MemoryOf(queue_).value("cell", "")) {}
 
 std::string FleetLoop::Memory() const {
   nlohmann::ordered_json memory = {
       {"changes", text::JsonOrNull<nlohmann::ordered_json>(changes_.Memory())}};
   if (mark_) memory["probes"] = {{"journal", mark_->journal}, {"id", mark_->id}};
+  if (!cell_reported_.empty()) memory["cell"] = cell_reported_;
   return text::JsonText(memory);
 }
 
@@ -91,6 +104,7 @@ void FleetLoop::ReadDaemonState() {
   AddPending(came ? changes_.Update(view_.state, MonotonicSeconds())
                   : changes_.UpdateWithoutState(MonotonicSeconds(), service::SystemUtcSeconds()));
   if (came) {
+    ReportCell(MonotonicSeconds());
     log::SetLogContext({view_.state.cell, view_.state.model_version});
     if (!feed_problem_.empty())
       log::Log({log::Event::kFleetFeedBack, "receiving data from plumblined again"});
@@ -139,8 +153,38 @@ void FleetLoop::ReadJournal(double now_s) {
   journal_problem_.clear();
   mark_ = taken->mark;
   for (const ProbeRow& probe : taken->probes) {
-    pending_.push_back({MessageKind::kProbe, *probe.unix_ms, ProbeBody(probe)});
+    pending_.push_back({MessageKind::kProbe, *probe.unix_ms, ProbeBody(probe, cell_.joints)});
   }
+  if (taken->skipped > 0) {
+    log::Log({log::Event::kFleetJournal,
+              fmt::format("{} probes are not published: they were recorded with another number of "
+                          "joints than the cell's {}",
+                          taken->skipped, cell_.joints.size())});
+  }
+}
+
+/// At the start and whenever another model comes into force; published if the plant does not have
+/// this content yet.
+void FleetLoop::ReportCell(double now_s) {
+  const int model = view_.state.model_version;
+  if (model == cell_model_ || now_s - cell_read_s_ < kRetry_s) return;
+  cell_read_s_ = now_s;
+  const auto in_force = ReadCellInForce(daemon_, model);
+  if (!in_force) {
+    if (cell_problem_.empty()) {
+      log::Log(
+          {log::Event::kFleetCell, fmt::format("the cell is not published: {}", in_force.error())});
+    }
+    cell_problem_ = in_force.error();
+    return;
+  }
+  cell_problem_.clear();
+  cell_model_ = model;
+  std::string body = CellBody(cell_, *in_force);
+  const std::string hash = fmt::format("{:016x}", cell::ContentHash(body));
+  if (hash == cell_reported_) return;
+  cell_reported_ = hash;
+  AddPending({{MessageKind::kCell, std::llround(1e3 * view_.state.utc_s), std::move(body)}});
 }
 
 void FleetLoop::StorePending() {

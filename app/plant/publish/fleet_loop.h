@@ -50,6 +50,7 @@ class FleetLoop {
  private:
   void ReadDaemonState();
   void ReadJournal(double now_s);
+  void ReportCell(double now_s);
   void AddPending(std::vector<Message> messages);
   void StorePending();
   void LogQueueFault(const std::string& problem);
@@ -63,6 +64,7 @@ class FleetLoop {
   void LogBacklog();
   std::string Memory() const;
 
+  const config::DaemonConfig daemon_;
   const config::MqttConfig config_;
   const FleetCell cell_;
   FleetQueue queue_;
@@ -77,6 +79,9 @@ class FleetLoop {
   int discarded_ = 0;               ///< messages discarded since the queue failed
   double tried_s_ = -1e300;         ///< last attempt to write the queue
   double journal_read_s_ = -1e300;  ///< last read of the journal
+  int cell_model_ = -1;             ///< model of the cell that was compared last; -1: none yet
+  double cell_read_s_ = -1e300;     ///< last attempt to read the cell
+  std::string cell_reported_;       ///< hash of the last NCELL message
   std::int64_t connection_ = 0;     ///< 0: none
   std::int64_t sent_ = 0;           ///< seq of the last published message
   std::size_t in_flight_ = 0;
@@ -89,7 +94,7 @@ class FleetLoop {
   double removed_s_ = -1e300;
   bool repetition_due_ = false;  ///< messages were kept when the connection was made
   FleetQueue::Rows rows_ = FleetQueue::Rows::kUnacknowledged;  ///< that this connection publishes
-  std::string queue_problem_, journal_problem_, link_problem_, feed_problem_;
+  std::string queue_problem_, journal_problem_, cell_problem_, link_problem_, feed_problem_;
   std::int64_t backlog_ = 0;  ///< queued when the connection was made; 0 once all are forwarded
   double connected_s_ = 0;
   FleetQueue::Dropped dropped_reported_{};  ///< counts already reported to the plant

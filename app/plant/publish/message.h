@@ -15,6 +15,7 @@ enum class MessageKind : std::uint8_t {
   kAlarm = 4,  ///< NALARM
   kProbe = 5,  ///< NPROBE
   kLost = 6,   ///< NLOST
+  kCell = 7,   ///< NCELL
 };
 
 const char* TopicTypeOf(MessageKind kind);

@@ -11,8 +11,8 @@
 
 namespace plumbline::plant {
 
-/// A probe with its prediction; joints are not read. `journal` and `id` identify it permanently.
-/// Time, measured and predicted tip are always set.
+/// A probe as it is in the journal. `journal` and `id` identify it permanently. Its time is always
+/// set; what was measured may be a tip, a range, or the reading of a gauge.
 struct ProbeRow : cell::JournalRow {
   std::int64_t journal = 0;  ///< the epoch of the journal, UTC [s]
 };
@@ -28,11 +28,14 @@ struct ProbeMark {
 class ProbeTail {
  public:
   static constexpr int kMaxRows = 1000;
-  explicit ProbeTail(std::string path) : path_(std::move(path)) {}
+  /// @param joints  the cell's joints, for their units
+  ProbeTail(std::string path, std::vector<model::Joint> joints)
+      : path_(std::move(path)), joints_(std::move(joints)) {}
 
   struct Taken {
     std::vector<ProbeRow> probes;
-    ProbeMark mark;  ///< after these probes
+    ProbeMark mark;   ///< after these probes
+    int skipped = 0;  ///< rows that do not have the cell's joints: recorded with another robot
   };
   /// @param mark  nullopt at the first use: only rows added from now on are returned
   /// @return      the new rows, or why the journal cannot be read; a missing journal has no rows
@@ -40,6 +43,7 @@ class ProbeTail {
 
  private:
   const std::string path_;
+  const std::vector<model::Joint> joints_;
   ProbeMark settled_;  ///< last row at the previous call
 };
 

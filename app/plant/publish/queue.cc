@@ -61,6 +61,8 @@ const char* TopicTypeOf(MessageKind kind) {
       return "NPROBE";
     case MessageKind::kLost:
       return "NLOST";
+    case MessageKind::kCell:
+      return "NCELL";
   }
   return "NDATA";
 }
@@ -72,6 +74,7 @@ int ImportanceOf(MessageKind kind) {
     case MessageKind::kPoint:
     case MessageKind::kLens:
     case MessageKind::kModel:
+    case MessageKind::kCell:
       return 1;
     case MessageKind::kAlarm:
     case MessageKind::kProbe:
@@ -136,8 +139,7 @@ Result<void> FleetQueue::LoadCounts() {
   }
   repeated_ms_ = stream.Integer(2 + kImportances);
   const auto messages = database_.IntegerOf("SELECT count(*) FROM message");
-  const auto kept =
-      database_.IntegerOf("SELECT count(*) FROM message WHERE acknowledgements > 0");
+  const auto kept = database_.IntegerOf("SELECT count(*) FROM message WHERE acknowledgements > 0");
   const auto bytes =
       database_.IntegerOf("SELECT coalesce(sum(length(CAST(body AS BLOB))), 0) FROM message");
   if (!messages) return messages.failure();

@@ -36,7 +36,7 @@ TEST_CASE("[mqtt]: every key is read, in SI; file names are relative to the conf
       "host = \"broker.plant.lan\"\nport = 8884\ntls_ca = \"ca.pem\"\nusername = \"cell-7\"\n"
       "password_file = \"/run/secret\"\ngroup = \"hall 3\"\nnode = \"cell-7\"\n"
       "client_id = \"c7\"\nstate_s = 2.0\nchange_s = 0.5\npoint_change_mm = 0.1\nqueue_mb = 5\n"
-      "repeat_s = 60.0\njournal = false\n");
+      "repeat_s = 60.0\npage_url = \"https://cell7:8443/\"\njournal = false\n");
   INFO(read.Told());
   CHECK(read.faults.All().empty());
   CHECK(read.mqtt.host == "broker.plant.lan");
@@ -52,6 +52,7 @@ TEST_CASE("[mqtt]: every key is read, in SI; file names are relative to the conf
   CHECK(read.mqtt.point_change_m == Approx(1e-4));
   CHECK(read.mqtt.queue_bytes == 5'000'000);
   CHECK(read.mqtt.repeat_s == 60);
+  CHECK(read.mqtt.page_url == "https://cell7:8443/");
   CHECK_FALSE(read.mqtt.journal);
 }
 
@@ -62,6 +63,13 @@ TEST_CASE("[mqtt] with only a host: node and client id come from the cell, TLS f
   CHECK(read.mqtt.node == "KR 210-left -2");
   CHECK(read.mqtt.client_id == "plumbline-plumbline-KR 210-left -2");
   CHECK(ReadMqtt("host = \"10.0.0.5\"\ntls_ca = \"ca.pem\"\n").mqtt.port == 8883);
+}
+
+TEST_CASE("[mqtt]: page_url is a web address, which the plant's page may link to") {
+  for (const char* url : {"javascript:alert(1)", "cell7:8443", "http://a b/", "http://<x>/"}) {
+    const ReadMqtt read(std::string("host = \"b\"\npage_url = \"") + url + "\"\n");
+    CHECK_THAT(read.Told(), Catch::Contains("mqtt.page_url: is not a web address"));
+  }
 }
 
 TEST_CASE("[mqtt]: a password file that every user may read is warned about") {

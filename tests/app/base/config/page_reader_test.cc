@@ -111,4 +111,18 @@ TEST_CASE("all faults of [page] are reported at once") {
   CHECK(read.Says("page.lisen: unknown key"));
 }
 
+TEST_CASE("the address of the page for other computers") {
+  const auto url = [](const char* listen, std::optional<int> port,
+                      std::vector<std::string> hosts = {}) {
+    return PageUrl({listen, port, "", std::move(hosts)}, "cell7");
+  };
+  CHECK(url("0.0.0.0", 8080) == "http://cell7:8080/");
+  CHECK(url("0.0.0.0", 8080, {"cell7.plant.example"}) == "http://cell7.plant.example:8080/");
+  CHECK(url("10.0.0.7", 8080) == "http://10.0.0.7:8080/");
+  CHECK(url("fd00::7", 80) == "http://[fd00::7]:80/");
+  CHECK(url("127.0.0.1", 8080).empty());
+  CHECK(url("0.0.0.0", 0).empty());
+  CHECK(url("0.0.0.0", std::nullopt).empty());
+}
+
 }  // namespace plumbline::page_reader_test

@@ -64,7 +64,17 @@ inline bool Answers(int port) {
 class BrokerProcess {
  public:
   /// @param lines  further lines of its configuration
-  explicit BrokerProcess(std::string lines = "allow_anonymous true\n") : lines_(std::move(lines)) {
+  explicit BrokerProcess(const std::string& lines = "allow_anonymous true\n")
+      // As root it would switch to another user, who cannot read this folder.
+      : configuration_("listener " + std::to_string(port_) + " 127.0.0.1\nuser root\n" +
+                       "persistence true\npersistence_location " + folder_.path() +
+                       "/\nmax_queued_messages 0\n" + lines) {
+    Start();
+  }
+  /// @param configuration  all of it; with `user root`
+  /// @param port           that it then listens on
+  BrokerProcess(std::string configuration, int port)
+      : port_(port), configuration_(std::move(configuration)) {
     Start();
   }
   ~BrokerProcess() { Stop(); }
@@ -74,10 +84,7 @@ class BrokerProcess {
   /// Restarts it on the same port.
   void Start() {
     const std::string file = folder_.path() + "/mosquitto.conf";
-    // As root it would switch to another user, who cannot read this folder.
-    std::ofstream(file) << "listener " << port_ << " 127.0.0.1\nuser root\npersistence true\n"
-                        << "persistence_location " << folder_.path() << "/\nmax_queued_messages 0\n"
-                        << lines_;
+    std::ofstream(file) << configuration_;
     pid_ = fork();
     if (pid_ == 0) {
       const int log = open(LogFile().c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
@@ -91,21 +98,44 @@ class BrokerProcess {
     REQUIRE(Soon([this] { return Answers(port_); }));
   }
   /// Keeps subscribers' sessions across a restart, as a plant's broker does.
-  void Stop() {
-    if (pid_ <= 0) return;
-    kill(pid_, SIGTERM);
-    waitpid(pid_, nullptr, 0);
-    pid_ = -1;
+  void Stop() { EndBy(SIGTERM); }
+  /// It forgets what it has not saved.
+  void Kill() { EndBy(SIGKILL); }
+  /// Makes it read passwords and access lists again.
+  void Reload() const { kill(pid_, SIGHUP); }
+  /// Makes it save now, and waits until it has.
+  void Save() const {
+    const std::size_t before = Saves();
+    kill(pid_, SIGUSR1);
+    REQUIRE(Soon([&] { return Saves() > before; }));
+    // The message precedes the file, which is written beside the old one and then renamed.
+    const std::string fresh = folder_.path() + "/mosquitto.db.new";
+    REQUIRE(Soon([&] { return access(fresh.c_str(), F_OK) != 0; }));
   }
   int port() const { return port_; }
   std::string Log() const { return FileText(LogFile()); }
 
  private:
   std::string LogFile() const { return folder_.path() + "/log"; }
+  std::size_t Saves() const {
+    const std::string log = Log();
+    std::size_t count = 0;
+    for (auto at = log.find(kSaving); at != std::string::npos; at = log.find(kSaving, at + 1)) {
+      ++count;
+    }
+    return count;
+  }
+  void EndBy(int signal) {
+    if (pid_ <= 0) return;
+    kill(pid_, signal);
+    waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+  }
+  static constexpr const char* kSaving = "Saving in-memory database";
 
-  const std::string lines_;
   const TemporaryFolder folder_;
   const int port_ = FreePort();
+  const std::string configuration_;
   pid_t pid_ = -1;
 };
 

@@ -86,6 +86,7 @@ struct FleetStation {
     journal.emplace(std::move(opened).value());
     feed.emplace(state, points);
     Configure(mqtt);
+    WriteModel(1, "");
   }
   ~FleetStation() { Kill(); }
 
@@ -95,6 +96,12 @@ struct FleetStation {
                           << "\n[mqtt]\nhost = \"127.0.0.1\"\nnode = \"cell-7\"\n"
                           << "state_s = 0.2\nchange_s = 0.2\n"
                           << mqtt;
+  }
+  /// A version in the daemon's model store.
+  void WriteModel(int number, const std::string& head) const {
+    std::filesystem::create_directories(state + "/models");
+    std::ofstream(fmt::format("{}/models/{:04}.toml", state, number))
+        << head << FileText("tests/virtual_cell/demo/cockpit-cell.toml");
   }
   void Start() {
     pid = fork();

@@ -47,7 +47,7 @@ std::vector<std::int64_t> Ids(const ProbeTail::Taken& taken) {
 TEST_CASE("the first read returns nothing, then each row that existed at the previous read, once") {
   Written written;
   written.Add(3);
-  ProbeTail tail(written.path);
+  ProbeTail tail(written.path, written.joints);
   auto taken = tail.ReadNew(std::nullopt).value();
   CHECK(taken.probes.empty());
   CHECK(taken.mark.id == 3);
@@ -64,14 +64,14 @@ TEST_CASE("the first read returns nothing, then each row that existed at the pre
 
 TEST_CASE("a restart continues after its mark; a journal created later is read completely") {
   Written written;
-  ProbeTail early(written.path);
+  ProbeTail early(written.path, written.joints);
   auto taken = early.ReadNew(std::nullopt).value();
   written.Add(2);
   taken = early.ReadNew(taken.mark).value();
   taken = early.ReadNew(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{1, 2});
   written.Add(1);
-  ProbeTail restarted(written.path);
+  ProbeTail restarted(written.path, written.joints);
   taken = restarted.ReadNew(taken.mark).value();
   taken = restarted.ReadNew(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{3});
@@ -80,7 +80,7 @@ TEST_CASE("a restart continues after its mark; a journal created later is read c
 TEST_CASE("imported rows are skipped, and a large backlog is read in parts") {
   Written written;
   written.Add(1);
-  ProbeTail tail(written.path);
+  ProbeTail tail(written.path, written.joints);
   auto taken = tail.ReadNew(std::nullopt).value();
   written.Add(2, cell::JournalRow::Source::kImport);
   written.Add(ProbeTail::kMaxRows + 10);
@@ -92,16 +92,29 @@ TEST_CASE("imported rows are skipped, and a large backlog is read in parts") {
   CHECK(probes == ProbeTail::kMaxRows + 10);
 }
 
+TEST_CASE("rows with another number of joints are skipped and counted") {
+  Written written;
+  written.Add(1);
+  ProbeTail tail(written.path, std::vector<model::Joint>(5));
+  auto taken = tail.ReadNew(std::nullopt).value();
+  written.Add(2);
+  taken = tail.ReadNew(taken.mark).value();
+  taken = tail.ReadNew(taken.mark).value();
+  CHECK(taken.probes.empty());
+  CHECK(taken.skipped == 2);
+  CHECK(taken.mark.id == 3);
+}
+
 TEST_CASE("a replaced journal is read from its start; an invalid one is reported") {
   Written written;
   written.Add(5);
-  ProbeTail tail(written.path);
+  ProbeTail tail(written.path, written.joints);
   // A journal created at another time.
   ProbeMark mark{tail.ReadNew(std::nullopt).value().mark.journal - 1000, 77};
   auto taken = tail.ReadNew(mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{1, 2, 3, 4, 5});
   const TemporaryFolder folder;
-  CHECK_FALSE(ProbeTail(folder.path()).ReadNew(mark));
+  CHECK_FALSE(ProbeTail(folder.path(), written.joints).ReadNew(mark));
 }
 
 }  // namespace plumbline::probe_tail_test
