@@ -85,9 +85,22 @@ constexpr Table kTables[] = {{"probe", "NPROBE", kProbeColumns, "more"},
 static_assert(std::size(kTables) == kMessageTables);
 
 /// Further columns of measured.csv that a probe may have.
-constexpr const char* kMore[] = {"t_s",      "tool",     "payload_item",        "sigma_mm",
-                                 "camera",   "range_mm", "predicted_radius_mm", "covariance_mm2",
-                                 "artefact", "gauge_mm", "predicted_mm",        "quaternion"};
+constexpr const char* kMore[] = {"t_s",
+                                 "tool",
+                                 "payload_item",
+                                 "sigma_mm",
+                                 "camera",
+                                 "range_mm",
+                                 "predicted_radius_mm",
+                                 "covariance_mm2",
+                                 "artefact",
+                                 "gauge_mm",
+                                 "predicted_mm",
+                                 "quaternion",
+                                 "qd",
+                                 "qdd",
+                                 "tau",
+                                 "q_step_deg"};
 
 /// The value of a key; nullopt if it is absent or null.
 std::optional<Element> ValueOf(const Object& json, const char* key) {

@@ -119,7 +119,7 @@ std::string BirthText(const FleetCell& cell, const FleetQueue& queue, std::int64
       {"waiting", queue.size()},
       {"dropped", {{"states", dropped[0]}, {"changes", dropped[1]}, {"others", dropped[2]}}}};
   std::string text = TextOf(json);
-  if (text.size() <= kMaxMessage_bytes) return text;
+  if (text.size() <= kLongestMessage_bytes) return text;
   json["points"] = Json::array();
   json["points_omitted"] = cell.points.size();
   return TextOf(json);
@@ -233,8 +233,8 @@ std::string ProbeBody(const ProbeRow& probe, const std::vector<model::Joint>& jo
   if (probe.payload_item) json["payload_item"] = *probe.payload_item;
   if (probe.orientation_W) {
     const auto& turn = *probe.orientation_W;
-    json["orientation"] = {Tabulated(turn.w(), 9), Tabulated(turn.x(), 9), Tabulated(turn.y(), 9),
-                           Tabulated(turn.z(), 9)};
+    json["quaternion"] = {Tabulated(turn.w(), 9), Tabulated(turn.x(), 9), Tabulated(turn.y(), 9),
+                          Tabulated(turn.z(), 9)};
   }
   add_mm("range_mm", probe.range_m);
   if (!probe.artefact.empty()) json["artefact"] = probe.artefact;
@@ -264,10 +264,10 @@ std::string CellBody(const FleetCell& cell, const CellInForce& in_force) {
   add("page", cell.page);
   json["cell"] = in_force.text;
   std::string text = TextOf(json);
-  if (text.size() <= kMaxMessage_bytes - kEnvelope_bytes) return text;
+  if (text.size() <= kLongestCell_bytes - kEnvelope_bytes) return text;
   json.erase("cell");
   json["cell_omitted"] = fmt::format("the cell has {} bytes, more than a message of {} bytes holds",
-                                     in_force.text.size(), kMaxMessage_bytes);
+                                     in_force.text.size(), kLongestCell_bytes);
   return TextOf(json);
 }
 

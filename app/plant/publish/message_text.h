@@ -32,8 +32,9 @@ struct FleetCell {
   std::string page{};  ///< address of the cell's own page; empty if other computers reach none
 };
 
-/// A message is never longer, so that a broker can limit the length of what it accepts.
-inline constexpr std::size_t kMaxMessage_bytes = 256'000;
+/// The longest NCELL message, and the longest of all others: a broker and a collector can limit
+/// what they accept.
+inline constexpr std::size_t kLongestCell_bytes = 256'000, kLongestMessage_bytes = 64'000;
 
 std::string TopicOf(const FleetCell& cell, const char* type);
 

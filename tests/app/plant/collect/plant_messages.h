@@ -28,7 +28,7 @@ struct PublishingCell {
     row.measured_W = Vec3(1.2, -0.4, 0.9);
     row.predicted_W = Vec3(1.2 - residual_m, -0.4, 0.9);
     row.payload_kg = 60;
-    return Message(plant::MessageKind::kProbe, seq, utc_ms, plant::ProbeBody(row));
+    return Message(plant::MessageKind::kProbe, seq, utc_ms, plant::ProbeBody(row, {}));
   }
   plant::Received Alarm(std::int64_t seq, std::int64_t utc_ms, bool begins = true) const {
     return Message(plant::MessageKind::kAlarm, seq, utc_ms,

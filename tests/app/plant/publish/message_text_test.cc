@@ -61,6 +61,7 @@ std::vector<cell::JournalRow> VariedRows(int count, const std::vector<model::Joi
       continue;
     }
     row.measured_W = *row.predicted_W + 1e-3 * point();
+    if (k % 10 == 3) row.orientation_W = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5);
     if (k % 10 == 2) {
       row.source = cell::JournalRow::Source::kCamera;
       row.covariance_W = Mat3(1e-9 * Mat3::Identity());
@@ -115,8 +116,8 @@ cell::JournalRow RowFromMessage(const std::string& body, const std::vector<model
   row.sigma_m = number("sigma_mm", kMetrePerMm);
   row.artefact = json.value("artefact", "");
   row.camera = json.value("camera", "");
-  if (json.contains("orientation")) {
-    const auto& turn = json.at("orientation");
+  if (json.contains("quaternion")) {
+    const auto& turn = json.at("quaternion");
     row.orientation_W = Eigen::Quaterniond(turn[0], turn[1], turn[2], turn[3]);
   }
   return row;
@@ -184,8 +185,8 @@ TEST_CASE("a cell is published with its identity; a text that is too long is lef
                                {"page", "http://cell7:8080/"},
                                {"cell", in_force.text}});
   // A newline becomes two bytes.
-  const auto large = CellBody(cell, {7, std::string(kMaxMessage_bytes / 2, '\n'), "0"});
-  CHECK(large.size() < kMaxMessage_bytes);
+  const auto large = CellBody(cell, {7, std::string(kLongestCell_bytes / 2, '\n'), "0"});
+  CHECK(large.size() < kLongestCell_bytes);
   CHECK_FALSE(text::JsonOrNull(large).contains("cell"));
   CHECK_THAT(text::JsonOrNull(large).at("cell_omitted").get<std::string>(),
              Catch::Contains("has 128000 bytes"));
@@ -219,7 +220,7 @@ TEST_CASE("a birth message of a cell with very many points names their number") 
   FleetCell cell;
   cell.points.assign(5000, {1, std::string(60, 'x')});
   const std::string birth = BirthText(cell, queue.value(), 1, 2);
-  CHECK(birth.size() < kMaxMessage_bytes);
+  CHECK(birth.size() < kLongestMessage_bytes);
   CHECK(text::JsonOrNull(birth).at("points").empty());
   CHECK(text::JsonOrNull(birth).at("points_omitted") == 5000);
 }
