@@ -233,8 +233,8 @@ std::string ProbeBody(const ProbeRow& probe, const std::vector<model::Joint>& jo
   if (probe.payload_item) json["payload_item"] = *probe.payload_item;
   if (probe.orientation_W) {
     const auto& turn = *probe.orientation_W;
-    json["quaternion"] = {Tabulated(turn.w(), 9), Tabulated(turn.x(), 9), Tabulated(turn.y(), 9),
-                          Tabulated(turn.z(), 9)};
+    json["orientation"] = {Tabulated(turn.w(), 9), Tabulated(turn.x(), 9), Tabulated(turn.y(), 9),
+                           Tabulated(turn.z(), 9)};
   }
   add_mm("range_mm", probe.range_m);
   if (!probe.artefact.empty()) json["artefact"] = probe.artefact;

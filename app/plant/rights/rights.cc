@@ -50,7 +50,7 @@ void ForEachLine(std::string_view text, Visit visit) {
 
 }  // namespace
 
-Result<CellName> CellNameFrom(std::string_view text) {
+Result<CellUser> CellUserFrom(std::string_view text) {
   const auto slash = text.find('/');
   if (slash == std::string_view::npos) {
     return Error{fmt::format(
@@ -60,10 +60,10 @@ Result<CellName> CellNameFrom(std::string_view text) {
   const std::string_view group = text.substr(0, slash), node = text.substr(slash + 1);
   if (!IsName(group)) return Error{NameProblem("group", group)};
   if (!IsName(node)) return Error{NameProblem("node", node)};
-  return CellName{std::string(group), std::string(node)};
+  return CellUser{std::string(group), std::string(node)};
 }
 
-std::string UserOf(const CellName& cell) {
+std::string UserOf(const CellUser& cell) {
   return cell.group + "/" + cell.node;
 }
 
@@ -76,13 +76,13 @@ std::string BridgeUserOf(const std::string& group) {
   return std::string(kBridgePrefix) + group;
 }
 
-std::string AclText(std::vector<CellName> cells, std::vector<std::string> bridged_groups) {
+std::string AclText(std::vector<CellUser> cells, std::vector<std::string> bridged_groups) {
   std::sort(cells.begin(), cells.end());
   std::sort(bridged_groups.begin(), bridged_groups.end());
   std::string text =
       "# Written by plumbline from the users of the password file beside it; changes are lost.\n"
       "# Each cell writes its own topics, and nobody reads.\n";
-  for (const CellName& cell : cells) {
+  for (const CellUser& cell : cells) {
     text += fmt::format("\nuser {}\ntopic write plumblineV1/{}/+/{}\n", UserOf(cell), cell.group,
                         cell.node);
   }
@@ -130,7 +130,7 @@ BrokerUsers UsersIn(std::string_view password_file) {
   ForEachLine(password_file, [&](std::string_view line) {
     const std::string_view user = UserOfLine(line);
     const std::string_view group = user.substr(std::min(kBridgePrefix.size(), user.size()));
-    if (auto cell = CellNameFrom(user)) {
+    if (auto cell = CellUserFrom(user)) {
       users.cells.push_back(std::move(cell).value());
     } else if (user.starts_with(kBridgePrefix) && IsName(group)) {
       users.bridged_groups.emplace_back(group);

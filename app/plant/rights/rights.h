@@ -11,15 +11,15 @@
 namespace plumbline::plant {
 
 /// A cell as its topics name it: plumblineV1/GROUP/TYPE/NODE.
-struct CellName {
+struct CellUser {
   std::string group, node;
-  auto operator<=>(const CellName&) const = default;
+  auto operator<=>(const CellUser&) const = default;
 };
 
 /// From "GROUP/NODE". @return  or what is wrong with it, and how to write it
-Result<CellName> CellNameFrom(std::string_view text);
+Result<CellUser> CellUserFrom(std::string_view text);
 /// User name, and client id, of a cell: "GROUP/NODE".
-std::string UserOf(const CellName& cell);
+std::string UserOf(const CellUser& cell);
 
 /// Whether the broker that is bridged to the plant's, for all cells of a group, may have this name.
 /// @return  or what is wrong with it
@@ -29,7 +29,7 @@ std::string BridgeUserOf(const std::string& group);
 
 /// Access list of the cells' listener: each cell writes its own topics, each bridge those of its
 /// group, and nobody reads anything.
-std::string AclText(std::vector<CellName> cells, std::vector<std::string> bridged_groups = {});
+std::string AclText(std::vector<CellUser> cells, std::vector<std::string> bridged_groups = {});
 
 /// 12 random bytes, as mosquitto_passwd uses.
 std::string RandomSalt();
@@ -47,7 +47,7 @@ std::string WithoutUser(std::string_view file, std::string_view user);
 
 /// The users of a password file: the access list is written from them.
 struct BrokerUsers {
-  std::vector<CellName> cells;
+  std::vector<CellUser> cells;
   std::vector<std::string> bridged_groups;
   std::vector<std::string> others;  ///< neither: the access list gives them nothing
 };

@@ -116,8 +116,8 @@ cell::JournalRow RowFromMessage(const std::string& body, const std::vector<model
   row.sigma_m = number("sigma_mm", kMetrePerMm);
   row.artefact = json.value("artefact", "");
   row.camera = json.value("camera", "");
-  if (json.contains("quaternion")) {
-    const auto& turn = json.at("quaternion");
+  if (json.contains("orientation")) {
+    const auto& turn = json.at("orientation");
     row.orientation_W = Eigen::Quaterniond(turn[0], turn[1], turn[2], turn[3]);
   }
   return row;

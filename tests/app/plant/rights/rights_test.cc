@@ -11,20 +11,20 @@ namespace plumbline::rights_test {
 using namespace plumbline::plant;
 
 TEST_CASE("a cell is named as its topics name it") {
-  const auto cell = CellNameFrom("hall 3/cell-7");
+  const auto cell = CellUserFrom("hall 3/cell-7");
   REQUIRE(cell);
   CHECK(cell->group == "hall 3");
   CHECK(cell->node == "cell-7");
   CHECK(UserOf(*cell) == "hall 3/cell-7");
-  CHECK(CellNameFrom("Halle Süd/Zelle_7.b"));
+  CHECK(CellUserFrom("Halle Süd/Zelle_7.b"));
   for (const char* wrong : {"", "cell-7", "/cell-7", "hall/", "hall/a/b", "hall/+", "#/a", "a:b/c",
                             "hall/a\nuser x", "hall/ a", "a /b", "hall/a\x7f"}) {
     INFO(wrong);
-    CHECK_FALSE(CellNameFrom(wrong));
+    CHECK_FALSE(CellUserFrom(wrong));
   }
-  CHECK_FALSE(CellNameFrom("hall/" + std::string(65, 'x')));
-  CHECK(CellNameFrom("hall/" + std::string(64, 'x')));
-  CHECK_THAT(CellNameFrom("cell-7").error(), Catch::Contains("is not GROUP/NODE"));
+  CHECK_FALSE(CellUserFrom("hall/" + std::string(65, 'x')));
+  CHECK(CellUserFrom("hall/" + std::string(64, 'x')));
+  CHECK_THAT(CellUserFrom("cell-7").error(), Catch::Contains("is not GROUP/NODE"));
   CHECK(CheckGroup("line-3"));
   CHECK_FALSE(CheckGroup("line/3"));
 }
@@ -85,7 +85,7 @@ TEST_CASE("the password file is the list of cells") {
   CHECK(file ==
         "legacy:$7$1$a$b\nbridge-line-4:$7$1$a$b\nline-3/a:$7$1$new$b\nline-3/b:$7$1$b$b\n");
   const BrokerUsers users = UsersIn(file);
-  CHECK(users.cells == std::vector<CellName>{{"line-3", "a"}, {"line-3", "b"}});
+  CHECK(users.cells == std::vector<CellUser>{{"line-3", "a"}, {"line-3", "b"}});
   CHECK(users.bridged_groups == std::vector<std::string>{"line-4"});
   CHECK(users.others == std::vector<std::string>{"legacy"});
   CHECK(WithoutUser(file, "line-3/a") ==
