@@ -32,7 +32,7 @@ std::vector<std::string> SourceFilters() {
   return filters;
 }
 
-std::string AddressText(const BrokerAddress& broker) {
+std::string AddressText(const BrokerSettings& broker) {
   return fmt::format("{}:{}", broker.host, broker.port);
 }
 

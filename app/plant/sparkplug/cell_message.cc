@@ -169,6 +169,7 @@ void DecodeAlarm(Decoder& decoder) {
 
 void DecodeBody(CellTopic topic, const json& message, Decoder& decoder) {
   switch (topic) {
+    case CellTopic::kCell:
     case CellTopic::kDeath:
       return;
     case CellTopic::kBirth:

@@ -127,6 +127,7 @@ std::span<const MetricField> FieldsOf(CellTopic topic) {
       return kModelFields;
     case CellTopic::kLost:
       return kLostFields;
+    case CellTopic::kCell:  // a description that Sparkplug has no use for; counted all the same
     case CellTopic::kDeath:
     case CellTopic::kAlarm:
       return {};

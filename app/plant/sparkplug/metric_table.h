@@ -22,9 +22,20 @@ enum class DataType : std::uint32_t {
 };
 
 /// What a cell publishes, by the third level of its topic.
-enum class CellTopic { kBirth, kDeath, kState, kPoint, kProbe, kLens, kModel, kAlarm, kLost };
+enum class CellTopic {
+  kBirth,
+  kDeath,
+  kState,
+  kPoint,
+  kProbe,
+  kLens,
+  kModel,
+  kAlarm,
+  kLost,
+  kCell
+};
 inline constexpr const char* kCellTopics[] = {"NBIRTH", "NDEATH", "NDATA",  "NPOINT", "NPROBE",
-                                              "NLENS",  "NMODEL", "NALARM", "NLOST"};
+                                              "NLENS",  "NMODEL", "NALARM", "NLOST",  "NCELL"};
 
 /// A metric and the place of its value in the JSON of a message.
 struct MetricField {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "app/plant/broker/mosquitto_library.h"
 #include "drivers/files/text_file.h"
 
 namespace plumbline::plant {
@@ -17,12 +18,7 @@ constexpr int kKeepAlive_s = 30, kSubscribeQos = 1, kWillQos = 1;
 /// A broker that has more packets for this client is asked for the next one at once, so often.
 constexpr int kMaxPackets = 100;
 
-void OpenMosquitto() {
-  static const int opened = mosquitto_lib_init();
-  static_cast<void>(opened);
-}
-
-Result<std::string> BrokerPassword(const BrokerAddress& broker) {
+Result<std::string> BrokerPassword(const BrokerSettings& broker) {
   if (broker.password_file.empty()) return std::string();
   Result<std::string> text = files::ReadTextFile(broker.password_file);
   if (!text) return Error{fmt::format("{}: {}", broker.password_file, text.error())};
@@ -36,9 +32,9 @@ bool IsReadable(int socket) {
 
 }  // namespace
 
-MqttClient::MqttClient(const BrokerAddress& broker)
+MqttClient::MqttClient(const BrokerSettings& broker)
     : broker_(broker), client_(nullptr, &mosquitto_destroy) {
-  OpenMosquitto();
+  OpenLibrary();
 }
 
 Result<void> MqttClient::Begin(const Options& options) {

@@ -27,7 +27,7 @@ class MqttClient {
     bool retained = false;
   };
 
-  explicit MqttClient(const BrokerAddress& broker);
+  explicit MqttClient(const BrokerSettings& broker);
   MqttClient(const MqttClient&) = delete;
   MqttClient& operator=(const MqttClient&) = delete;
 
@@ -54,7 +54,7 @@ class MqttClient {
  private:
   std::string ErrorText(int code) const;
 
-  const BrokerAddress& broker_;
+  const BrokerSettings& broker_;
   std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
   int connack_ = -1;  ///< code of the broker's CONNACK; -1: not received yet
   bool reached_ = false, subscribed_ = false, refused_ = false;
