@@ -234,7 +234,10 @@ std::vector<Finding> FindingsOf(const PlantState& plant) {
   }
   if (plant.jobs.failed > 0) {
     findings.push_back(
-        {Urgency::kAttention, fmt::format("{} jobs failed within a day", plant.jobs.failed)});
+        {Urgency::kAttention,
+         fmt::format("{} failed within a day", plant.jobs.failed == 1
+                                                   ? std::string("1 job")
+                                                   : fmt::format("{} jobs", plant.jobs.failed))});
   }
   return findings;
 }

@@ -80,7 +80,7 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   const std::string text = StatusText(plant);
   INFO(text);
   for (const char* const line :
-       {"▲ 7 unreadable: is not JSON", "▲ 1 jobs failed within a day", "ALARM      line 1/",
+       {"▲ 7 unreadable: is not JSON", "▲ 1 job failed within a day", "ALARM      line 1/",
         "shut down", "offline for", "connected, but silent for 60 min",
         "has not announced itself yet", "messages refused: too many", "catching up, its state is",
         "backlog      1 cell is catching up, at most 60 min behind; 4321 messages",
