@@ -13,19 +13,42 @@ constexpr int kSeries = 4;          ///< size, x, y, z
 constexpr int kFewestSiblings = 5;  ///< below, no comparison with cells of the same arm model
 constexpr int kThirds = 3;
 
-/// Mean size of each day's residuals, of the days of a period that have enough probes.
-std::vector<DayValue> Means(const ReportedCell& cell, int first_day, int last_day, int series = 0) {
+/// Mean size of the residuals, or of one component, of each `bin` days of a period that have enough
+/// probes.
+std::vector<DayValue> Means(const ReportedCell& cell, int first_day, int last_day, int bin,
+                            int series = 0) {
   std::vector<DayValue> means;
+  double sum = 0;
+  std::int64_t probes = 0;
+  const DaySums* begin = nullptr;  // of the bin that is being summed
+  const auto end_bin = [&] {
+    if (begin != nullptr && probes >= kMinDayProbes && std::isfinite(sum)) {
+      means.push_back({double(begin->day), sum / static_cast<double>(probes), begin->model});
+    }
+    sum = 0;
+    probes = 0;
+  };
   for (const DaySums& day : cell.days) {
-    if (day.day < first_day || day.day > last_day || day.probes < kMinDayProbes) continue;
-    const double sum = series == 0   ? day.sum_mm
-                       : series == 1 ? day.sum_dx_mm
-                       : series == 2 ? day.sum_dy_mm
-                                     : day.sum_dz_mm;
-    const double mean = sum / static_cast<double>(day.probes);
-    if (std::isfinite(mean)) means.push_back({double(day.day), mean, day.model});
+    if (day.day < first_day || day.day > last_day) continue;
+    const bool same = begin != nullptr && begin->model == day.model &&
+                      (begin->day - first_day) / bin == (day.day - first_day) / bin;
+    if (!same) {
+      end_bin();
+      begin = &day;
+    }
+    probes += day.probes;
+    sum += series == 0   ? day.sum_mm
+           : series == 1 ? day.sum_dx_mm
+           : series == 2 ? day.sum_dy_mm
+                         : day.sum_dz_mm;
   }
+  end_bin();
   return means;
+}
+
+/// Of the period itself.
+std::vector<DayValue> Means(const ReportedCell& cell, const ReportPeriod& period, int series = 0) {
+  return Means(cell, period.first_day, period.last_day, period.bin_days(), series);
 }
 
 std::vector<double> ValuesOf(const std::vector<DayValue>& days) {
@@ -86,7 +109,7 @@ std::optional<CellDrift> DriftOf(const ReportedCell& cell, const ReportPeriod& p
   CellDrift drift{&cell, {}, 0, 1};
   double squares = 0;
   for (int series = 0; series < kSeries; ++series) {
-    const auto trend = TrendOf(Means(cell, period.first_day, period.last_day, series));
+    const auto trend = TrendOf(Means(cell, period, series));
     if (!trend) return std::nullopt;
     drift.p_adjusted = std::min(drift.p_adjusted, kSeries * trend->p);
     if (series == 0) {
@@ -101,8 +124,7 @@ std::optional<CellDrift> DriftOf(const ReportedCell& cell, const ReportPeriod& p
 
 void AddLevels(const ReportData& data, PlantReport& report) {
   for (const ReportedCell& cell : data.cells) {
-    const auto level =
-        MedianWithInterval(ValuesOf(Means(cell, data.period.first_day, data.period.last_day)));
+    const auto level = MedianWithInterval(ValuesOf(Means(cell, data.period)));
     if (!level) continue;
     CellLevel found{&cell, level->median, 0, 0, 0};
     for (const DaySums& day : cell.days) {
@@ -122,8 +144,9 @@ void AddShifts(const ReportData& data, PlantReport& report) {
   const ReportPeriod& period = data.period;
   if (period.compared_days == 0) return;
   for (const ReportedCell& cell : data.cells) {
-    const auto before = Means(cell, period.first_day - period.compared_days, period.first_day - 1);
-    const auto after = Means(cell, period.first_day, period.last_day);
+    const auto before = Means(cell, period.first_day - period.compared_days, period.first_day - 1,
+                              period.bin_days());
+    const auto after = Means(cell, period);
     const auto shift = ShiftBetween(ValuesOf(before), ValuesOf(after));
     if (!shift) {
       ++report.too_few_shift_days;
@@ -155,8 +178,7 @@ std::optional<GroupMedian> SiblingsLevel(const CellLevel& of, const PlantReport&
 /// rise that leaves a cell better than they are is no reason to stop it.
 std::optional<Maintenance> MaintenanceOf(const CellLevel& level, const ReportPeriod& period,
                                          const PlantReport& report) {
-  const std::vector<double> values =
-      ValuesOf(Means(*level.cell, period.first_day, period.last_day));
+  const std::vector<double> values = ValuesOf(Means(*level.cell, period));
   const std::size_t third = values.size() / kThirds;
   const double confidence = 1 - kSignificance / static_cast<double>(report.levels.size());
   const std::span<const double> all(values);
@@ -166,7 +188,7 @@ std::optional<Maintenance> MaintenanceOf(const CellLevel& level, const ReportPer
     Maintenance found{level.cell, rise->difference,
                       fmt::format("rose within the period, {} against {} days", third, third)};
     if (!siblings) return found;
-    auto now = ValuesOf(Means(*level.cell, period.first_day, period.last_day));
+    auto now = ValuesOf(Means(*level.cell, period));
     now.erase(now.begin(), now.end() - static_cast<std::ptrdiff_t>(third));
     const auto present = MedianWithInterval(now);
     const double above =

@@ -2,6 +2,7 @@
 // person. Computed from the daily sums of the database.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -19,6 +20,13 @@ struct ReportPeriod {
   int first_day = 0, last_day = 0;
   /// With --since: the period begins at that date, and is compared with that many days before it.
   int compared_days = 0;
+
+  /// Days that are taken together, so that a long period has about kMostValues values: their pairs
+  /// take time by the square.
+  int bin_days() const {
+    return 1 + (std::max(last_day - first_day + 1, compared_days) - 1) / kMostValues;
+  }
+  static constexpr int kMostValues = 90;
 };
 
 /// Sums of one cell, day and model, of the table cell_day.
@@ -29,7 +37,7 @@ struct DaySums {
   double sum_dx_mm = 0, sum_dy_mm = 0, sum_dz_mm = 0;
 };
 
-/// A day of fewer probes has no mean that is worth comparing.
+/// A day (or bin of days) of fewer probes has no mean that is worth comparing.
 inline constexpr int kMinDayProbes = 5;
 
 struct ReportedCell {

@@ -26,7 +26,7 @@ SELECT c.cell, c.line, c.node, coalesce(nullif(c.name, ''), c.node), c.arm_model
          WHERE l.cell = c.cell AND l.lens = 'stale' ORDER BY camera LIMIT 1),
        coalesce(g.missing, 0), coalesce(g.unexplained, 0),
        c.limited, left(c.limited_reason, 200), extract(epoch FROM c.limited_last),
-       extract(epoch FROM now())
+       extract(epoch FROM now()), coalesce(c.waiting, 0)
 FROM cell c LEFT JOIN (
   SELECT cell, sum(missing) AS missing, sum(greatest(0, settled - dropped)) AS unexplained
   FROM (SELECT cell, stream, sum(last_seq - first_seq + 1) AS missing,
@@ -86,6 +86,7 @@ CellState CellAt(const Rows& rows, int k) {
   cell.refused = rows.Integer(k, 21);
   cell.refused_reason = TextAt(rows, k, 22);
   cell.refused_utc = rows.NumberOrNull(k, 23);
+  cell.queued = rows.Integer(k, 25);
   return cell;
 }
 
@@ -187,8 +188,9 @@ std::vector<Finding> FindingsOf(const CellState& cell, double now_utc) {
   }
   const double behind_s = cell.received_utc.value_or(0) - cell.state_utc.value_or(0);
   if (!absent && cell.state_utc && behind_s > kBehind_s) {
-    findings.push_back(
-        {Urgency::kNotice, fmt::format("catching up, its state is {} old", AgeText(behind_s))});
+    std::string text = fmt::format("catching up, its state is {} old", AgeText(behind_s));
+    if (cell.queued > 0) text += fmt::format("; {} queued when it connected", cell.queued);
+    findings.push_back({Urgency::kNotice, text});
   }
   if (proposed) {
     findings.push_back(
@@ -232,7 +234,10 @@ std::vector<Finding> FindingsOf(const PlantState& plant) {
   }
   if (plant.jobs.failed > 0) {
     findings.push_back(
-        {Urgency::kAttention, fmt::format("{} jobs failed within a day", plant.jobs.failed)});
+        {Urgency::kAttention,
+         fmt::format("{} failed within a day", plant.jobs.failed == 1
+                                                   ? std::string("1 job")
+                                                   : fmt::format("{} jobs", plant.jobs.failed))});
   }
   return findings;
 }

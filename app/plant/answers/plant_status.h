@@ -28,6 +28,7 @@ struct CellState {
   std::string stale_lens;        ///< "camera: reason" of the first camera whose lens is stale
   std::int64_t missing = 0;      ///< messages that have not arrived
   std::int64_t unexplained = 0;  ///< of these, settled and not reported as dropped by the cell
+  std::int64_t queued = 0;       ///< messages waiting at the cell when it connected last
   std::int64_t refused = 0;      ///< because there were too many, since the cell was first seen
   std::string refused_reason;    ///< of the newest
   std::optional<double> refused_utc;  ///< of the newest

@@ -193,9 +193,13 @@ std::optional<int> DayFromText(const std::string& text) {
 }
 
 std::string ReportHeading(const ReportData& data, const PlantReport& report) {
-  return fmt::format("{} cells, {} of them with probes on at least six days, {} to {}",
-                     data.cells.size(), report.levels.size(), DateText(data.period.first_day),
-                     DateText(data.period.last_day));
+  std::string text = fmt::format("{} cells, {} of them with probes on at least six days, {} to {}",
+                                 data.cells.size(), report.levels.size(),
+                                 DateText(data.period.first_day), DateText(data.period.last_day));
+  if (const int bin = data.period.bin_days(); bin > 1) {
+    text += fmt::format(". In this long period a \"day\" below is the mean of {} days", bin);
+  }
+  return text;
 }
 
 std::vector<ReportTable> TablesOf(const ReportData& data, const PlantReport& report) {

@@ -53,7 +53,7 @@ std::string CellsTable(const std::vector<RankedCell>& ranked, double now_utc) {
 }
 
 std::string MissingText(const PlantState& plant) {
-  std::int64_t missing = 0, unexplained = 0, refused = 0, behind = 0;
+  std::int64_t missing = 0, unexplained = 0, refused = 0, behind = 0, queued = 0;
   double most_behind_s = 0, newest_utc = 0;
   for (const CellState& cell : plant.cells) {
     missing += cell.missing;
@@ -63,6 +63,7 @@ std::string MissingText(const PlantState& plant) {
     newest_utc = std::max(newest_utc, *cell.received_utc);
     const double behind_s = *cell.received_utc - cell.state_utc.value_or(*cell.received_utc);
     behind += behind_s > kBehind_s;
+    queued += behind_s > kBehind_s ? cell.queued : 0;
     most_behind_s = std::max(most_behind_s, behind_s);
   }
   std::string text = "\n";
@@ -70,8 +71,10 @@ std::string MissingText(const PlantState& plant) {
                                        AgeText(plant.now_utc - newest_utc))
                          : std::string("collector    no message has been stored yet\n");
   if (behind > 0) {
-    text += fmt::format("backlog      {} {} catching up, at most {} behind\n", behind,
-                        behind == 1 ? "cell is" : "cells are", AgeText(most_behind_s));
+    text += fmt::format(
+        "backlog      {} {} catching up, at most {} behind; {} messages were\n"
+        "             queued when they connected\n",
+        behind, behind == 1 ? "cell is" : "cells are", AgeText(most_behind_s), queued);
   }
   text += fmt::format(
       "missing      {} messages: {} reported by the cells as dropped from full\n"
@@ -118,6 +121,7 @@ Json CellJson(const RankedCell& one) {
           {"page", cell.page},
           {"missing", cell.missing},
           {"unexplained", cell.unexplained},
+          {"queued", cell.queued},
           {"refused", cell.refused},
           {"findings", FindingsJson(one.findings)}};
 }

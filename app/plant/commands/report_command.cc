@@ -29,7 +29,10 @@ int Report(const ReportOptions& options) {
   if (!connection) return kExitFault;
   const auto data = ReadReportData(*connection, options.days, since);
   if (!data) {
-    std::cerr << fmt::format("the plant's data cannot be read: {}\n", data.error());
+    std::cerr << fmt::format(
+        "the plant's database did not answer: {}. Check that its user has the role "
+        "plumbline_reader\n",
+        data.error());
     return kExitFault;
   }
   const PlantReport report = ReportOf(*data);

@@ -18,7 +18,10 @@ int Status(const StatusOptions& options) {
   if (!connection) return kExitFault;
   const auto plant = ReadPlantState(*connection);
   if (!plant) {
-    std::cerr << fmt::format("the plant's state cannot be read: {}\n", plant.error());
+    std::cerr << fmt::format(
+        "the plant's database did not answer: {}. Check that its user has the role "
+        "plumbline_reader\n",
+        plant.error());
     return kExitFault;
   }
   if (options.json) {

@@ -12,10 +12,10 @@ namespace plumbline::plant {
 
 struct WallCard {
   std::int64_t cell = 0;
-  std::string line;   ///< not escaped
-  std::string words;  ///< in lower case, for the search: line, name, node, arm, reasons
-  std::string state;  ///< name of its StateWord
-  std::string group;  ///< list on the page: "person", "note" or "rest"
+  std::string line;           ///< not escaped
+  std::string words;          ///< in lower case, for the search: line, name, node, arm, reasons
+  std::string state;          ///< name of its StateWord
+  std::string group;          ///< list on the page: "person", "note" or "rest"
   std::string html;           ///< an <li>, everything from the cell escaped
   std::uint64_t changed = 0;  ///< version of the wall at which `html` was last changed
 };

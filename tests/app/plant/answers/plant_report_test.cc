@@ -113,6 +113,19 @@ TEST_CASE("drifting, stepped and turning cells among steady ones") {
   CHECK(reduction.value == Approx(0.1).margin(0.02));
 }
 
+TEST_CASE("a long period is taken by several days, with the same slope") {
+  ReportData data = SteadyPlant(20, 360, 2);
+  CHECK(data.period.bin_days() == 4);
+  for (DaySums& day : data.cells[3].days) {
+    day = DayOf(day.day, 1, day.sum_mm / 40 + 0.001 * (day.day - data.period.first_day),
+                Vec3(1, 0, 0));
+  }
+  const PlantReport report = ReportOf(data);
+  REQUIRE(Drifting(report) == std::vector<std::string>{"cell 4"});
+  CHECK(report.drifts.front().size_mm.days == 90);
+  CHECK(report.drifts.front().size_mm.slope.value == Approx(0.001).margin(0.0001));
+}
+
 TEST_CASE("which arms changed at a date, and what of all arms of a series") {
   ReportData data = SteadyPlant(60, 60, 9);
   data.period = {kToday - 19, kToday, 40};

@@ -72,7 +72,7 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   run("UPDATE cell SET birth = NULL WHERE cell = 10");
   run("UPDATE cell SET limited = 12, limited_reason = 'too many', limited_last = now() "
       "WHERE cell = 11");
-  run("UPDATE cell SET state_utc = now() - interval '1 hour' WHERE cell = 12");
+  run("UPDATE cell SET state_utc = now() - interval '1 hour', waiting = 4321 WHERE cell = 12");
   run("INSERT INTO dead_letter (topic, reason, bytes, payload) "
       "SELECT 'plumblineV1/x', 'is not JSON', 3, 'abc' FROM generate_series(1, 7)");
   run("INSERT INTO job (kind, key, finished, failed) VALUES ('diagnose', '1', now(), 'x')");
@@ -80,9 +80,10 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   const std::string text = StatusText(plant);
   INFO(text);
   for (const char* const line :
-       {"▲ 7 unreadable: is not JSON", "▲ 1 jobs failed within a day", "ALARM      line 1/",
+       {"▲ 7 unreadable: is not JSON", "▲ 1 job failed within a day", "ALARM      line 1/",
         "shut down", "offline for", "connected, but silent for 60 min",
         "has not announced itself yet", "messages refused: too many", "catching up, its state is",
+        "backlog      1 cell is catching up, at most 60 min behind; 4321 messages",
         "30 messages lost, unexplained", "refused      12 messages",
         "7  is not JSON, for example"}) {
     CHECK_THAT(text, Contains(line));
@@ -107,7 +108,7 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   for (const auto& [name, value] : json.at("cells").at(0).items()) names.push_back(name);
   CHECK(names == std::vector<std::string>{"arm_model", "arm_series", "findings", "health", "last",
                                           "line", "missing", "model", "name", "node", "online",
-                                          "page", "proposed_model", "refused", "state",
+                                          "page", "proposed_model", "queued", "refused", "state",
                                           "state_time", "unexplained", "version"});
 
   // The collector's silence is one finding, not thirty.
