@@ -75,7 +75,8 @@ Result<void> DoStage(PriorRun& run, const std::vector<CellWork>& work, const cha
     run.jobs.push_back((*jobs)[k]);
   }
   PrintLeftOut(left_out);
-  return {};
+  if (run.arms.size() >= 2) return {};
+  return Error{"fewer than two arms can be used: there is nothing to pool"};
 }
 
 /// Writes a file for each arm. @return  their paths

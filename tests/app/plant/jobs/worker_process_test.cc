@@ -98,8 +98,9 @@ TEST_CASE("an answer outlives a crash of the database, and SIGTERM hands a job b
   REQUIRE(Soon([&] { return plant.stub.Runs() == 1; }));
   plant.server.Stop(SIGKILL);
   plant.stub.Clear("hold");
-  REQUIRE(Soon(
-      [&] { return test::FileText(plant.Log()).find("running jobs continue") != std::string::npos; }));
+  REQUIRE(Soon([&] {
+    return test::FileText(plant.Log()).find("running jobs continue") != std::string::npos;
+  }));
   plant.server.Start();
   plant.owner = plant.server.Connect();
   INFO(test::FileText(plant.Log()));
