@@ -32,6 +32,7 @@ void AddPathCommand(CLI::App& app, int& exit_code);
 void AddPlanCommand(CLI::App& app, int& exit_code);
 void AddPredictCommand(CLI::App& app, int& exit_code);
 void AddPrintCommand(CLI::App& app, int& exit_code);
+void AddPriorCommand(CLI::App& app, int& exit_code);
 void AddProgramCommand(CLI::App& app, int& exit_code);
 void AddRegistersCommand(CLI::App& app, int& exit_code);
 void AddSettingsCommand(CLI::App& app, int& exit_code);

@@ -1,6 +1,7 @@
 #include "app/cli/diagnose_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -32,9 +33,10 @@
 #include "app/measure/diagnosis/result/diagnosis.h"
 #include "app/measure/report/pdf.h"
 #include "app/measure/report/report.h"
+#include "app/measure/siblings/installed_prior.h"
+#include "app/measure/siblings/prior_json.h"
 #include "app/measure/siblings/repeated_rows.h"
 #include "app/measure/siblings/sibling_folder.h"
-#include "app/measure/siblings/sibling_prior.h"
 #include "app/measure/siblings/siblings.h"
 #include "app/measure/table/csv.h"
 #include "app/version.h"
@@ -47,7 +49,9 @@
 namespace plumbline::cli {
 namespace {
 
-// Input files of plumbline diagnose: cell, rows and siblings.
+namespace fs = std::filesystem;
+
+// Input files of plumbline diagnose: cell, rows, siblings and prior.
 
 /// Content of the input files of plumbline diagnose.
 struct DiagnoseInput {
@@ -58,6 +62,9 @@ struct DiagnoseInput {
   std::size_t rows = 0;
   std::vector<int> unreadable_lines;
   std::vector<measure::Arm> siblings;
+  /// Of this arm model; an error states why the one that is there cannot be used.
+  std::optional<Result<measure::FleetPrior>> prior;
+  std::vector<std::string> notes;  ///< on further priors
 };
 
 /// Error if many rows of a sibling are also rows of the arm or of an earlier sibling.
@@ -110,6 +117,26 @@ Result<std::vector<measure::Arm>> ReadSiblings(const DiagnoseArguments& argument
   return arms;
 }
 
+/// Looks for a prior of the cell's arm model. A file that was named must be usable.
+Result<void> ReadPrior(const DiagnoseArguments& arguments, DiagnoseInput& input) {
+  const bool named = !arguments.prior.empty() && !fs::is_directory(arguments.prior) &&
+                     arguments.prior != measure::kPriorFolder;
+  const bool wanted = arguments.siblings.empty() && arguments.arm_out.empty();
+  if (arguments.prior.empty() || !wanted || (!named && input.cell.robot.identity.model.empty()))
+    return {};
+  measure::InstalledPrior found =
+      measure::FindPrior(arguments.prior, arguments.prior_keys, input.cell);
+  if (found.prior) {
+    input.prior = std::move(*found.prior);
+    input.notes = std::move(found.problems);
+  } else if (!found.problems.empty()) {
+    Error problems{fmt::format("{}", fmt::join(found.problems, "; "))};
+    if (named) return problems;
+    input.prior = std::move(problems);
+  }
+  return {};
+}
+
 /// Reads all input files. Faults of the cell and of the rows are printed to `err`; the error is
 /// then empty.
 Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std::ostream& err) {
@@ -128,13 +155,14 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  DiagnoseInput input{*cell_text, text::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {},
-                      {}};
+  DiagnoseInput input{
+      *cell_text, text::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}, {}, {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
   const Result<std::vector<measure::Arm>> arms = ReadSiblings(arguments, input, err);
   if (!arms) return Error{arms.error()};
   input.siblings = *arms;
+  if (const Result<void> prior = ReadPrior(arguments, input); !prior) return prior.failure();
   return input;
 }
 
@@ -144,8 +172,6 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
 struct DiagnoseOutput {
   std::string option, path, text;
 };
-
-namespace fs = std::filesystem;
 
 std::string Today() {
   const std::time_t now = std::time(nullptr);
@@ -217,7 +243,8 @@ bool CheckDiagnoseOutputs(const DiagnoseArguments& arguments, std::ostream& err)
                                {"--write-model", arguments.model},
                                {"--report", arguments.report},
                                {"--pdf", arguments.pdf},
-                               {"--next-poses", NextPosesPath(arguments)}};
+                               {"--next-poses", NextPosesPath(arguments)},
+                               {"--arm-out", arguments.arm_out}};
   std::vector<std::string> inputs = {arguments.cell, arguments.measured};
   for (const std::string& folder : arguments.siblings) {
     inputs.push_back(measure::CellFileOf(folder));
@@ -265,6 +292,16 @@ std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
       }
     }
   }
+  if (!arguments.arm_out.empty()) {
+    const Result<measure::ArmSizes> arm =
+        measure::SizesOfArm(arguments.arm_name.empty() ? input.cell.robot.name : arguments.arm_name,
+                            input.data_sha256, input.cell_text, input.cell, diagnosis, origin.date);
+    if (arm) {
+      outputs.push_back({"--arm-out", arguments.arm_out, measure::JsonFrom(*arm)});
+    } else {
+      err << fmt::format("{}: not written: {}\n", arguments.arm_out, arm.error());
+    }
+  }
   std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
   if (!poses.empty()) {
     outputs.push_back({"--next-poses", poses, measure::NextPosesCsv(diagnosis, input.cell)});
@@ -293,13 +330,22 @@ bool WriteDiagnoseOutputs(const std::vector<DiagnoseOutput>& outputs, std::ostre
   return written;
 }
 
-/// Runs the engine, with siblings if any are given.
+/// Runs the engine, with siblings or the prior if there are any.
 Result<measure::Diagnosis> Diagnosed(const DiagnosisEngine& engine,
                                      const measure::DiagnosisOptions& options,
                                      DiagnoseInput& input) {
-  if (input.siblings.empty()) return engine(input.cell, std::move(input.measured), options);
-  return measure::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
-                                       engine, options);
+  if (!input.siblings.empty()) {
+    return measure::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
+                                         engine, options);
+  }
+  if (!input.prior) return engine(input.cell, std::move(input.measured), options);
+  Result<measure::Diagnosis> diagnosis =
+      measure::DiagnoseWithPrior(input.cell, input.measured, *input.prior, engine, options);
+  if (diagnosis) {
+    std::vector<std::string>& notes = diagnosis.value().notes;
+    notes.insert(notes.end(), input.notes.begin(), input.notes.end());
+  }
+  return diagnosis;
 }
 
 measure::DiagnosisOptions OptionsOf(const DiagnoseArguments& arguments, Progress& progress) {
@@ -409,7 +455,8 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
       return output.option == option;
     });
   };
-  if (missing(arguments.model, "--write-model")) return kExitFault;
+  if (missing(arguments.model, "--write-model") || missing(arguments.arm_out, "--arm-out"))
+    return kExitFault;
   return written && !missing(arguments.pdf, "--pdf") ? kExitOk : kExitUsage;
 }
 
@@ -467,6 +514,27 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
           "what at least two of them have in common is the starting point, if these rows\n"
           "confirm it")
       ->check(CLI::ExistingDirectory);
+  CLI::Option* prior =
+      command
+          ->add_option("--prior", arguments->prior,
+                       "Signed prior of the arm's model, a file or a folder of *.prior: what the "
+                       "plant's\narms of this model have in common; used if [robot] model names "
+                       "the model\nand these rows confirm it")
+          ->capture_default_str();
+  command
+      ->add_option("--prior-keys", arguments->prior_keys,
+                   "Folder of the plant's public keys, *.pem")
+      ->capture_default_str();
+  command
+      ->add_flag_callback(
+          "--no-prior", [arguments] { arguments->prior.clear(); }, "Use no prior")
+      ->excludes(prior);
+  command
+      ->add_option("--arm-out", arguments->arm_out,
+                   "Write what `plumbline prior` needs of this arm, a JSON file; no prior is used")
+      ->excludes(prior);
+  command->add_option("--arm-name", arguments->arm_name,
+                      "Name of the arm in that file (default: [robot] name)");
   command->add_option("--threads", arguments->threads, "Number of threads")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 256));
@@ -486,6 +554,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "      --tolerance-mm 0.5 --robot-serial 871 \\\n"
       "      --instrument \"laser tracker\" --serial 1234\n"
       "  plumbline diagnose cell.toml measured.csv --siblings arm-2 arm-3 arm-4\n"
+      "  plumbline diagnose cell.toml measured.csv --prior kr210.prior --prior-keys .\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
       "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or\n"
       "cannot be read, or the corrected model would not be a valid cell; 2 wrong arguments,\n"

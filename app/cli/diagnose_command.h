@@ -9,6 +9,7 @@
 
 #include "app/measure/diagnosis/result/diagnosis.h"
 #include "app/measure/report/report.h"
+#include "app/measure/siblings/installed_prior.h"
 
 namespace plumbline::cli {
 
@@ -20,9 +21,13 @@ struct DiagnoseArguments {
   std::string pdf;                                  ///< the report as PDF; empty: none
   measure::CertificateDetails certificate_details;  ///< for the report
   std::string next_poses;  ///< proposed poses; empty: next_poses.csv beside the JSON file
-  std::optional<double> time_zero_s;  ///< see DiagnosisOptions
-  bool order_unknown = false;         ///< see DiagnosisOptions
-  std::vector<std::string> siblings;  ///< folders of other arms of the same model
+  std::optional<double> time_zero_s;          ///< see DiagnosisOptions
+  bool order_unknown = false;                 ///< see DiagnosisOptions
+  std::vector<std::string> siblings;          ///< folders of other arms of the same model
+  std::string prior = measure::kPriorFolder;  ///< folder or file; empty: no prior
+  std::string prior_keys = measure::kPriorKeyFolder;
+  std::string arm_out;   ///< for `plumbline prior`; empty: none
+  std::string arm_name;  ///< in that file; empty: the robot's name
   int threads = 2;
   bool details = false;  ///< the summary shows everything
   bool quiet = false;

@@ -156,6 +156,7 @@ constexpr Command kCommands[] = {
     {"diagnose", kMeasuring, AddDiagnoseCommand},
     {"effects", kMeasuring, AddEffectsCommand},
     {"plan", kMeasuring, AddPlanCommand},
+    {"prior", kMeasuring, AddPriorCommand},
     {"import", kMeasuring, AddImportCommand},
     {"explain", kCommissioning, AddExplainCommand},
     {"identify-controller", kCommissioning, AddIdentifyControllerCommand},

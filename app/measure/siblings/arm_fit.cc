@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "app/measure/diagnosis/linear/alignment.h"
 #include "app/measure/diagnosis/linear/fit_problem.h"
@@ -115,15 +114,12 @@ bool HasShape(const effects::EffectTraits& traits) {
 /// All rows with the weights of the arm's own diagnosis.
 FitProblem ProblemOf(const Dataset& data, const Arm& arm, int threads) {
   FitProblem problem = UnitWeightFit(data, threads);
-  std::map<int, double> weight_of_line;
-  for (const RowTrace& trace : arm.diagnosis.rows) {
-    weight_of_line[trace.line] = trace.weight;
-  }
+  const std::map<int, double>& weight_of_line = arm.found.weight_of_line;
   for (const RowIndex row : data.row_indices()) {
     const auto found = weight_of_line.find(data.measured(row).line);
     problem.weights[row] *= found == weight_of_line.end() ? 0 : found->second;
   }
-  problem.sigma_m = arm.diagnosis.sigma_m;
+  problem.sigma_m = arm.found.sigma_m;
   return problem;
 }
 
@@ -134,16 +130,16 @@ bool Contains(const std::vector<SizeKey>& keys, const SizeKey& key) {
 /// The own findings of the arm without the sizes in `keys`.
 std::vector<effects::ActiveEffect> OtherFindings(const Arm& arm, const std::vector<SizeKey>& keys) {
   std::vector<effects::ActiveEffect> others;
-  for (const Finding& finding : arm.diagnosis.findings) {
-    effects::ActiveEffect rest = finding.effect;
+  for (const effects::ActiveEffect& effect : arm.found.effects) {
+    effects::ActiveEffect rest = effect;
     rest.term.parameters.clear();
     rest.values.clear();
     rest.covariance.resize(0, 0);
-    const effects::EffectTerm& term = finding.effect.term;
+    const effects::EffectTerm& term = effect.term;
     for (std::size_t k = 0; k < term.parameters.size(); ++k) {
       if (Contains(keys, {term.effect, term.word, term.parameters[k]})) continue;
       rest.term.parameters.push_back(term.parameters[k]);
-      rest.values.push_back(finding.effect.values[k]);
+      rest.values.push_back(effect.values[k]);
     }
     if (!rest.values.empty() || term.parameters.empty()) others.push_back(std::move(rest));
   }
@@ -226,11 +222,11 @@ std::optional<CommonSpread> CommonSpreadOf(std::span<const std::vector<Estimate>
     counted.push_back({quantities[k], weighted.mean, k});
   }
   while (FreedomOf(counted) >= kMinCommonFreedom) {
-    const auto worst = std::ranges::max_element(counted, [&](const Quantity& a, const Quantity& b) {
-      return Excess(a, counted) < Excess(b, counted);
-    });
-    if (Excess(*worst, counted) > 1) {
-      counted.erase(worst);
+    std::vector<double> excess;
+    for (const Quantity& one : counted) excess.push_back(Excess(one, counted));
+    const auto worst = std::ranges::max_element(excess);
+    if (*worst > 1) {
+      counted.erase(counted.begin() + (worst - excess.begin()));
       continue;
     }
     CommonSpread common{SpreadOf(counted), std::vector<bool>(quantities.size(), false)};
@@ -253,8 +249,15 @@ double SpreadAboutZero(std::span<const Estimate> estimates) {
       SumOfVariances(estimates)));
 }
 
-std::vector<SizeKey> SharedSizes(const Finding& finding) {
-  const effects::EffectTerm& term = finding.effect.term;
+ArmFindings FindingsOf(const Diagnosis& diagnosis) {
+  ArmFindings found;
+  for (const Finding& finding : diagnosis.findings) found.effects.push_back(finding.effect);
+  for (const RowTrace& row : diagnosis.rows) found.weight_of_line[row.line] = row.weight;
+  found.sigma_m = diagnosis.sigma_m;
+  return found;
+}
+
+std::vector<SizeKey> SharedSizes(const effects::EffectTerm& term) {
   const effects::EffectTraits& traits = term.effect->traits();
   if (!traits.of_arm || HasShape(traits)) return {};
   std::vector<SizeKey> keys;

@@ -1,6 +1,7 @@
 // Values of given effects in one arm, fitted to its measured rows.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -68,21 +69,29 @@ struct SizeKey {
   bool operator==(const SizeKey&) const = default;
 };
 
-/// The sizes of a finding that other arms may share: of effects of the arm itself
+/// The sizes of an effect that other arms may share: of effects of the arm itself
 /// (EffectTraits::of_arm) without shapes (a phase, the time of an event). Empty for all others.
-std::vector<SizeKey> SharedSizes(const Finding& finding);
+std::vector<SizeKey> SharedSizes(const effects::EffectTerm& term);
 
 /// Effects with the sizes given, grouped by effect and word.
 std::vector<effects::ActiveEffect> EffectsWith(const std::vector<SizeKey>& keys,
                                                const std::vector<double>& values,
                                                std::uint32_t prismatic);
 
+/// What an arm's own diagnosis found, as far as a fit of sizes needs it.
+struct ArmFindings {
+  std::vector<effects::ActiveEffect> effects;
+  std::map<int, double> weight_of_line;  ///< of the robust fit; a missing line has weight 0
+  double sigma_m = 0;
+};
+ArmFindings FindingsOf(const Diagnosis& diagnosis);
+
 /// The rows of one arm with what its own diagnosis found.
 struct Arm {
   std::string name;
   model::CellModel cell;
   MeasuredTable rows;
-  Diagnosis diagnosis;
+  ArmFindings found;
 };
 
 /// A joint fit of sizes.

@@ -148,7 +148,7 @@ std::vector<Arm> Diagnosed(std::vector<Arm> arms, const Engine& engine,
       notes.push_back(fmt::format("sibling {} was left out: {}", arms[k].name, found.error()));
       continue;
     }
-    arms[k].diagnosis = std::move(found).value();
+    arms[k].found = FindingsOf(*found);
     diagnosed.push_back(std::move(arms[k]));
   }
   return diagnosed;
@@ -199,10 +199,6 @@ void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::s
   FoldOpinions({std::move(opinion)}, answer);
 }
 
-std::string Names(const std::vector<std::string>& arms) {
-  return fmt::format("{}", fmt::join(arms, ", "));
-}
-
 /// True if the siblings' mean alone, which no row of this arm took part in, explains most of the
 /// rows' excess over their noise. Held-out errors near the noise can no longer show that.
 bool PredictedByMean(const SiblingEvidence& evidence, double noise_m) {
@@ -217,49 +213,68 @@ bool IsZero(const effects::ActiveEffect& effect) {
   return std::ranges::all_of(effect.values, [](double value) { return value == 0; });
 }
 
-/// Below this probability the arm counts as different from its siblings. The level is approximate:
-/// the spread of few siblings is an upper limit, not known.
-constexpr double kDifferentArm = 0.01;
+/// The agreed sizes fitted to the rows of every arm, and pooled.
+Result<FleetPrior> PriorFrom(const std::vector<Arm>& arms, int threads,
+                             std::vector<std::string>& notes) {
+  if (arms.size() < 2) return Error{"at least two siblings that can be diagnosed are needed"};
+  std::vector<const ArmFindings*> found;
+  for (const Arm& arm : arms) found.push_back(&arm.found);
+  const Result<AgreedSizes> agreed = AgreeOnSizes(found, arms.front().cell);
+  if (!agreed) return agreed.failure();
+  const std::vector<double> start(agreed->keys.size(), 0.0);
+  std::vector<ArmFit> fits;
+  for (const Arm& arm : arms) {
+    const Result<SizeFit> fit = FitSizes(arm, agreed->keys, start, true, threads);
+    if (fit) {
+      fits.push_back({arm.name, *fit});
+    } else {
+      notes.push_back(fmt::format("sibling {} does not take part: {}", arm.name, fit.error()));
+    }
+  }
+  Result<FleetPrior> prior = PoolFits(*agreed, std::move(fits));
+  if (!prior) return prior;
+  for (const LeftOutArm& one : prior->left_out) {
+    notes.push_back(fmt::format("sibling {} was left out: {}", one.arm, one.reason));
+  }
+  return prior;
+}
 
 }  // namespace
 
-Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const MeasuredTable& rows,
-                                       std::vector<Arm> siblings, const Engine& engine,
-                                       const DiagnosisOptions& options) {
+Result<Diagnosis> DiagnoseWithPrior(const model::CellModel& cell, const MeasuredTable& rows,
+                                    const Result<FleetPrior>& prior, const Engine& engine,
+                                    const DiagnosisOptions& options) {
   SiblingEvidence evidence;
-  std::vector<std::string> notes;
-  const double each = 1.0 / static_cast<double>(siblings.size() + 2);
-  const double own = each * static_cast<double>(siblings.size());
-  const std::vector<Arm> arms = Diagnosed(std::move(siblings), engine, options, own, notes);
-  for (const Arm& arm : arms) evidence.arms.push_back(arm.name);
-  Result<Diagnosis> without = engine(cell, rows, Within(options, own, own + each));
+  if (prior) {
+    evidence.source = prior->Source();
+    evidence.model = prior->model;
+    evidence.date = prior->date;
+    evidence.arms = prior->arms;
+    for (const LeftOutArm& one : prior->left_out) evidence.left_out.push_back(one.arm);
+  }
+  Result<Diagnosis> without = engine(cell, rows, Within(options, 0, prior ? 0.5 : 1));
   if (!without) return Error{without.error()};
   Diagnosis answer = *without;
   const auto finish = [&] {
-    const std::string named = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
-    notes.insert(notes.begin(), fmt::format("siblings{}: {}", named, evidence.reason));
-    answer.notes.insert(answer.notes.begin(), notes.begin(), notes.end());
+    answer.notes.insert(answer.notes.begin(),
+                        fmt::format("{}: {}", prior ? evidence.source : "other arms of this model",
+                                    evidence.reason));
     answer.siblings = evidence;
     return answer;
   };
-
   const auto not_used = [&](const std::string& reason) {
     evidence.reason = "not used: " + reason;
     return finish();
   };
+  if (!prior) return not_used(prior.error());
   constexpr double kAtNoise = 1.1;
   if (without->verdict == Verdict::kNoEffect &&
       without->rms_before_m <= kAtNoise * without->noise_floor_m) {
     return not_used("the declared cell predicts these rows within their noise already");
   }
-  if (arms.size() < 2) return not_used("at least two siblings that can be diagnosed are needed");
-  const std::vector<SizePrior> prior = PriorFrom(arms, options.threads, notes);
-  if (prior.empty()) {
-    return not_used("no size of an effect of the arm was found in at least two, and half, of them");
-  }
-  Arm arm{"", cell, rows, *without};
+  Arm arm{"", cell, rows, FindingsOf(*without)};
   if (options.order_unknown) arm.rows.recorded.order = false;
-  const std::vector<effects::ActiveEffect> mean = MeanEffectsOf(prior, cell);
+  const std::vector<effects::ActiveEffect> mean = MeanEffectsOf(prior->sizes, cell);
   for (const effects::ActiveEffect& effect : mean) {
     if (IsZero(effect)) continue;  // each arm has its own
     Finding& common = evidence.common.emplace_back();
@@ -268,7 +283,7 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
   }
   const Result<double> declared = AlignedRms(cell, arm, options.threads);
   const Result<double> predicted = AlignedRms(With(cell, mean), arm, options.threads);
-  const Result<Posterior> posterior = UpdatedBy(arm, prior, options.threads);
+  const Result<Posterior> posterior = UpdatedBy(arm, prior->sizes, options.threads);
   if (!declared) return not_used(declared.error());
   if (!predicted) return not_used(predicted.error());
   if (!posterior) return not_used(posterior.error());
@@ -281,7 +296,7 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
         posterior->p_value, kMmPerMetre * evidence.predicted_m, kMmPerMetre * evidence.declared_m));
   }
   const model::CellModel extended = With(cell, posterior->effects);
-  Result<Diagnosis> with = engine(extended, rows, Within(options, own + each, 1));
+  Result<Diagnosis> with = engine(extended, rows, Within(options, 0.5, 1));
   if (!with) return not_used("with them the rows cannot be diagnosed: " + with.error());
   if (!with->withheld.empty()) return not_used("with them " + with->withheld);
   const std::optional<double> factor = FactorForNewRows(posterior->parameters, *with);
@@ -307,7 +322,7 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
   evidence.used = true;
   answer = std::move(with).value();
   StateErrorsBefore(*without, answer);
-  AddFindings(posterior->effects, "siblings: " + Names(evidence.arms), answer);
+  AddFindings(posterior->effects, evidence.source, answer);
   std::vector<std::string> ids;
   for (const Finding& finding : evidence.common)
     ids.emplace_back(finding.effect.term.effect->traits().id);
@@ -318,6 +333,21 @@ Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const Measu
       fmt::join(ids, ", "), kMmPerMetre * evidence.declared_m, kMmPerMetre * evidence.predicted_m,
       errors);
   return finish();
+}
+
+Result<Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell, const MeasuredTable& rows,
+                                       std::vector<Arm> siblings, const Engine& engine,
+                                       const DiagnosisOptions& options) {
+  std::vector<std::string> notes;
+  const double all = static_cast<double>(siblings.size());
+  const double share = all / (all + 2);
+  const std::vector<Arm> arms = Diagnosed(std::move(siblings), engine, options, share, notes);
+  const Result<FleetPrior> prior = PriorFrom(arms, options.threads, notes);
+  Result<Diagnosis> answer =
+      DiagnoseWithPrior(cell, rows, prior, engine, Within(options, share, 1));
+  if (!answer) return answer;
+  answer.value().notes.insert(answer->notes.begin() + 1, notes.begin(), notes.end());
+  return answer;
 }
 
 }  // namespace plumbline::measure

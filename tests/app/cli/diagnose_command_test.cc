@@ -20,6 +20,7 @@
 #include "app/measure/diagnosis/diagnose.h"
 #include "app/measure/diagnosis/output/summary.h"
 #include "app/measure/report/pdf.h"
+#include "app/measure/siblings/prior_json.h"
 #include "drivers/files/text_file.h"
 #include "tests/app/measure/diagnosis/example_diagnosis.h"
 
@@ -116,6 +117,45 @@ TEST_CASE("what only the report states is refused without one, before the diagno
           std::string(option) + " is stated in the report only; add --report or --pdf\n");
     CHECK(desk.out.str().empty());
   }
+}
+
+TEST_CASE(
+    "a prior that cannot be used is named in every answer, and is a fault if it was asked for") {
+  Desk desk;
+  std::string cell = files::ReadTextFile(kCell).value();
+  cell.replace(cell.find("[robot]\n"), 8, "[robot]\nmodel = \"KR 210\"\n");
+  desk.arguments.cell = desk.File("cell.toml");
+  std::ofstream(desk.arguments.cell) << cell;
+  fs::create_directory(desk.File("priors"));
+  std::ofstream(desk.File("priors/kr210.prior")) << "{}";
+  desk.arguments.prior = desk.File("priors");
+  desk.arguments.prior_keys = desk.File("keys");
+  desk.arguments.json = desk.File("d.json");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  const std::string words = "not used: " + desk.File("priors/kr210.prior") +
+                            ": cannot be verified without the plant's public key; put it into ";
+  CHECK(desk.out.str().find("\nOther arms: " + words) != std::string::npos);
+  const auto json = text::JsonOrNull(files::ReadTextFile(desk.File("d.json")).value());
+  CHECK(json["siblings"]["used"] == false);
+  CHECK(json["siblings"]["in_words"].get<std::string>().starts_with(words));
+  CHECK(json["notes"][0].get<std::string>().find(words) != std::string::npos);
+
+  desk.arguments.prior = desk.File("priors/kr210.prior");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitFault);
+  CHECK(desk.err.str().starts_with(desk.File("priors/kr210.prior") + ": cannot be verified"));
+  desk.arguments.prior.clear();  // --no-prior
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  CHECK(desk.out.str().find("Other arms") == std::string::npos);
+
+  desk.arguments.prior = desk.File("priors");
+  desk.arguments.arm_out = desk.File("arm.json");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  CHECK(desk.out.str().find("Other arms") == std::string::npos);
+  const auto arm = measure::ArmSizesFromJson(files::ReadTextFile(desk.File("arm.json")).value());
+  REQUIRE(arm);
+  CHECK(arm->cell.robot.identity.model == "KR 210");
+  CHECK(arm->found.effects.size() ==
+        test::ExampleDiagnosis(measure::Verdict::kExplained).findings.size());
 }
 
 TEST_CASE("a summary is always short") {

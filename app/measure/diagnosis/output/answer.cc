@@ -71,7 +71,14 @@ Json JsonOf(const effects::ActiveEffect& effect, const Eigen::MatrixXd& covarian
 
 Json JsonOf(const SiblingEvidence& siblings) {
   const auto error = [](double metres) { return metres > 0 ? Millimetres(metres) : Json(nullptr); };
-  Json json = {{"arms", siblings.arms},
+  const auto text = [](const std::string& words) {
+    return words.empty() ? Json(nullptr) : Json(words);
+  };
+  Json json = {{"from", text(siblings.source)},
+               {"model", text(siblings.model)},
+               {"date", text(siblings.date)},
+               {"arms", siblings.arms},
+               {"left_out", siblings.left_out},
                {"used", siblings.used},
                {"in_words", siblings.reason},
                {"effects", Json::array()},

@@ -366,6 +366,12 @@ std::string DataLine(const Diagnosis& diagnosis) {
   return text + (outliers.size() > kMaxLines ? ", ..\n" : "\n");
 }
 
+/// "Other arms: 37 arms of KR 210 R2700-2, 2026-11-30; used".
+std::string SiblingsLine(const SiblingEvidence& siblings) {
+  return fmt::format("Other arms: {}{}{}\n", siblings.source, siblings.source.empty() ? "" : "; ",
+                     siblings.used ? "used" : siblings.reason);
+}
+
 }  // namespace
 
 std::string SummaryText(const Diagnosis& diagnosis, const SummaryContext& context) {
@@ -380,6 +386,7 @@ std::string SummaryText(const Diagnosis& diagnosis, const SummaryContext& contex
     text += '\n';
   }
   if (!context.next_step.empty()) text += "Next: " + context.next_step + '\n';
+  if (diagnosis.siblings) text += SiblingsLine(*diagnosis.siblings);
   AddEffects(diagnosis, text);
   AddDoubts(diagnosis, context.details, text);
   AddNextPoses(diagnosis, context.cell, context.details, text);

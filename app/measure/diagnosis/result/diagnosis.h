@@ -39,7 +39,7 @@ struct Finding {
   /// if all values are plausible.
   double implausible_times = 0;
   std::string
-      origin{};  ///< where it is from, if not from the measured rows: "siblings: arm-2, arm-3"
+      origin{};  ///< where it is from, if not from the measured rows: SiblingEvidence::source
 };
 
 /// Another explanation that these data cannot rule out.
@@ -161,10 +161,13 @@ struct ExplanationCheck {
 
 /// What measured arms of the same model contributed (app/measure/siblings).
 struct SiblingEvidence {
-  std::vector<std::string> arms;  ///< their folders
-  bool used = false;              ///< the answer refers to the declared cell plus `applied`
-  std::string reason;             ///< why they were used or not, one sentence
-  std::vector<Finding> common;    ///< mean over the arms; covariance: spread of a further arm
+  std::string source;       ///< "37 arms of KR 210 R2700-2, 2026-11-30"; empty: none could be used
+  std::string model, date;  ///< of a prior from the plant; empty: the arms were given as folders
+  std::vector<std::string> arms;      ///< their names or folders
+  std::vector<std::string> left_out;  ///< because they differ from the others
+  bool used = false;                  ///< the answer refers to the declared cell plus `applied`
+  std::string reason;                 ///< why they were used or not, one sentence
+  std::vector<Finding> common;        ///< mean over the arms; covariance: spread of a further arm
   std::vector<effects::ActiveEffect> applied;  ///< adjusted to the rows, with covariance
   double declared_m = 0;   ///< RMS error of the rows under the declared cell; 0: not computed
   double predicted_m = 0;  ///< with the siblings' mean; only free frames are fitted
@@ -266,7 +269,7 @@ struct Diagnosis {
   std::vector<std::string> not_recorded;       ///< missing signals and the effects they would show
   std::vector<model::SessionFrames> sessions;  ///< estimated frames, if the cell leaves them free
   model::Domain domain;                        ///< of the rows used
-  std::optional<SiblingEvidence> siblings;     ///< absent if none were given
+  std::optional<SiblingEvidence> siblings;     ///< absent if there are none
 };
 
 /// Options of a diagnosis.

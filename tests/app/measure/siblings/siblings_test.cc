@@ -212,7 +212,7 @@ TEST_CASE("what siblings share is adjusted to the arm, written with its origin, 
   REQUIRE(found->findings.size() >= 2);
   for (std::size_t k = 0; k < 2; ++k) {
     const measure::Finding& finding = found->findings[k];
-    CHECK(finding.origin == "siblings: arm0, arm1, arm2");
+    CHECK(finding.origin == "siblings arm0, arm1, arm2");
     CHECK(finding.p_value < 0.01);
     const model::WrittenEffect effect =
         effects::WrittenFromActive(finding.effect, finding.covariance);
@@ -228,7 +228,7 @@ TEST_CASE("what siblings share is adjusted to the arm, written with its origin, 
   CHECK(found->verdict == measure::Verdict::kAmbiguous);  // not told from their rivals here
   CHECK(found->doubts.size() >= 2);
   CHECK(found->rms_before_m > 2 * found->rms_after_m);
-  CHECK(found->notes.front().find("siblings (arm0, arm1, arm2): ") == 0);
+  CHECK(found->notes.front().find("siblings arm0, arm1, arm2: ") == 0);
 }
 
 TEST_CASE("an arm that differs from its siblings is diagnosed without them, and says so") {

@@ -1,6 +1,7 @@
-#include "app/measure/siblings/sibling_prior.h"
+#include "app/measure/siblings/fleet_prior.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +15,12 @@ namespace {
 constexpr double kMinFleetDeviations = 3;  // of a fleet's mean from zero
 
 /// Sizes found in at least two, and at least half, of the arms, in order of first appearance.
-std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
+std::vector<SizeKey> CommonSizes(const std::vector<const ArmFindings*>& arms) {
   std::vector<SizeKey> keys;
   std::vector<std::size_t> found_in;
-  for (const Arm& arm : arms) {
-    for (const Finding& finding : arm.diagnosis.findings) {
-      for (const SizeKey& key : SharedSizes(finding)) {
+  for (const ArmFindings* arm : arms) {
+    for (const effects::ActiveEffect& effect : arm->effects) {
+      for (const SizeKey& key : SharedSizes(effect.term)) {
         const auto at = std::ranges::find(keys, key);
         if (at == keys.end()) {
           keys.push_back(key);
@@ -114,24 +115,39 @@ std::vector<Eigen::Index> ShownPlaces(const std::vector<SizeKey>& keys,
   return shown;
 }
 
-}  // namespace
+/// The sizes of a prior that a fit determines, as the measurement of a Kalman update.
+struct Innovation {
+  Eigen::MatrixXd selects;     ///< of all sizes, those that are determined
+  Eigen::VectorXd away;        ///< fitted minus prior
+  Eigen::MatrixXd covariance;  ///< of `away`
 
-std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
-                                 std::vector<std::string>& notes) {
-  std::vector<SizeKey> keys = CommonSizes(arms);
-  if (keys.empty()) return {};
-  const std::size_t common_keys = keys.size();
-  for (const SizeKey& key : IndividualSizes(arms.front().cell)) {
-    if (std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
+  double Probability() const {
+    if (away.size() == 0) return 1;
+    return statistics::ChiSquareTail(away.dot(covariance.ldlt().solve(away)),
+                                     static_cast<double>(away.size()));
   }
+};
+
+Innovation InnovationOf(const SizeFit& fit, const Sizes& prior) {
+  std::vector<Eigen::Index> of_fit, of_prior;
+  for (std::size_t k = 0; k < fit.keys.size(); ++k) {
+    const auto at = std::ranges::find(prior.keys, fit.keys[k]);
+    if (at == prior.keys.end()) continue;
+    of_fit.push_back(static_cast<Eigen::Index>(k));
+    of_prior.push_back(at - prior.keys.begin());
+  }
+  const auto count = static_cast<Eigen::Index>(prior.keys.size());
+  const Eigen::Map<const Eigen::VectorXd> mean(prior.means.data(), count);
+  return {Eigen::MatrixXd::Identity(count, count)(of_prior, Eigen::all),
+          fit.values(of_fit) - mean(of_prior),
+          prior.covariance(of_prior, of_prior) + fit.covariance(of_fit, of_fit)};
+}
+
+/// Estimates of each agreed size in the arms that determine it.
+std::vector<std::vector<Estimate>> EstimatesOf(const std::vector<SizeKey>& keys,
+                                               const std::vector<const SizeFit*>& fits) {
   std::vector<std::vector<Estimate>> estimates(keys.size());
-  for (const Arm& arm : arms) {
-    const Result<SizeFit> fit =
-        FitSizes(arm, keys, std::vector<double>(keys.size(), 0.0), true, threads);
-    if (!fit) {
-      notes.push_back(fmt::format("sibling {} does not take part: {}", arm.name, fit.error()));
-      continue;
-    }
+  for (const SizeFit* fit : fits) {
     for (std::size_t k = 0; k < keys.size(); ++k) {
       const auto at = std::ranges::find(fit->keys, keys[k]);
       if (at == fit->keys.end()) continue;
@@ -140,19 +156,25 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
       if (std::isfinite(sd) && sd > 0) estimates[k].push_back({fit->values[place], sd});
     }
   }
+  return estimates;
+}
+
+std::vector<SizePrior> PriorOf(const AgreedSizes& agreed, const std::vector<const SizeFit*>& fits) {
+  const std::vector<SizeKey>& keys = agreed.keys;
+  const std::vector<std::vector<Estimate>> estimates = EstimatesOf(keys, fits);
   std::vector<SizePrior> prior;
-  const std::span<const std::vector<Estimate>> of_common(estimates.data(), common_keys);
+  const std::span<const std::vector<Estimate>> of_common(estimates.data(), agreed.common);
   const std::optional<CommonSpread> common = CommonSpreadOf(of_common);
   std::vector<std::size_t> of_own;  // sizes that each arm has of its own
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    const bool shares = k < common_keys && common && common->shared_by[k];
+    const bool shares = k < agreed.common && common && common->shared_by[k];
     const std::optional<Pooled> pooled =
         PoolEstimates(estimates[k], shares ? std::optional(common->spread) : std::nullopt);
     if (!pooled) continue;
     const bool zero_mean = keys[k].effect->traits().zero_mean_over_arms &&
                            std::abs(pooled->mean) < kMinFleetDeviations * pooled->mean_sd;
     if (zero_mean) of_own.push_back(k);
-    if (!zero_mean && k < common_keys) prior.push_back({keys[k], *pooled});
+    if (!zero_mean && k < agreed.common) prior.push_back({keys[k], *pooled});
   }
   std::vector<Estimate> individual;
   for (const std::size_t k : of_own)
@@ -164,6 +186,63 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
   return prior;
 }
 
+/// The prior of all fits except one; nullptr: of all.
+std::vector<SizePrior> PriorWithout(const ArmFit* one, const AgreedSizes& agreed,
+                                    const std::vector<ArmFit>& fits) {
+  std::vector<const SizeFit*> others;
+  for (const ArmFit& fit : fits) {
+    if (&fit != one) others.push_back(&fit.fit);
+  }
+  return PriorOf(agreed, others);
+}
+
+}  // namespace
+
+std::string FleetPrior::Source() const {
+  if (model.empty()) return fmt::format("siblings {}", fmt::join(arms, ", "));
+  return fmt::format("{} arms of {}, {}", arms.size(), model, date);
+}
+
+Result<AgreedSizes> AgreeOnSizes(const std::vector<const ArmFindings*>& arms,
+                                 const model::CellModel& cell) {
+  AgreedSizes agreed{CommonSizes(arms), 0};
+  agreed.common = agreed.keys.size();
+  if (agreed.keys.empty()) {
+    return Error{"no size of an effect of the arm was found in at least two, and half, of them"};
+  }
+  for (const SizeKey& key : IndividualSizes(cell)) {
+    if (std::ranges::find(agreed.keys, key) == agreed.keys.end()) agreed.keys.push_back(key);
+  }
+  return agreed;
+}
+
+double ProbabilityOf(const SizeFit& fit, const std::vector<SizePrior>& prior) {
+  return InnovationOf(fit, SizesOf(prior)).Probability();
+}
+
+Result<FleetPrior> PoolFits(const AgreedSizes& agreed, std::vector<ArmFit> fits) {
+  const std::size_t all = fits.size();
+  FleetPrior prior;
+  while (fits.size() > 2) {
+    std::vector<double> probabilities;
+    for (const ArmFit& one : fits) {
+      probabilities.push_back(ProbabilityOf(one.fit, PriorWithout(&one, agreed, fits)));
+    }
+    const auto least = std::ranges::min_element(probabilities);
+    if (*least >= kDifferentArm / static_cast<double>(fits.size())) break;
+    const auto different = fits.begin() + (least - probabilities.begin());
+    prior.left_out.push_back(
+        {different->arm, fmt::format("it differs from the others (p = {:.1g})", *least)});
+    fits.erase(different);
+  }
+  if (fits.size() < 2) return Error{"at least two arms are needed"};
+  if (2 * fits.size() <= all) return Error{"most of the arms differ from each other"};
+  for (const ArmFit& one : fits) prior.arms.push_back(one.arm);
+  prior.sizes = PriorWithout(nullptr, agreed, fits);
+  if (prior.sizes.empty()) return Error{"the arms' rows do not determine the sizes"};
+  return prior;
+}
+
 std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& prior,
                                                  const model::CellModel& cell) {
   const Sizes sizes = SizesOf(prior);
@@ -171,26 +250,19 @@ std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& p
 }
 
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads) {
-  auto [keys, means, covariance] = SizesOf(prior);
-  const auto count = static_cast<Eigen::Index>(keys.size());
+  Sizes sizes = SizesOf(prior);
+  auto& [keys, means, covariance] = sizes;
   const Result<SizeFit> fit = FitSizes(arm, keys, means, false, threads);
   if (!fit) return Error{fit.error()};
   Posterior posterior;
-  const auto determined = static_cast<Eigen::Index>(fit->keys.size());
-  if (determined > 0) {
-    // Kalman update with H selecting the sizes that the rows determine.
-    Eigen::MatrixXd selects = Eigen::MatrixXd::Zero(determined, count);
-    for (Eigen::Index i = 0; i < determined; ++i) {
-      const auto at = std::ranges::find(keys, fit->keys[i]);
-      selects(i, at - keys.begin()) = 1;
-    }
-    const Eigen::Map<Eigen::VectorXd> mean(means.data(), count);
-    const Eigen::MatrixXd innovation = selects * covariance * selects.transpose() + fit->covariance;
-    const Eigen::VectorXd away = fit->values - selects * mean;
-    posterior.p_value = statistics::ChiSquareTail(away.dot(innovation.ldlt().solve(away)),
-                                                  static_cast<double>(determined));
-    const Eigen::MatrixXd gain = innovation.ldlt().solve(selects * covariance).transpose();
-    const Eigen::VectorXd updated = mean + gain * away;
+  const Innovation innovation = InnovationOf(*fit, sizes);
+  posterior.p_value = innovation.Probability();
+  if (innovation.away.size() > 0) {  // Kalman update
+    const Eigen::Map<Eigen::VectorXd> mean(means.data(), static_cast<Eigen::Index>(means.size()));
+    const Eigen::MatrixXd& selects = innovation.selects;
+    const Eigen::MatrixXd gain =
+        innovation.covariance.ldlt().solve(selects * covariance).transpose();
+    const Eigen::VectorXd updated = mean + gain * innovation.away;
     covariance = covariance - gain * selects * covariance;
     posterior.parameters = (selects * gain).trace();
     means.assign(updated.begin(), updated.end());
