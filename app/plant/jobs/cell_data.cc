@@ -153,7 +153,7 @@ void AddFurtherColumns(const json& more, const std::vector<model::Joint>& joints
   if (const auto step_deg = NumberIn(more, "q_step_deg")) row.q_step_rad = *step_deg * kRadPerDeg;
   row.tool_number = WholeIn(more, "tool");
   row.payload_item = WholeIn(more, "payload_item");
-  row.orientation_W = OrientationFrom(member("quaternion"));
+  row.orientation_W = OrientationFrom(member("orientation"));
   row.range_m = length_m("range_mm");
   row.artefact = text("artefact");
   row.gauge_m = length_m("gauge_mm");
