@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -B
 """Benchmark of the plant's collector: speed beside a plain script, losses under faults, a flooding cell.
 
     plant_bench.py BIN [--smoke | --quick]

@@ -71,7 +71,7 @@ MAY_FIND = {r"plumbline doctor": (0, 1), r"plumbline status": (0, 1)}
 
 
 def programs():
-    return sorted(name for name in os.listdir(BIN) if re.fullmatch(r"plumbline\w*|plumbline-(view|mesh|dv|fleet|sparkplug)", name))
+    return sorted(name for name in os.listdir(BIN) if re.fullmatch(r"plumbline\w*|plumbline-(view|mesh|dv|fleet|plant|collect|sparkplug)", name))
 
 
 def help_of(*words):

@@ -9,7 +9,7 @@ import sys
 
 BIN = sys.argv[1]
 PAGES = {"plumbline": 1, "plumbline-mesh": 1, "plumbline-dv": 1, "plumblined": 8, "plumbline-view": 8, "plumbline-fleet": 8,
-         "plumbline-sparkplug": 8}
+         "plumbline-collect": 8, "plumbline-sparkplug": 8}
 NOT_IN_PAGES = {"--help", "--help-all"}
 
 

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = plant::kExitOk;
   plant::AddInitCommand(app, exit_code);
+  plant::AddCellCommand(app, exit_code);
   plant::AddExportCommand(app, exit_code);
   plant::AddScheduleCommand(app, exit_code);
   plant::AddWorkerCommand(app, exit_code);

@@ -32,6 +32,7 @@ std::optional<PlantConfig> PlantConfigOf(const DatabaseOptions& options);
 /// Connects, and checks the schema unless `any_schema`. Prints the reason on failure.
 std::optional<Connection> OpenDatabase(const DatabaseOptions& options, bool any_schema = false);
 
+void AddCellCommand(CLI::App& app, int& exit_code);
 void AddInitCommand(CLI::App& app, int& exit_code);
 void AddExportCommand(CLI::App& app, int& exit_code);
 void AddScheduleCommand(CLI::App& app, int& exit_code);
