@@ -145,6 +145,7 @@ int RunCells(const Options& options) {
   for (;;) {
     const double now_s = MonotonicNow_s();
     double elapsed_s = options.speed * (now_s - begin_s);
+    if (!options.folder.empty()) elapsed_s += 86400 * options.start_days;  // recorded until now
     if (options.seconds > 0) elapsed_s = std::min(elapsed_s, options.seconds);
     const auto utc_ms = start_ms + static_cast<std::int64_t>(1e3 * elapsed_s);
     std::size_t left = 0;

@@ -120,21 +120,29 @@ Result<void> FitArms(PriorRun& run) {
 }
 
 /// Pools the fitted arms, signs the prior and stores it.
-Result<void> PoolArms(PriorRun& run) {
+/// @return  number of arms in it; prints those that it leaves out
+Result<int> PoolArms(PriorRun& run) {
   const std::string pooled = run.folder.File("prior.json"), signed_file = run.folder.File("signed");
   const std::string date = text::TextOfUtcNow().substr(0, 10);
   auto done = RunOverArms(run, "pool", {"--date", date, "--out", pooled});
   if (done) done = RunPrior(run, {"sign", pooled, "--key", run.options.key, "--out", signed_file});
-  if (!done) return done;
+  if (!done) return done.failure();
   const auto text = files::ReadFileUpTo(files::kTableSize, signed_file);
   if (!text) return Error{fmt::format("{}: {}", signed_file, text.error())};
+  const auto prior = text::JsonFromText(text->substr(text->find('\n') + 1));
+  if (!prior) return Error{"the prior: " + prior.error()};
+  const int arms = static_cast<int>(prior->at("arms").size());
+  for (const json& one : prior->at("left_out")) {
+    std::cerr << fmt::format("left out: {}: {}\n", one.at("arm").get<std::string>(),
+                             one.at("reason").get<std::string>());
+  }
   const auto stored =
       run.connection.Run("INSERT INTO prior (arm_model, arms, file) VALUES ($1, $2, $3)",
-                         {run.options.model, static_cast<int>(run.arms.size()), *text});
+                         {run.options.model, arms, *text});
   if (!stored) return stored.failure();
   const auto written = files::WriteTextFile(run.options.output, *text);
   if (!written) return Error{fmt::format("{}: {}", run.options.output, written.error())};
-  return {};
+  return arms;
 }
 
 int Prior(const PriorOptions& options) {
@@ -163,12 +171,13 @@ int Prior(const PriorOptions& options) {
   PriorRun run{options, *connection, std::move(folder).value(), {}, {}};
   auto done = DoStage(run, list->work, "diagnoses");
   if (done) done = FitArms(run);
-  if (done) done = PoolArms(run);
   if (!done) return FailCommand(done.error());
+  const auto arms = PoolArms(run);
+  if (!arms) return FailCommand(arms.error());
   std::cout << fmt::format(
       "{}: prior from {} arms of {}. Copy it to /etc/plumbline/priors of each "
       "cell with such an arm\n",
-      options.output, run.arms.size(), options.model);
+      options.output, *arms, options.model);
   return kExitOk;
 }
 
