@@ -31,7 +31,7 @@ void EdgeNode::Connect(double now_s) {
   client_ = std::make_unique<MqttClient>(config_.hosts);
   asked_ = born_ = leaving_ = rebirth_ = false;
   until_s_ = now_s + kTimeout_s;
-  const auto begun = client_->Begin({fmt::format("{}-{}-{}", config_.client_id, group_, node_),
+  const auto begun = client_->Begin({fmt::format("{}/{}/{}", config_.client_id, group_, node_),
                                      true, Topic("NDEATH"), NodeDeath(bdSeq_, SparkplugNow_ms())});
   if (!begun) Fail(begun.error(), now_s);
 }
