@@ -8,8 +8,9 @@ constexpr EventEntry kCollectEntries[] = {
      "76a6b65d9819df64d93cd46051191f68", "collect", "plumbline-collect ..., collector NAME",
      "messages of the cells are stored from now on", ""},
     {Event::kCollectNotStarted, "collect-not-started", LogLevel::kError,
-     "e73cba776a9537c18d750e97943cdec2", "collect", "not started: ...",
-     "the configuration has the faults logged before this line",
+     "e73cba776a9537c18d750e97943cdec2", "collect", "FILE is not used: ...",
+     "the configuration has the faults logged before this line; a running collector keeps the "
+     "previous one",
      "fix what the lines name and start again"},
     {Event::kCollectBrokerUp, "collect-broker-up", LogLevel::kNotice,
      "6f65805d7aac97ad99afb3a6594babc8", "collect", "broker ... connected; ...",
@@ -41,6 +42,11 @@ constexpr EventEntry kCollectEntries[] = {
      "affected",
      "find the cause at the cell that `plumbline plant status` names; it may have to be removed "
      "from the broker's access list"},
+    {Event::kCollectRetention, "collect-retention", LogLevel::kWarning,
+     "7889626af990e1c9c27b32e124b93dd5", "collect", "old messages are not deleted: ...",
+     "messages older than `retention_months` stay until it works, and the partitions of the next "
+     "month are not made ahead of time; it is tried again every six hours",
+     "as the line says; a lock: a long query or backup of the database"},
 };
 
 }  // namespace

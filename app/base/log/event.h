@@ -172,6 +172,7 @@ enum class Event : std::uint8_t {
   kCollectDatabaseLost,
   kCollectDeadLetters,
   kCollectRefused,
+  kCollectRetention,
   // sparkplug
   kSparkplugStarted,
   kSparkplugNotStarted,

@@ -53,6 +53,7 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
       client, [](mosquitto*, void* self, const mosquitto_message* message) {
         auto& subscriber = *static_cast<Subscriber*>(self);
         if (subscriber.target_ == nullptr) return;
+        subscriber.bytes_ += static_cast<std::size_t>(message->payloadlen);
         subscriber.target_->push_back(
             {message->topic, std::string(static_cast<const char*>(message->payload),
                                          static_cast<std::size_t>(message->payloadlen))});
@@ -81,6 +82,7 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
 Result<void> Subscriber::Read(int wait_ms, std::size_t most, std::vector<Received>& messages) {
   mosquitto* const client = client_.get();
   target_ = &messages;
+  bytes_ = 0;
   int code = MOSQ_ERR_SUCCESS;
   while (code == MOSQ_ERR_SUCCESS && messages.size() < most) {
     const int socket = mosquitto_socket(client);
@@ -89,12 +91,12 @@ Result<void> Subscriber::Read(int wait_ms, std::size_t most, std::vector<Receive
       break;
     }
     const std::size_t before = messages.size();
+    if (bytes_ > kMaxRead_bytes) break;
     code = mosquitto_loop_read(client, 1);
     // Most often the next message is there already.
     if (code != MOSQ_ERR_SUCCESS || messages.size() > before) continue;
     pollfd waiting{socket, POLLIN, 0};
     const int ready = poll(&waiting, 1, std::exchange(wait_ms, 0));
-    if (ready < 0 && errno != EINTR) return Error{std::strerror(errno)};
     if (ready <= 0) break;
   }
   target_ = nullptr;

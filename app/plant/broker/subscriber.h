@@ -36,6 +36,8 @@ struct Received {
 class Subscriber {
  public:
   static constexpr int kKeepAlive_s = 30;
+  /// Read() returns after so many bytes, whatever the number of messages.
+  static constexpr std::size_t kMaxRead_bytes = 32'000'000;
   /// Connects, with the name lookup and TCP connection before it returns.
   static Result<std::unique_ptr<Subscriber>> Connect(const SubscriberSettings& settings);
   /// Closes the connection without a farewell, so that nothing unacknowledged is forgotten.
@@ -64,6 +66,7 @@ class Subscriber {
   std::string topic_, last_error_, refused_;
   bool tls_ = false, connected_ = false, subscribed_ = false, session_kept_ = false;
   std::vector<Received>* target_ = nullptr;  ///< while the library reads
+  std::size_t bytes_ = 0;                    ///< of this Read()
 };
 
 }  // namespace plumbline::plant

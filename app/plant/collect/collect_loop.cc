@@ -71,14 +71,14 @@ void CollectLoop::ConnectDatabase(double now_s) {
   auto connection = Connection::Open(config_.database.connection, "plumbline-collect");
   Result<void> usable =
       connection ? RequireSchema(connection.value()) : Result<void>(connection.failure());
-  if (!usable) {
-    LogDatabaseLost(usable.error());
+  auto store = usable ? MessageStore::On(std::move(connection).value(), admission_)
+                      : Result<MessageStore>(usable.failure());
+  if (!store) {
+    LogDatabaseLost(store.error());
     database_pause_.Failed(MonotonicSeconds(), 0);
     return;
   }
-  store_ = std::make_unique<MessageStore>(std::move(connection).value(), config_.collect);
-  database_problem_.clear();
-  database_pause_.Well();
+  store_ = std::make_unique<MessageStore>(std::move(store).value());
   log::Log({log::Event::kCollectDatabaseUp, "database connected"});
 }
 
@@ -103,6 +103,8 @@ void CollectLoop::WriteBatch() {
   const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds());
   if (written) {
     batch_.clear();
+    database_problem_.clear();
+    database_pause_.Well();
     if (const auto sent = subscriber_->Acknowledge(); !sent) {
       LogBrokerLost(sent.error());
       subscriber_.reset();
@@ -180,7 +182,10 @@ void CollectLoop::RunOnce() {
   }
   if (store_ != nullptr && batch_.empty() && now_s - dropped_s_ > kDropPeriod_s) {
     dropped_s_ = now_s;
-    if (const auto dropped = store_->DropOld(); !dropped) LogDatabaseLost(dropped.error());
+    if (const auto dropped = store_->DropOld(service::SystemUtcSeconds()); !dropped) {
+      log::Log({log::Event::kCollectRetention,
+                fmt::format("old messages are not deleted: {}", dropped.error())});
+    }
   }
 }
 

@@ -19,9 +19,11 @@ namespace plumbline::plant {
 class CollectLoop {
  public:
   static constexpr std::size_t kBatch = 10'000;
-  explicit CollectLoop(const PlantConfig& config) : config_(config) {}
+  explicit CollectLoop(const PlantConfig& config)
+      : config_(config),
+        admission_(config.collect.messages_per_second, config.collect.messages_per_day) {}
 
-  /// One iteration, at most about 300 ms unless a connection is being made.
+  /// One iteration: at most a batch, or one attempt to connect.
   void RunOnce();
   /// Status line for the service manager.
   std::string Status() const;
@@ -37,6 +39,7 @@ class CollectLoop {
   SubscriberSettings BrokerAccess(std::string& problem) const;
 
   const PlantConfig config_;
+  Admission admission_;
   std::unique_ptr<MessageStore> store_;
   std::unique_ptr<Subscriber> subscriber_;
   BackOff database_pause_, broker_pause_;

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "app/plant/database/connection.h"
@@ -19,10 +22,12 @@ constexpr std::string_view kNamespace = "plumblineV1";
 constexpr std::size_t kMaxName = 64;
 constexpr std::int64_t kYear2000_ms = 946'684'800'000, kYear2100_ms = 4'102'444'800'000;
 constexpr std::size_t kMaxJoints = 16;
+constexpr std::int64_t kMaxSeq = std::int64_t{1} << 53;
+constexpr std::size_t kMaxText = 300;  ///< of a text column, some of which are indexed
 
 /// A column and where its value is in the message.
 struct Column {
-  enum class Kind { kInteger, kSmall, kNumber, kReal, kText, kBool, kNumbers };
+  enum class Kind { kBig, kInteger, kSmall, kNumber, kReal, kText, kBool, kNumbers };
   const char* name;
   Kind kind;
   const char* key;  ///< of the message
@@ -31,8 +36,8 @@ struct Column {
 };
 using enum Column::Kind;
 
-constexpr Column kProbeColumns[] = {{"journal", kInteger, "journal", -1, true},
-                                    {"id", kInteger, "id", -1, true},
+constexpr Column kProbeColumns[] = {{"journal", kBig, "journal", -1, true},
+                                    {"id", kBig, "id", -1, true},
                                     {"model", kInteger, "model", -1, true},
                                     {"x_mm", kNumber, "measured_mm", 0},
                                     {"y_mm", kNumber, "measured_mm", 1},
@@ -57,9 +62,9 @@ constexpr Column kModelColumns[] = {{"model", kInteger, "model", -1, true},
                                     {"declared", kInteger, "declared"},
                                     {"proposed", kInteger, "proposed"}};
 constexpr Column kLensColumns[] = {
-    {"camera", kText, "camera", -1, true},    {"lens", kText, "lens", -1, true},
-    {"reason", kText, "reason", -1, true},    {"lens_id", kInteger, "lens_id"},
-    {"zoom_counts", kInteger, "zoom_counts"}, {"board_views", kInteger, "board_views"}};
+    {"camera", kText, "camera", -1, true}, {"lens", kText, "lens", -1, true},
+    {"reason", kText, "reason", -1, true}, {"lens_id", kBig, "lens_id"},
+    {"zoom_counts", kBig, "zoom_counts"},  {"board_views", kInteger, "board_views"}};
 constexpr Column kPointColumns[] = {
     {"point", kInteger, "point", -1, true}, {"name", kText, "name", -1, true},
     {"valid", kBool, "valid", -1, true},    {"extrapolated", kBool, "extrapolated", -1, true},
@@ -129,18 +134,28 @@ std::string TextOf(const Object& json, const char* key) {
 bool AppendValue(std::string& row, const Column& column, const Element& value) {
   const auto out = std::back_inserter(row);
   switch (column.kind) {
+    case kBig:
     case kInteger:
     case kSmall: {
       const auto integer = value.get_int64();
       if (integer.error() != simdjson::SUCCESS) return false;
-      fmt::format_to(out, "{}", integer.value_unsafe());
+      const std::int64_t number = integer.value_unsafe();
+      const bool fits = column.kind == kBig       ? true
+                        : column.kind == kInteger ? number == static_cast<std::int32_t>(number)
+                                                  : number == static_cast<std::int16_t>(number);
+      if (!fits) return false;
+      fmt::format_to(out, "{}", number);
       return true;
     }
     case kNumber:
     case kReal: {
       const auto number = value.get_double();
       if (number.error() != simdjson::SUCCESS) return false;
-      fmt::format_to(out, "{}", number.value_unsafe());
+      const double size = std::abs(number.value_unsafe());
+      if (column.kind == kReal && size > std::numeric_limits<float>::max()) return false;
+      // What rounds to zero in a real is zero: the database refuses it otherwise.
+      const bool tiny = column.kind == kReal && size < std::numeric_limits<float>::min();
+      fmt::format_to(out, "{}", tiny ? 0 : number.value_unsafe());
       return true;
     }
     case kBool: {
@@ -151,7 +166,7 @@ bool AppendValue(std::string& row, const Column& column, const Element& value) {
     }
     case kText: {
       const auto text = value.get_string();
-      if (text.error() != simdjson::SUCCESS) return false;
+      if (text.error() != simdjson::SUCCESS || text.value_unsafe().size() > kMaxText) return false;
       AppendCopyText(row, text.value_unsafe());
       return true;
     }
@@ -184,7 +199,9 @@ Result<std::string> RowOf(const Table& table, const Object& json) {
         return Error{fmt::format("{} is not a list of three numbers", column.key)};
       }
       value = list.value_unsafe().at(static_cast<std::size_t>(column.index)).value_unsafe();
-      if (value->is_null()) value.reset();
+      if (!value->is_number()) {
+        return Error{fmt::format("{} is not a list of three numbers", column.key)};
+      }
     }
     if (!value && !column.required) {
       row += "\\N";
@@ -210,7 +227,7 @@ Result<MessageKey> KeyOf(const Object& json) {
   const auto stream = StreamOf(ValueAs<std::string_view>(json, "stream").value_or(""));
   if (!stream) return Error{"stream is not eight hexadecimal digits"};
   const std::int64_t seq = IntegerOr(json, "seq", 0);
-  if (seq <= 0) return Error{"seq is not a positive integer"};
+  if (seq <= 0 || seq > kMaxSeq) return Error{"seq is not an integer of 1..2^53"};
   const std::int64_t utc_ms = IntegerOr(json, "timestamp", 0);
   if (utc_ms < kYear2000_ms || utc_ms > kYear2100_ms) {
     return Error{"timestamp is not a time in milliseconds between 2000 and 2100"};
@@ -290,11 +307,31 @@ Result<PlantMessage> DecodeState(const Object& json, std::string_view payload,
   return message;
 }
 
+/// YYYY-MM-DD of 1950..2100; empty if it is no such date.
+std::string DateOf(const std::string& text) {
+  int year = 0, month = 0, day = 0;
+  char rest = 0;
+  if (text.size() != 10 ||
+      std::sscanf(text.c_str(), "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) {  // NOLINT
+    return "";
+  }
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  return date.ok() && year >= 1950 && year <= 2100 ? text : "";
+}
+
 Result<PlantMessage> DecodeCell(const Object& json, PlantMessage message) {
-  message.cell =
-      CellFile{TextOf(json, "fingerprint"), TextOf(json, "arm_model"), TextOf(json, "arm_series"),
-               TextOf(json, "installed"),   TextOf(json, "page"),      TextOf(json, "cell")};
-  if (message.cell->fingerprint.empty()) return Error{"fingerprint is missing"};
+  message.cell = CellFile{TextOf(json, "fingerprint"), TextOf(json, "arm_model"),
+                          TextOf(json, "arm_series"),  DateOf(TextOf(json, "installed")),
+                          TextOf(json, "page"),        TextOf(json, "cell")};
+  const CellFile& cell = *message.cell;
+  if (cell.fingerprint.empty()) return Error{"fingerprint is missing"};
+  for (const std::string* text :
+       {&cell.fingerprint, &cell.arm_model, &cell.arm_series, &cell.page}) {
+    if (text->size() > kMaxText)
+      return Error{fmt::format("a text has more than {} bytes", kMaxText)};
+  }
   return message;
 }
 
@@ -302,6 +339,9 @@ Result<PlantMessage> DecodeBirth(const Object& json, std::int64_t number) {
   PlantMessage message;
   message.birth =
       Birth{number, IntegerOr(json, "waiting", 0), TextOf(json, "version"), TextOf(json, "cell")};
+  if (message.birth->version.size() > kMaxText || message.birth->name.size() > kMaxText) {
+    return Error{fmt::format("a text has more than {} bytes", kMaxText)};
+  }
   const auto dropped = ValueAs<Object>(json, "dropped");
   const auto stream = StreamOf(ValueAs<std::string_view>(json, "stream").value_or(""));
   if (dropped && stream) message.dropped = Dropped{*stream, SumOfDropped(*dropped)};
@@ -342,7 +382,7 @@ std::optional<MessageKey> KeyAtBeginningOf(std::string_view payload) {
   if (!stream) return std::nullopt;
   MessageKey key{*stream, 0, 0};
   payload.remove_prefix(kDigits);
-  if (!TakeNumber(payload, "\",\"seq\":", key.seq) || key.seq <= 0 ||
+  if (!TakeNumber(payload, "\",\"seq\":", key.seq) || key.seq <= 0 || key.seq > kMaxSeq ||
       !TakeNumber(payload, ",\"timestamp\":", key.utc_ms) || key.utc_ms < kYear2000_ms ||
       key.utc_ms > kYear2100_ms) {
     return std::nullopt;
@@ -370,6 +410,8 @@ Result<PlantMessage> DecodeMessage(std::string_view type, std::string_view paylo
   if (payload.size() > limit) {
     return Error{fmt::format("has {} bytes, at most {} are read", payload.size(), limit)};
   }
+  // No text of the database holds it.
+  if (payload.find("\\u0000") != std::string_view::npos) return Error{"contains a zero character"};
   thread_local simdjson::dom::parser parser;
   Object json;
   if (const auto fault = parser.parse(payload.data(), payload.size()).get(json)) {

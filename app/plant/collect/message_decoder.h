@@ -20,7 +20,7 @@ std::optional<TopicParts> TopicPartsOf(std::string_view topic);
 /// The cell's own number of a message, and its time.
 struct MessageKey {
   std::int64_t stream = 0;  ///< 32 bits
-  std::int64_t seq = 0;     ///< > 0
+  std::int64_t seq = 0;     ///< 1..2^53
   std::int64_t utc_ms = 0;  ///< 2000..2100
 };
 

@@ -15,6 +15,8 @@ using StreamKey = std::pair<int, std::int64_t>;  ///< cell and stream
 
 constexpr std::int64_t kDay_ms = 86'400'000, kMinute_ms = 60'000;
 constexpr std::size_t kLetter_bytes = 4096;
+constexpr int kMostStreams = 100;  ///< of a cell: queues that were created anew
+constexpr int kMostCameras = 16;
 
 /// `2026-11-30 09:41:42.123+00`. The date of consecutive messages is mostly the same.
 std::string UtcText(std::int64_t utc_ms) {
@@ -44,9 +46,21 @@ std::string HexOf(std::string_view bytes) {
   return text;
 }
 
-/// Whether a message itself is the reason for a failure: data exceptions and violated constraints.
-bool IsDataFault(const std::string& state) {
-  return state.starts_with("22") || state.starts_with("23");
+/// Whether a failure has nothing to do with the messages: connection, resources, the set-up of the
+/// database, a conflict with another session.
+bool IsOperational(const std::string& state) {
+  static constexpr std::string_view kClasses[] = {"08", "25", "28", "40", "42", "53",
+                                                  "55", "57", "58", "F0", "XX"};
+  return state.size() < 2 || std::ranges::find(kClasses, state.substr(0, 2)) != std::end(kClasses);
+}
+
+std::string Shortened(std::string_view text) {
+  constexpr std::size_t kMost = 300;
+  if (text.size() <= kMost) return std::string(text);
+  std::size_t end = kMost;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
+    --end;  // whole characters
+  return std::string(text.substr(0, end));
 }
 
 struct DaySums {
@@ -77,10 +91,16 @@ struct MessageStore::Batch {
   std::int64_t repeated = 0, letters = 0;
 };
 
-MessageStore::MessageStore(Connection connection, const CollectSettings& settings)
+MessageStore::MessageStore(Connection connection, Admission& admission, int retention_months)
     : connection_(std::move(connection)),
-      settings_(settings),
-      admission_(settings.messages_per_second, settings.messages_per_day) {}
+      admission_(&admission),
+      retention_months_(retention_months) {}
+
+Result<MessageStore> MessageStore::On(Connection connection, Admission& admission) {
+  const auto months = connection.Run("SELECT retention_months FROM setting");
+  if (!months) return months.failure();
+  return MessageStore(std::move(connection), admission, static_cast<int>(months->Integer(0, 0)));
+}
 
 Result<int> MessageStore::CellOf(const TopicParts& topic) {
   const std::string name = fmt::format("{}/{}", topic.line, topic.node);
@@ -95,75 +115,92 @@ Result<int> MessageStore::CellOf(const TopicParts& topic) {
   return cells_[name] = static_cast<int>(found->Integer(0, 0));
 }
 
+void MessageStore::Refuse(int cell, const char* why, double now_s) {
+  ++refused_[{cell, static_cast<std::int64_t>(1e3 * now_s) / kMinute_ms, why}];
+}
+
+MessageStore::Decoded MessageStore::DecodedFrom(const Received& received, double now_s) {
+  Decoded one{&received, 0, {}, {}};
+  const auto topic = TopicPartsOf(received.topic);
+  const auto cell = topic ? CellOf(*topic) : Result<int>(0);
+  if (cell) one.cell = *cell;
+  const auto key = KeyAtBeginningOf(received.payload);
+  // A cell's file is large.
+  const double cost = topic && topic->type == "NCELL" ? 100 : 1;
+  const auto utc_ms = key ? std::optional(key->utc_ms) : std::nullopt;
+  if (const char* const why = admission_->Refused(one.cell, utc_ms, now_s, cost)) {
+    one.refused = true;
+    if (one.cell != 0) Refuse(one.cell, why, now_s);
+    return one;
+  }
+  if (!topic || !cell) {
+    one.reason = "the topic is not plumblineV1/LINE/TYPE/NODE";
+    return one;
+  }
+  auto message = DecodeMessage(topic->type, received.payload);
+  if (!message) {
+    one.reason = message.error();
+    one.message.key = key;
+    return one;
+  }
+  one.message = std::move(message).value();
+  if (!one.message.key) return one;
+  const auto now_ms = static_cast<std::int64_t>(1e3 * now_s);
+  const std::int64_t oldest_ms =
+      retention_months_ == 0 ? 0 : now_ms - retention_months_ * 31 * kDay_ms;
+  if (one.message.key->utc_ms < oldest_ms || one.message.key->utc_ms > now_ms + kDay_ms) {
+    one.reason = "its time is older than the retention, or in the future; check the cell's clock";
+  }
+  return one;
+}
+
 Result<void> MessageStore::Write(std::span<const Received> messages, double now_s) {
   std::vector<Decoded> decoded;
   decoded.reserve(messages.size());
-  const auto now_ms = static_cast<std::int64_t>(1e3 * now_s);
-  const std::int64_t oldest_ms =
-      settings_.retention_months == 0 ? 0 : now_ms - settings_.retention_months * 31 * kDay_ms;
   for (const Received& received : messages) {
-    Decoded one{&received, 0, {}, {}};
-    const auto topic = TopicPartsOf(received.topic);
-    if (!topic) {
-      one.reason = "the topic is not plumblineV1/LINE/TYPE/NODE";
-      decoded.push_back(std::move(one));
-      continue;
-    }
-    const auto cell = CellOf(*topic);
-    if (!cell && IsDataFault(connection_.last_state())) {
-      one.reason = "the topic: " + cell.error();
-      decoded.push_back(std::move(one));
-      continue;
-    }
-    if (!cell) return cell.failure();
-    one.cell = *cell;
-    const auto key = KeyAtBeginningOf(received.payload);
-    if (const char* const why = admission_.Refused(*cell, key ? key->utc_ms : now_ms, now_s)) {
-      ++refused_[{*cell, now_ms / kMinute_ms, why}];
-      if (!key) continue;
-      one.message.key = key;  // it has arrived: its number is not missing
-      decoded.push_back(std::move(one));
-      continue;
-    }
-    auto message = DecodeMessage(topic->type, received.payload);
-    if (message) {
-      one.message = std::move(message).value();
-    } else {
-      one.reason = message.error();
-      one.message.key = key;
-    }
-    if (one.message.key && one.reason.empty() &&
-        (one.message.key->utc_ms < oldest_ms || one.message.key->utc_ms > now_ms + kDay_ms)) {
-      one.reason = fmt::format(
-          "its time {} is older than the retention or in the future; check the "
-          "cell's clock",
-          UtcText(one.message.key->utc_ms));
-    }
-    decoded.push_back(std::move(one));
+    decoded.push_back(DecodedFrom(received, now_s));
+    if (!connection_.alive()) return Error{"the connection was lost"};
   }
   std::vector<Decoded*> pointers;
   pointers.reserve(decoded.size());
-  for (Decoded& one : decoded) pointers.push_back(&one);
-  return WriteDecoded(pointers, now_s);
+  for (Decoded& one : decoded) {
+    if (!one.refused) pointers.push_back(&one);
+  }
+  rejected_ = 0;
+  if (Result<void> done = WriteDecoded(pointers, now_s); !done) return done;
+  return refused_.empty() ? Result<void>() : WriteDecoded({}, now_s);
 }
 
 Result<void> MessageStore::WriteDecoded(std::span<Decoded*> messages, double now_s) {
-  if (messages.empty()) return {};
   Result<void> done = WriteOnce(messages, now_s);
-  if (done || !connection_.alive() || !IsDataFault(connection_.last_state())) return done;
+  if (done || !connection_.alive() || IsOperational(connection_.last_state())) return done;
   if (messages.size() > 1) {
-    const std::size_t half = messages.size() / 2;
-    if (Result<void> first = WriteDecoded(messages.first(half), now_s); !first) return first;
-    return WriteDecoded(messages.subspan(half), now_s);
+    // The messages of the other cells first: they are most probably sound.
+    const auto cell_of = [](const Decoded* one) { return one->cell; };
+    std::ranges::stable_sort(messages, {}, cell_of);
+    const int first_cell = messages.front()->cell;
+    std::size_t part = 0;
+    while (part < messages.size() && messages[part]->cell == first_cell) ++part;
+    if (part == messages.size() || part > messages.size() / 2) part = messages.size() / 2;
+    if (rejected_ >= kMostRejected && messages.back()->cell == first_cell) {
+      for (Decoded* one : messages)
+        Refuse(one->cell, "messages that the database does not accept", now_s);
+      return {};
+    }
+    if (Result<void> first = WriteDecoded(messages.first(part), now_s); !first) return first;
+    return WriteDecoded(messages.subspan(part), now_s);
   }
+  if (messages.empty()) return done;
+  ++rejected_;
   Decoded& only = *messages.front();
   const auto key = only.message.key;
   only.message = {};
   only.message.key = key;
   only.reason = "the database does not accept it: " + done.error();
   done = WriteOnce(messages, now_s);
-  if (done || !connection_.alive() || !IsDataFault(connection_.last_state())) return done;
+  if (done || !connection_.alive() || IsOperational(connection_.last_state())) return done;
   only.received = nullptr;  // nor its letter
+  only.message = {};
   only.reason = "the database accepts neither it nor its topic";
   return WriteOnce(messages, now_s);
 }
@@ -201,12 +238,13 @@ Result<std::map<StreamKey, StreamLedger>> MessageStore::ReadLedgers(const Batch&
   // A cell's first stream counts from where it was first seen; a later one began with a new queue,
   // from 1.
   const auto added = connection_.RunPrepared(
-      "INSERT INTO stream (cell, stream, first_seq, next_seq) "
-      "SELECT c, s, f, f FROM (SELECT n.c, n.s, CASE WHEN EXISTS (SELECT FROM stream o WHERE "
-      "o.cell "
-      "= n.c AND o.stream <> n.s) THEN 1 ELSE n.f END AS f FROM unnest($1::int[], $2::bigint[], "
-      "$3::bigint[]) AS n(c, s, f)) AS given ON CONFLICT DO NOTHING",
-      {cells.Text(), streams.Text(), firsts.Text()});
+      "INSERT INTO stream (cell, stream, first_seq, next_seq) SELECT c, s, CASE WHEN known > 0 "
+      "THEN 1 "
+      "ELSE f END, CASE WHEN known > 0 THEN 1 ELSE f END FROM (SELECT c, s, f, row_number() OVER "
+      "(PARTITION BY c) AS place, (SELECT count(*) FROM stream o WHERE o.cell = c) AS known FROM "
+      "unnest($1::int[], $2::bigint[], $3::bigint[]) AS n(c, s, f) WHERE NOT EXISTS (SELECT FROM "
+      "stream o WHERE o.cell = c AND o.stream = s)) AS new WHERE known + place <= $4",
+      {cells.Text(), streams.Text(), firsts.Text(), kMostStreams});
   if (!added) return added.failure();
   const auto rows = connection_.RunPrepared(
       "SELECT cell, stream, first_seq, next_seq FROM stream JOIN unnest($1::int[], $2::bigint[]) "
@@ -243,8 +281,13 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
   batch.after = batch.before;
   for (Decoded* one : messages) {
     if (!one->message.key) continue;
-    const StreamKey key{one->cell, one->message.key->stream};
-    one->repeated = !batch.after.at(key).Take(one->message.key->seq);
+    const auto ledger = batch.after.find({one->cell, one->message.key->stream});
+    if (ledger == batch.after.end()) {
+      one->refused = true;
+      Refuse(one->cell, "more streams than a cell has", now_s);
+      continue;
+    }
+    one->repeated = !ledger->second.Take(one->message.key->seq);
     if (!one->repeated) batch.fresh.push_back(one);
     batch.repeated += one->repeated;
   }
@@ -262,7 +305,8 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
   months_.merge(batch.months);
   counts_.dead_letters += batch.letters;
   counts_.repeated += batch.repeated;
-  counts_.stored += static_cast<std::int64_t>(batch.fresh.size());
+  counts_.stored +=
+      std::ranges::count_if(batch.fresh, [](const Decoded* one) { return one->reason.empty(); });
   return {};
 }
 
@@ -300,7 +344,7 @@ Result<void> MessageStore::CopyRows(const Batch& batch) {
 }
 
 Result<void> MessageStore::WriteLedgers(const Batch& batch) {
-  ArrayText cells, streams, firsts, nexts, repeated;
+  ArrayText cells, streams, firsts, nexts, given_up;
   ArrayText gone_cells, gone_streams, gone_firsts;
   ArrayText new_cells, new_streams, new_firsts, new_lasts;
   for (const auto& [key, ledger] : batch.after) {
@@ -309,6 +353,7 @@ Result<void> MessageStore::WriteLedgers(const Batch& batch) {
     streams.Add(key.second);
     firsts.Add(ledger.first());
     nexts.Add(ledger.next());
+    given_up.Add(ledger.given_up());
     for (const auto& [first, last] : before.gaps()) {
       const auto kept = ledger.gaps().find(first);
       if (kept != ledger.gaps().end() && kept->second == last) continue;
@@ -327,9 +372,11 @@ Result<void> MessageStore::WriteLedgers(const Batch& batch) {
   }
   if (cells.size() == 0) return {};
   const auto updated = connection_.RunPrepared(
-      "UPDATE stream SET first_seq = f, next_seq = n FROM unnest($1::int[], $2::bigint[], "
-      "$3::bigint[], $4::bigint[]) AS u(c, s, f, n) WHERE cell = c AND stream = s",
-      {cells.Text(), streams.Text(), firsts.Text(), nexts.Text()});
+      "UPDATE stream SET first_seq = f, next_seq = n, given_up = least(given_up + g, 1e15) FROM "
+      "unnest($1::int[], $2::bigint[], $3::bigint[], $4::bigint[], $5::bigint[]) AS u(c, s, f, n, "
+      "g) "
+      "WHERE cell = c AND stream = s",
+      {cells.Text(), streams.Text(), firsts.Text(), nexts.Text(), given_up.Text()});
   if (!updated) return updated.failure();
   if (gone_cells.size() > 0) {
     const auto done = connection_.RunPrepared(
@@ -504,26 +551,43 @@ Result<void> MessageStore::WriteCells(const Batch& batch, double now_s) {
     if (!one->message.lens || !one->reason.empty()) continue;
     const NewestLens& lens = *one->message.lens;
     const auto done = connection_.RunPrepared(
-        "INSERT INTO camera_now AS n (cell, camera, utc, lens, reason) VALUES ($1, $2, $3, $4, $5) "
-        "ON CONFLICT (cell, camera) DO UPDATE SET utc = excluded.utc, lens = excluded.lens, reason "
+        "INSERT INTO camera_now AS n (cell, camera, utc, lens, reason) SELECT $1::int, $2::text, "
+        "$3::timestamptz, $4::text, $5::text WHERE (SELECT count(*) FROM camera_now k WHERE k.cell "
+        "= "
+        "$1::int AND k.camera <> $2::text) < $6 ON CONFLICT (cell, camera) DO UPDATE SET utc = "
+        "excluded.utc, lens = excluded.lens, reason "
         "= excluded.reason WHERE n.utc <= excluded.utc",
-        {one->cell, lens.camera, UtcText(one->message.key->utc_ms), lens.lens, lens.reason});
+        {one->cell, lens.camera, UtcText(one->message.key->utc_ms), lens.lens, lens.reason,
+         kMostCameras});
     if (!done) return done.failure();
   }
   return {};
 }
 
 Result<void> MessageStore::WriteDeadLetters(Batch& batch) {
+  struct Letter {
+    std::int64_t messages = 0;
+    const Received* example = nullptr;
+  };
+  std::map<std::pair<std::string, std::string>, Letter> letters;  ///< by topic and reason
   for (const Decoded* one : batch.messages) {
-    if (one->reason.empty() || one->repeated) continue;  // its letter is there
-    const std::string_view payload = one->received == nullptr ? "" : one->received->payload;
-    const std::string topic = one->received == nullptr ? "" : one->received->topic;
+    if (one->reason.empty() || one->repeated || one->refused) continue;  // its letter is there
+    Letter& letter = letters[{one->received == nullptr ? "" : Shortened(one->received->topic),
+                              Shortened(one->reason)}];
+    letter.example = one->received;
+    ++letter.messages;
+    ++batch.letters;
+  }
+  for (const auto& [what, letter] : letters) {
+    const std::string_view payload = letter.example == nullptr ? "" : letter.example->payload;
     const auto done = connection_.RunPrepared(
-        "INSERT INTO dead_letter (topic, reason, bytes, payload) VALUES ($1, $2, $3, $4)",
-        {topic, one->reason, static_cast<std::int64_t>(payload.size()),
+        "INSERT INTO dead_letter AS d (topic, reason, messages, bytes, payload) VALUES ($1, $2, "
+        "$3, "
+        "$4, $5) ON CONFLICT (hour, topic, reason) DO UPDATE SET messages = d.messages + "
+        "excluded.messages",
+        {what.first, what.second, letter.messages, static_cast<std::int64_t>(payload.size()),
          HexOf(payload.substr(0, kLetter_bytes))});
     if (!done) return done.failure();
-    ++batch.letters;
   }
   return {};
 }
@@ -545,14 +609,17 @@ Result<void> MessageStore::WriteRefused() {
   return {};
 }
 
-Result<void> MessageStore::DropOld() {
-  if (settings_.retention_months == 0) return {};
-  const auto done =
-      connection_.RunPrepared("SELECT drop_months_before(now() - make_interval(months => $1))",
-                              {settings_.retention_months});
+Result<void> MessageStore::DropOld(double now_s) {
+  const auto done = connection_.RunPrepared("SELECT drop_old()", {});
   if (!done) return done.failure();
   months_.clear();
-  return {};
+  // Ahead of time, so that no batch waits for it at the turn of a month.
+  constexpr double kMonth_s = 28 * 86400;
+  const auto made =
+      connection_.RunPrepared("SELECT ensure_month($1), ensure_month($2)",
+                              {UtcText(static_cast<std::int64_t>(1e3 * now_s)),
+                               UtcText(static_cast<std::int64_t>(1e3 * (now_s + kMonth_s)))});
+  return made ? Result<void>() : Result<void>(made.failure());
 }
 
 }  // namespace plumbline::plant

@@ -29,15 +29,18 @@ struct StoreCounts {
 /// reason, or counted in `refused`; or it is a repetition. Several stores may write at once.
 class MessageStore {
  public:
-  MessageStore(Connection connection, const CollectSettings& settings);
+  /// @param admission  outlives it: a new connection must not renew what a cell may send
+  /// @param connection  with the rights of plumbline_collector
+  static Result<MessageStore> On(Connection connection, Admission& admission);
 
-  /// Writes all messages, or none on error. Messages that the database does not accept are found by
-  /// halving the batch, and become dead letters, so that none blocks the others.
+  /// Writes all messages; on error those are missing that are to be delivered again. Messages that
+  /// the database does not accept are found by taking the cells apart and halving, and become dead
+  /// letters; a cell with many of them is refused the rest of the batch.
   /// @param now_s  UTC
   /// @return       an error of the connection or of the database's set-up: open another later
   Result<void> Write(std::span<const Received> messages, double now_s);
   /// Drops what is older than the retention.
-  Result<void> DropOld();
+  Result<void> DropOld(double now_s);
 
   const StoreCounts& counts() const { return counts_; }
   bool alive() const { return connection_.alive(); }
@@ -47,11 +50,16 @@ class MessageStore {
     const Received* received = nullptr;
     int cell = 0;
     PlantMessage message;
-    std::string reason;  ///< not empty: a dead letter
+    std::string reason;    ///< not empty: a dead letter
+    bool refused = false;  ///< counted, and written nowhere
     bool repeated = false;
   };
   struct Batch;
+  static constexpr int kMostRejected = 20;  ///< of a batch, found one by one
 
+  MessageStore(Connection connection, Admission& admission, int retention_months);
+  Decoded DecodedFrom(const Received& received, double now_s);
+  void Refuse(int cell, const char* why, double now_s);
   Result<void> WriteDecoded(std::span<Decoded*> messages, double now_s);
   Result<void> WriteOnce(std::span<Decoded*> messages, double now_s);
   Result<int> CellOf(const TopicParts& topic);
@@ -66,8 +74,9 @@ class MessageStore {
   Result<void> WriteRefused();
 
   Connection connection_;
-  const CollectSettings settings_;
-  Admission admission_;
+  Admission* admission_;
+  int retention_months_;
+  int rejected_ = 0;                  ///< by the database, of this batch
   std::map<std::string, int> cells_;  ///< by LINE/NODE
   std::set<std::int64_t> months_;     ///< whose partitions exist: years * 12 + month
   std::map<std::tuple<int, std::int64_t, std::string>, std::int64_t> refused_;  ///< by cell, minute

@@ -8,8 +8,13 @@
 namespace plumbline::plant {
 namespace {
 
-int Init(const DatabaseOptions& options) {
-  auto connection = OpenDatabase(options, true);
+struct InitOptions {
+  DatabaseOptions database;
+  std::optional<int> retention_months;
+};
+
+int Init(const InitOptions& options) {
+  auto connection = OpenDatabase(options.database, true);
   if (!connection) return kExitFault;
   const auto before = Migrate(*connection);
   if (!before) {
@@ -22,6 +27,14 @@ int Init(const DatabaseOptions& options) {
     std::cout << fmt::format("schema brought from {} to {}\n", *before, CurrentSchema());
   } else {
     std::cout << fmt::format("schema {} is current\n", CurrentSchema());
+  }
+  if (options.retention_months) {
+    const auto set =
+        connection->Run("UPDATE setting SET retention_months = $1", {*options.retention_months});
+    if (!set) {
+      std::cerr << fmt::format("the retention was not set: {}. Run it as the owner\n", set.error());
+      return kExitFault;
+    }
   }
   const auto granted = GrantRights(*connection);
   if (!granted) {
@@ -39,10 +52,14 @@ int Init(const DatabaseOptions& options) {
 }  // namespace
 
 void AddInitCommand(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<DatabaseOptions>();
+  const auto options = std::make_shared<InitOptions>();
   CLI::App* const command =
       app.add_subcommand("init", "Create the tables and roles, or bring older tables forward");
-  AddDatabaseOptions(*command, *options);
+  AddDatabaseOptions(*command, options->database);
+  command
+      ->add_option("--retention-months", options->retention_months,
+                   "Older messages, sums and jobs are deleted, by months; 0 keeps all; new: 24")
+      ->check(CLI::Range(0, 1200));
   command->footer(
       "Run it as the owner of the database, before the first collector and after each update.\n"
       "Running it again changes nothing. Stored rows are kept.\n\n"

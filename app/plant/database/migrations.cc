@@ -41,8 +41,8 @@ CREATE TABLE cell_file (
 CREATE TABLE stream (
   cell int NOT NULL REFERENCES cell, stream bigint NOT NULL,
   first_seq bigint NOT NULL, next_seq bigint NOT NULL,
-  repeated bigint NOT NULL DEFAULT 0,         -- messages that had arrived before
   dropped bigint NOT NULL DEFAULT 0,          -- that the cell reports as dropped from its full queue
+  given_up bigint NOT NULL DEFAULT 0,         -- missing, in the oldest of too many gaps
   first_received timestamptz NOT NULL DEFAULT now(),
   PRIMARY KEY (cell, stream)
 );
@@ -113,13 +113,16 @@ CREATE TABLE camera_now (
   PRIMARY KEY (cell, camera)
 );
 
--- What could not be read. `count` messages of one cell and reason; the first of them as example.
+-- What could not be read: one row an hour, topic and reason, with the first message as example.
 CREATE TABLE dead_letter (
   id bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
-  received timestamptz NOT NULL DEFAULT now(), topic text NOT NULL, reason text NOT NULL,
-  bytes bigint NOT NULL, payload bytea NOT NULL  -- at most its first 4096 bytes
+  received timestamptz NOT NULL DEFAULT now(),
+  hour timestamptz NOT NULL DEFAULT date_trunc('hour', now(), 'UTC'),
+  topic text NOT NULL, reason text NOT NULL,  -- at most 300 characters each
+  messages bigint NOT NULL DEFAULT 1,
+  bytes bigint NOT NULL, payload bytea NOT NULL,  -- at most its first 4096 bytes
+  UNIQUE (hour, topic, reason)
 );
-CREATE INDEX dead_letter_received ON dead_letter (received);
 -- Messages refused because a cell sent too many, counted by minute.
 CREATE TABLE refused (
   cell int NOT NULL REFERENCES cell, minute timestamptz NOT NULL, reason text NOT NULL,
@@ -151,41 +154,64 @@ CREATE TABLE prior (
   PRIMARY KEY (arm_model, utc)
 );
 
--- Creates the partitions of the month of a time. Runs as the owner, for the collector.
+-- What only the owner decides.
+CREATE TABLE setting (
+  retention_months int NOT NULL DEFAULT 24 CHECK (retention_months >= 0)  -- 0: all is kept
+);
+INSERT INTO setting DEFAULT VALUES;
+
+-- Creates the partitions of the month of a time. Runs as the owner, for the collector. A table is
+-- made by itself and then attached, which blocks neither readers nor writers of the others.
 CREATE FUNCTION ensure_month(month_of timestamptz) RETURNS void
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = plumbline, pg_temp SET timezone = 'UTC' AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = plumbline, pg_temp SET timezone = 'UTC'
+SET lock_timeout = '5s' AS $$
 DECLARE
   first timestamptz := date_trunc('month', month_of);
+  parent text;
   name text;
 BEGIN
-  FOREACH name IN ARRAY ARRAY['probe', 'alarm', 'model', 'lens', 'point'] LOOP
-    EXECUTE format('CREATE TABLE IF NOT EXISTS %I PARTITION OF %I FOR VALUES FROM (%L) TO (%L)',
-                   name || to_char(first, '_YYYY_MM'), name, first, first + interval '1 month');
+  PERFORM pg_advisory_xact_lock(5066612);
+  FOREACH parent IN ARRAY ARRAY['probe', 'alarm', 'model', 'lens', 'point'] LOOP
+    name := parent || to_char(first, '_YYYY_MM');
+    CONTINUE WHEN to_regclass(name) IS NOT NULL;
+    EXECUTE format('CREATE TABLE %I (LIKE %I INCLUDING ALL)', name, parent);
+    EXECUTE format('ALTER TABLE %I ATTACH PARTITION %I FOR VALUES FROM (%L) TO (%L)',
+                   parent, name, first, first + interval '1 month');
   END LOOP;
 END $$;
 
--- Drops partitions that end before a time, at least one month old, and sums and letters of that age.
--- Returns the number of partitions.
-CREATE FUNCTION drop_months_before(limit_utc timestamptz) RETURNS int
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = plumbline, pg_temp SET timezone = 'UTC' AS $$
+-- Drops what is older than the retention: partitions, sums, letters, superseded files of cells, and
+-- finished jobs. Runs as the owner, for the collector. Returns the number of partitions.
+CREATE FUNCTION drop_old() RETURNS int
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = plumbline, pg_temp SET timezone = 'UTC'
+SET lock_timeout = '5s' AS $$
 DECLARE
+  months int := (SELECT retention_months FROM setting);
+  oldest timestamptz := date_trunc('month', now()) - make_interval(months => months);
   part record;
   dropped int := 0;
 BEGIN
-  limit_utc := least(date_trunc('month', limit_utc), date_trunc('month', now()));
+  IF months = 0 THEN
+    RETURN 0;
+  END IF;
   FOR part IN
     SELECT child.relname AS name FROM pg_inherits
       JOIN pg_class child ON child.oid = inhrelid JOIN pg_class parent ON parent.oid = inhparent
       JOIN pg_namespace space ON space.oid = child.relnamespace
     WHERE space.nspname = 'plumbline'
       AND parent.relname IN ('probe', 'alarm', 'model', 'lens', 'point')
-      AND to_timestamp(right(child.relname, 7), 'YYYY_MM') < limit_utc
+      AND to_timestamp(right(child.relname, 7), 'YYYY_MM') < oldest
   LOOP
     EXECUTE format('DROP TABLE %I', part.name);
     dropped := dropped + 1;
   END LOOP;
-  DELETE FROM dead_letter WHERE received < limit_utc;
-  DELETE FROM refused WHERE minute < limit_utc;
+  DELETE FROM cell_day WHERE day < oldest;
+  DELETE FROM dead_letter WHERE received < oldest;
+  DELETE FROM refused WHERE minute < oldest;
+  DELETE FROM cell_file f WHERE utc < oldest AND EXISTS (
+    SELECT FROM cell_file newer WHERE newer.cell = f.cell AND newer.utc > f.utc);
+  DELETE FROM result USING job WHERE result.job = job.job AND job.finished < oldest;
+  DELETE FROM job WHERE finished < oldest;
   RETURN dropped;
 END $$;
 
@@ -193,9 +219,13 @@ END $$;
 CREATE VIEW cell_now AS
 SELECT c.*,
        (birth IS NOT NULL AND (death IS NULL OR death < birth)) AS online,
-       (SELECT coalesce(sum(last_seq - first_seq + 1), 0) FROM gap g WHERE g.cell = c.cell)::bigint
+       -- A cell that invents numbers must not overflow the sums.
+       least(1e15, (SELECT coalesce(sum(last_seq - first_seq + 1), 0) FROM gap g
+                    WHERE g.cell = c.cell) +
+                   (SELECT coalesce(sum(given_up), 0) FROM stream s WHERE s.cell = c.cell))::bigint
          AS missing,
-       (SELECT coalesce(sum(dropped), 0) FROM stream s WHERE s.cell = c.cell)::bigint AS dropped
+       least(1e15, (SELECT coalesce(sum(dropped), 0) FROM stream s WHERE s.cell = c.cell))::bigint
+         AS dropped
 FROM cell c;
 )sql";
 
@@ -221,13 +251,14 @@ REVOKE ALL ON SCHEMA plumbline FROM PUBLIC;
 REVOKE EXECUTE ON ALL FUNCTIONS IN SCHEMA plumbline FROM PUBLIC;
 GRANT USAGE ON SCHEMA plumbline TO plumbline_collector, plumbline_reader, plumbline_worker;
 GRANT SELECT ON ALL TABLES IN SCHEMA plumbline TO plumbline_reader, plumbline_worker;
-GRANT SELECT ON plumbline.schema_version TO plumbline_collector;
+GRANT SELECT ON plumbline.schema_version, plumbline.setting TO plumbline_collector;
 GRANT SELECT, INSERT, UPDATE ON plumbline.cell, plumbline.stream, plumbline.cell_day,
   plumbline.camera_now, plumbline.refused TO plumbline_collector;
 GRANT SELECT, INSERT, DELETE ON plumbline.gap TO plumbline_collector;
 GRANT SELECT, INSERT ON plumbline.probe, plumbline.alarm, plumbline.model, plumbline.lens,
-  plumbline.point, plumbline.dead_letter, plumbline.cell_file TO plumbline_collector;
-GRANT EXECUTE ON FUNCTION plumbline.ensure_month, plumbline.drop_months_before
+  plumbline.point, plumbline.cell_file TO plumbline_collector;
+GRANT SELECT, INSERT, UPDATE ON plumbline.dead_letter TO plumbline_collector;
+GRANT EXECUTE ON FUNCTION plumbline.ensure_month, plumbline.drop_old
   TO plumbline_collector;
 GRANT INSERT, UPDATE ON plumbline.job TO plumbline_worker;
 GRANT INSERT ON plumbline.result, plumbline.prior TO plumbline_worker;

@@ -1,6 +1,9 @@
 #include "app/plant/database/plant_config.h"
 
+#include <libpq-fe.h>
+
 #include <filesystem>
+#include <memory>
 
 #include "app/base/config/required_file.h"
 #include "app/base/config/secret_file.h"
@@ -44,12 +47,21 @@ void ListKeys(Settings& keys, CollectSettings& collect) {
   keys.Add("share", collect.share,
            {"name of a shared subscription, if collectors divide the messages among them",
             "\"plumbline\"", "none"});
-  keys.Add("retention_months", collect.retention_months, {0, 1200},
-           {"older messages are deleted, by months; 0 keeps all"});
   keys.Add("messages_per_second", collect.messages_per_second, {1, 10000},
            {"of one cell, by the time in its messages; further ones are refused and counted"});
   keys.Add("messages_per_day", collect.messages_per_day, {1000, 1e9},
            {"of one cell, by arrival; further ones are refused and counted"});
+}
+
+/// Whether a libpq connection string states a password.
+bool HasPassword(const std::string& connection) {
+  const std::unique_ptr<PQconninfoOption, void (*)(PQconninfoOption*)> options(
+      PQconninfoParse(connection.c_str(), nullptr), &PQconninfoFree);
+  for (const PQconninfoOption* one = options.get(); one != nullptr && one->keyword != nullptr;
+       ++one) {
+    if (std::string_view(one->keyword) == "password") return one->val != nullptr;
+  }
+  return false;
 }
 
 /// Relative paths are those of the configuration's folder.
@@ -99,6 +111,13 @@ PlantConfig PlantConfigFromToml(const std::string& text, const std::string& file
       ListKeys(keys, settings);
     };
     read_table("database", plant.database);
+    if (HasPassword(plant.database.connection)) {
+      root.Table("database")
+          ->AddFault("",
+                     "connection contains a password, which many users could read here; write it "
+                     "to a file "
+                     "that only the program's user reads, and give passfile=FILE");
+    }
     read_table("collect", plant.collect);
     if (const auto table = root.Table("collect"); table && !plant.collect.share.empty()) {
       table->AddWarning(

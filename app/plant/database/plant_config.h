@@ -35,7 +35,6 @@ struct CollectSettings {
   std::string name = "1";
   std::string topic = "plumblineV1/+/+/+";  ///< filter, such as one line's
   std::string share;             ///< name of a shared subscription; empty: every message of `topic`
-  int retention_months = 24;     ///< older partitions are dropped; 0: never
   int messages_per_second = 50;  ///< of one cell, by the messages' own time; more are refused
   int messages_per_day = 5'000'000;  ///< of one cell, by arrival
 };

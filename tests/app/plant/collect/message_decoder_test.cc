@@ -68,14 +68,15 @@ TEST_CASE("what cannot be read is refused with what is wrong") {
   CHECK(ErrorOf("NPROBE", "hello") == "is not JSON");
   CHECK(ErrorOf("NPROBE", "[1]") == "is not a JSON object");
   CHECK(ErrorOf("NPROBE", R"({"stream":"xyz"})") == "stream is not eight hexadecimal digits");
-  CHECK(ErrorOf("NPROBE", R"({"stream":"0000a001","seq":0})") == "seq is not a positive integer");
+  CHECK(ErrorOf("NPROBE", R"({"stream":"0000a001","seq":0})") ==
+        "seq is not an integer of 1..2^53");
   CHECK(ErrorOf("NPROBE", R"({"stream":"0000a001","seq":18446744073709551615})") ==
-        "seq is not a positive integer");
+        "seq is not an integer of 1..2^53");
   CHECK(
       ErrorOf("NPROBE", R"({"stream":"0000a001","seq":1,"timestamp":5})").starts_with("timestamp"));
   CHECK(ErrorOf("NPROBE", head + "}") == "journal is missing");
   CHECK(ErrorOf("NALARM", head + R"(,"word":"alarms","bit":"2","meaning":"x"})") ==
-        "bit has a value of another kind");
+        "bit has a value of another kind or size");
   CHECK(ErrorOf("NALARM", head + R"(,"word":"alarms","bit":2,"meaning":"x","event":"maybe"})") ==
         "event is neither begin nor end");
   CHECK(

@@ -49,7 +49,8 @@ TEST_CASE("what cells publish arrives once, in any order, from several collector
     }
   }
   const auto deliver = [&](unsigned seed) {
-    MessageStore store(server.Connect("c"), {});
+    Admission admission(50, 5'000'000);
+    MessageStore store = MessageStore::On(server.Connect("c"), admission).value();
     std::vector<Received> mine = messages;
     std::shuffle(mine.begin(), mine.end(), std::mt19937(seed));
     for (std::size_t from = 0; from < mine.size(); from += 500) {
@@ -87,7 +88,8 @@ TEST_CASE("what cannot be stored is a dead letter and does not hold up the rest"
   }
   const test::PostgresProcess server;
   Connection database = server.ConnectToNewPlant();
-  MessageStore store(server.Connect(), {});
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
   const test::PublishingCell cell;
   std::vector<Received> messages;
   for (int seq = 1; seq <= 100; ++seq) messages.push_back(cell.Probe(seq, kNow_ms + seq));
@@ -104,13 +106,13 @@ TEST_CASE("what cannot be stored is a dead letter and does not hold up the rest"
   REQUIRE(store.Write(messages, kNow_s).ok());
   CHECK(store.counts().dead_letters == 7);
   CHECK(Answer(database, "SELECT count(*) FROM probe") == "93");
-  CHECK(Answer(database, "SELECT count(*) FROM dead_letter WHERE reason <> ''") == "7");
+  CHECK(Answer(database, "SELECT sum(messages) FROM dead_letter WHERE reason <> ''") == "7");
   // The numbers that could be read are not missing; the others are.
   CHECK(Answer(database, "SELECT first_seq FROM gap ORDER BY 1") == "21;31");
   // Their repetition adds nothing but what has no number.
   REQUIRE(store.Write(messages, kNow_s).ok());
   CHECK(Answer(database, "SELECT count(*) FROM probe") == "93");
-  CHECK(Answer(database, "SELECT count(*) FROM dead_letter") == "9");
+  CHECK(Answer(database, "SELECT sum(messages) FROM dead_letter") == "9");
   // A row that is there although the ledger does not know of it.
   REQUIRE(database.RunScript("DELETE FROM gap; DELETE FROM stream").ok());
   REQUIRE(store.Write(std::span(messages).first(5), kNow_s).ok());
@@ -124,7 +126,8 @@ TEST_CASE("a cell that sends too much is refused, named, and costs the others no
   }
   const test::PostgresProcess server;
   Connection database = server.ConnectToNewPlant();
-  MessageStore store(server.Connect(), {});
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
   test::PublishingCell flood, good;
   flood.node = "flood";
   std::vector<Received> messages;
@@ -140,7 +143,108 @@ TEST_CASE("a cell that sends too much is refused, named, and costs the others no
   CHECK(Answer(database,
                "SELECT count(*) FROM probe p JOIN cell USING (cell) WHERE node = 'cell-1'") ==
         "20");
+  // They are missing, and may come again.
   CHECK(Answer(database, "SELECT count(*) FROM gap") == "0");
+  CHECK(Answer(database, "SELECT max(next_seq) FROM stream") == "5001");
+}
+
+TEST_CASE("a birth before a backlog of hours costs none of it") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
+  const test::PublishingCell cell;
+  std::vector<Received> messages = {
+      {"plumblineV1/line-1/NBIRTH/cell-1", R"({"timestamp":1,"bdSeq":5})"}};
+  for (int seq = 1; seq <= 7200; ++seq) {
+    messages.push_back(cell.State(seq, kNow_ms - 3'600'000 + 500 * seq));
+  }
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(store.counts().refused == 0);
+  CHECK(store.counts().stored == 7200);
+}
+
+TEST_CASE("a hostile cell can neither stop the others nor fill the tables") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
+  test::PublishingCell bad, good;
+  bad.node = "bad";
+  std::vector<Received> messages;
+  // Numbers at the end of their range, and every other one.
+  for (const char* seq : {"9223372036854775807", "9007199254740992", "5"}) {
+    messages.push_back(bad.Probe(4, kNow_ms));
+    std::string& text = messages.back().payload;
+    text.replace(text.find("\"seq\":4"), 7, std::string("\"seq\":") + seq);
+  }
+  for (int seq = 10; seq < 4000; seq += 2) messages.push_back(bad.Probe(seq, kNow_ms));
+  for (int stream = 0; stream < 500; ++stream) {
+    test::PublishingCell renewed = bad;
+    renewed.stream = fmt::format("{:08x}", 0xB0000 + stream);
+    messages.push_back(renewed.Probe(7, kNow_ms));
+  }
+  for (int camera = 0; camera < 100; ++camera) {
+    messages.push_back(bad.Message(
+        MessageKind::kLens, 5000 + camera, kNow_ms,
+        fmt::format(R"({{"camera":"{}","lens":"valid","reason":"ready"}})",
+                    std::string(camera == 50 ? 8000 : 3, static_cast<char>('a' + camera % 26)) +
+                        std::to_string(camera))));
+  }
+  messages.push_back(
+      {"plumblineV1/line-1/NCELL/bad",
+       R"({"stream":"0000a001","seq":6000,"timestamp":1795260031000,"fingerprint":"f",)"
+       R"("installed":"infinity","cell":"x"})"});
+  for (int k = 0; k < 1000; ++k) messages.push_back({"plumblineV1/line-1//bad", "x"});
+  messages.push_back(good.Probe(1, kNow_ms));
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(Answer(database,
+               "SELECT count(*) FROM probe JOIN cell USING (cell) WHERE node = 'cell-1'") == "1");
+  CHECK(Answer(database, "SELECT count(*) <= 1001 FROM gap") == "t");
+  CHECK(Answer(database, "SELECT count(*) FROM stream JOIN cell USING (cell) WHERE node = 'bad'") ==
+        "100");
+  CHECK(Answer(database, "SELECT count(*) FROM camera_now") == "16");
+  CHECK(Answer(database, "SELECT count(*) FROM cell WHERE installed IS NOT NULL") == "0");
+  CHECK(Answer(database, "SELECT count(*) < 10, sum(messages) FROM dead_letter") == "t");
+  CHECK(Answer(database, "SELECT missing > 9e15::bigint / 10 FROM cell_now WHERE node = 'bad'") ==
+        "t");
+}
+
+TEST_CASE("messages that only the database refuses are found at a bounded cost") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  // What the decoder does not know of.
+  REQUIRE(database.RunScript("ALTER TABLE plumbline.probe ADD CHECK (payload_kg < 100)").ok());
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
+  test::PublishingCell bad, good;
+  bad.node = "bad";
+  std::vector<Received> messages;
+  for (int seq = 1; seq <= 1000; ++seq) {
+    messages.push_back(bad.Probe(seq, kNow_ms));
+    std::string& text = messages.back().payload;
+    text.replace(text.find("\"payload_kg\":60"), 15, "\"payload_kg\":900");
+    messages.push_back(good.Probe(seq, kNow_ms));
+  }
+  REQUIRE(store.Write(messages, kNow_s).ok());
+  CHECK(Answer(database, "SELECT count(*) FROM probe") == "1000");
+  // Some as letters, the rest of the batch by number.
+  CHECK(Answer(database, "SELECT sum(messages) BETWEEN 20 AND 40 FROM dead_letter") == "t");
+  CHECK(Answer(database,
+               "SELECT limited + (SELECT sum(messages) FROM dead_letter) FROM cell WHERE "
+               "node = 'bad'") == "1000");
 }
 
 TEST_CASE("births, deaths, files and lenses are those of the newest message") {
@@ -150,7 +254,8 @@ TEST_CASE("births, deaths, files and lenses are those of the newest message") {
   }
   const test::PostgresProcess server;
   Connection database = server.ConnectToNewPlant();
-  MessageStore store(server.Connect(), {});
+  Admission admission(50, 5'000'000);
+  MessageStore store = MessageStore::On(server.Connect(), admission).value();
   const test::PublishingCell cell;
   const std::string topic = "plumblineV1/line-1/";
   const auto birth = [](std::int64_t number, int dropped) {
@@ -187,7 +292,7 @@ TEST_CASE("births, deaths, files and lenses are those of the newest message") {
       store.Write(std::vector<Received>{{topic + "NDEATH/cell-1", DeathText(200, 1, true)}}, kNow_s)
           .ok());
   CHECK(Answer(database, "SELECT online FROM cell_now") == "f");
-  REQUIRE(store.DropOld().ok());
+  REQUIRE(store.DropOld(kNow_s).ok());
 }
 
 }  // namespace plumbline::plant::message_store_test

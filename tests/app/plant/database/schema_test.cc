@@ -37,11 +37,16 @@ TEST_CASE("the schema is created once, and each role has only its rights") {
 
   CHECK(reader.Run("SELECT node FROM cell")->Text(0, 0) == "n'1\\");
   CHECK_FALSE(reader.Run("INSERT INTO cell (line, node) VALUES ('a', 'b')").ok());
-  CHECK_FALSE(reader.Run("SELECT drop_months_before(now())").ok());
+  CHECK_FALSE(reader.Run("SELECT drop_old()").ok());
   CHECK(worker.Run("INSERT INTO job (kind, key) VALUES ('diagnose', '1')").ok());
   CHECK_FALSE(worker.Run("DELETE FROM job").ok());
 
-  CHECK(collector.Run("SELECT drop_months_before('2026-04-15Z')")->Integer(0, 0) == 5);
+  // Only the owner decides how long messages are kept.
+  CHECK_FALSE(collector.Run("UPDATE setting SET retention_months = 1").ok());
+  CHECK(collector.Run("SELECT ensure_month(now() - interval '30 months')").ok());
+  CHECK(collector.Run("SELECT drop_old()")->Integer(0, 0) == 5);
+  CHECK(owner.Run("UPDATE setting SET retention_months = 0").ok());
+  CHECK(collector.Run("SELECT drop_old()")->Integer(0, 0) == 0);
 }
 
 TEST_CASE("a partition holds the month of UTC") {
