@@ -163,12 +163,17 @@ def faults(binaries, folder):
             lost += max(0, one["probes"] - int(probes)) if int(missing) == 0 else 0
             doubled += int(probes) - int(distinct)
         lost += sum(one["messages"] for one in expected.values())
+        lost += int(database.ask("SELECT coalesce(sum(limited), 0) FROM plumbline.cell"))
         sums = int(database.ask("SELECT coalesce(sum(probes), 0) FROM plumbline.cell_day"))
         doubled += abs(sums - int(database.ask("SELECT count(*) FROM plumbline.probe")))
+        states = int(database.ask("SELECT coalesce(sum(states), 0) FROM plumbline.cell_day"))
+        made_states = total - sum(one["probes"] for one in made.reported())
+        doubled += max(0, states - made_states)
+        lost += max(0, made_states - states)
         rows.report("plant: %d messages of %d cells under faults: lost" % (total, cells), lost, "", ("ours", "<=", 0),
                     timed=False)
         rows.report("plant: the same, doubled (rows and sums)", doubled, "", ("ours", "<=", 0), timed=False)
-        letters = int(database.ask("SELECT count(*) FROM plumbline.dead_letter"))
+        letters = int(database.ask("SELECT coalesce(sum(messages), 0) FROM plumbline.dead_letter"))
         rows.report("plant: the same, unexplained gaps and dead letters", letters + int(
             database.ask("SELECT count(*) FROM plumbline.gap")), "", ("ours", "<=", 0), timed=False)
         print("  cells sent %d messages, repetitions included" % sum(one["sent"] for one in made.reported()))
@@ -179,6 +184,48 @@ def faults(binaries, folder):
             server.stop(signal.SIGINT)
 
 
+def flood(binaries, folder):
+    """A cell that sends ten thousand messages a second beside others: how late are those?"""
+    cells, seconds = choose((20, 4), (100, 15), (300, 30))
+    server, broker = station.Postgres(folder), station.Broker(folder)
+    processes = [broker]
+    try:
+        station.new_plant(binaries, server)
+        collector = station.Collector(binaries, folder, broker, server.settings())
+        processes.append(collector)
+        collector.wait()
+        bad = station.Cells(binaries, folder, broker, "--cells", "1", "--line", "flood", "--probe-s", "0.0001", "--state-s", "0",
+                            "--seconds", str(seconds), name="flood")
+        good = station.Cells(binaries, folder, broker, "--cells", str(cells), "--line", "good", "--seconds", str(seconds),
+                             name="good")
+        processes += [bad, good]
+        # Age of the newest probe of the cell that is furthest behind.
+        ask = ("SELECT coalesce(extract(epoch FROM now() - min(newest)), 0) FROM (SELECT max(p.utc) AS newest FROM plumbline.probe p "
+               "JOIN plumbline.cell USING (cell) WHERE line = 'good' GROUP BY cell) AS each")
+        begin, ages = time.monotonic(), []
+        while time.monotonic() - begin < seconds:
+            time.sleep(0.5)
+            if time.monotonic() - begin > 2.5:
+                ages.append(float(server.ask(ask)))
+        station.soon(lambda: int(server.ask("SELECT count(*) FROM plumbline.probe p JOIN plumbline.cell USING (cell) WHERE line = "
+                                            "'good'")) == cells * seconds, 60)
+        stored = int(server.ask("SELECT count(*) FROM plumbline.probe p JOIN plumbline.cell USING (cell) WHERE line = 'good'"))
+        sent = bad.reported()[0]["sent"] if bad.reported() else 0
+        refused = int(server.ask("SELECT coalesce(sum(limited), 0) FROM plumbline.cell WHERE line = 'flood'"))
+        print("  the flooding cell sent %d messages in %d s, %d were refused; oldest newest probe of the others: %.1f s"
+              % (sent, seconds, refused, max(ages)))
+        rows.report("plant: beside a flooding cell, messages of %d others lost" % cells, cells * seconds - stored, "",
+                    ("ours", "<=", 0), timed=False)
+        # A probe a second is at most one second old before it is sent.
+        rows.report("plant: the same, age of the newest probe of the last cell, longest", max(ages), "s", ("ours", "<=", 3))
+        if refused == 0:
+            raise RuntimeError("the flooding cell was not limited")
+    finally:
+        for process in processes:
+            process.stop(signal.SIGKILL)
+        server.stop(signal.SIGINT)
+
+
 def main():
     binaries = sys.argv[1]
     absent = station.missing()
@@ -186,7 +233,7 @@ def main():
         rows.skipped("plant: collector", "needs " + " and ".join(absent))
         return
     only = sys.argv[sys.argv.index("--part") + 1] if "--part" in sys.argv else None
-    for part in (speed, faults):
+    for part in (speed, faults, flood):
         if only and part.__name__ != only:
             continue
         folder = station.scratch_folder("plant-bench-")

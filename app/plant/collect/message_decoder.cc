@@ -206,8 +206,8 @@ Result<std::string> RowOf(const Table& table, const Object& json) {
     if (!value && !column.required) {
       row += "\\N";
     } else if (!value || !AppendValue(row, column, *value)) {
-      return Error{
-          fmt::format("{} {}", column.key, value ? "has a value of another kind" : "is missing")};
+      return Error{fmt::format("{} {}", column.key,
+                               value ? "has a value of another kind or size" : "is missing")};
     }
   }
   return row;

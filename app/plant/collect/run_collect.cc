@@ -26,7 +26,9 @@ std::optional<PlantConfig> ReadCollectConfig(const std::string& file) {
   if (!faults.HasFaults()) return config;
   log::Log(
       {log::Event::kCollectNotStarted,
-       fmt::format("not started: {} has the faults logged above; fix them and start again", file)});
+       fmt::format("{} is not used: it has the faults logged above; fix them, and start or reload "
+                   "again",
+                   file)});
   return std::nullopt;
 }
 

@@ -1,8 +1,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 
-#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 
@@ -10,6 +12,7 @@
 #include "app/plant/commands/plant_commands.h"
 #include "app/plant/rights/rights.h"
 #include "drivers/files/text_file.h"
+#include "drivers/os/descriptor.h"
 
 namespace plumbline::plant {
 namespace {
@@ -44,6 +47,14 @@ bool WriteBrokerFile(const std::string& path, const std::string& text) {
 int ChangeCell(const CellOptions& options) {
   const auto user = BrokerUserOf(options);
   if (!user) return kExitUsage;
+  // Two administrators at once must not overwrite each other's cell.
+  const os::Descriptor folder(open(options.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.get() < 0 || flock(folder.get(), LOCK_EX) != 0) {
+    std::cerr << fmt::format("{}: {}; give the folder with --broker-folder\n", options.folder,
+                             std::strerror(errno));
+    return kExitUsage;
+  }
+  umask(S_IRWXO);  // the files of the broker are not for everybody
   const std::string passwords_file = options.folder + "/cells.passwd";
   std::string passwords;
   if (std::filesystem::exists(passwords_file)) {

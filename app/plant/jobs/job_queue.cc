@@ -8,8 +8,8 @@
 namespace plumbline::plant {
 namespace {
 
-/// The inner statement finds jobs that exist already: `ON CONFLICT DO NOTHING` does not return
-/// them.
+/// The inner statement finds jobs that exist already: a conflict that changes nothing does not
+/// return them.
 constexpr const char* kAdd = R"sql(
 WITH wanted AS (
   SELECT * FROM unnest($1::text[], $2::int[], $3::text[], $4::text[], $5::text[], $6::jsonb[])
@@ -17,7 +17,10 @@ WITH wanted AS (
 ), added AS (
   INSERT INTO job (kind, cell, arm_model, version, key, input)
   SELECT kind, cell, arm_model, version, key, input FROM wanted ORDER BY place
-  ON CONFLICT (kind, key) DO NOTHING RETURNING job, kind, key
+  -- A failure may have been that of a machine: who asks again gets it tried again.
+  ON CONFLICT (kind, key) DO UPDATE SET finished = NULL, attempts = 0, lease_until = NULL
+    WHERE job.finished IS NOT NULL AND job.failed IS NOT NULL
+  RETURNING job, kind, key
 )
 SELECT coalesce(added.job, job.job)
 FROM wanted LEFT JOIN added USING (kind, key) LEFT JOIN job USING (kind, key) ORDER BY place
