@@ -254,6 +254,10 @@ ArmFindings FindingsOf(const Diagnosis& diagnosis) {
   for (const Finding& finding : diagnosis.findings) found.effects.push_back(finding.effect);
   for (const RowTrace& row : diagnosis.rows) found.weight_of_line[row.line] = row.weight;
   found.sigma_m = diagnosis.sigma_m;
+  // What the arm alone does not explain is not noise. The scatter that a fit leaves counts in its
+  // own covariance.
+  if (diagnosis.sigma_origin == "residual" && diagnosis.noise_in_use_m > 0)
+    found.sigma_m *= diagnosis.noise_floor_m / diagnosis.noise_in_use_m;
   return found;
 }
 

@@ -5,127 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numeric>
-#include <optional>
 #include <utility>
 
-#include "app/measure/diagnosis/data/observations.h"
 #include "app/measure/diagnosis/result/diagnosis.h"
 #include "app/measure/diagnosis/result/opinion.h"
+#include "app/measure/siblings/prior_answer.h"
 #include "firmware-like/geometry/units.h"
 #include "firmware-like/statistics/statistics.h"
 
 namespace plumbline::measure {
 namespace {
-
-// Adjustment of the errors stated by an answer whose sizes of effects come from siblings and were
-// updated by its own rows.
-
-/// Replaces the errors before correction by those under the declared cell, by line.
-void StateErrorsBefore(const Diagnosis& without, Diagnosis& with) {
-  std::map<int, Vec3> before;
-  std::map<int, std::optional<Vec3>> held_out_before;
-  for (const RowTrace& row : without.rows) {
-    before[row.line] = row.before;
-    held_out_before[row.line] = row.held_out_before;
-  }
-  for (RowTrace& row : with.rows) {
-    if (!before.contains(row.line)) continue;
-    row.before = before.at(row.line);
-    row.held_out_before = held_out_before.at(row.line);
-  }
-  with.rms_before_m = without.rms_before_m;
-  with.held_out.before_m = without.held_out.before_m;
-  for (HeldOutError& error : with.held_out_by_all) {
-    for (const HeldOutError& alone : without.held_out_by_all) {
-      if (alone.by == error.by) error.before_m = alone.before_m;
-    }
-  }
-  for (KindError& error : with.rms_by_kind) {
-    for (const KindError& alone : without.rms_by_kind) {
-      if (alone.kind != error.kind) continue;
-      error.before_m = alone.before_m;
-      error.before_held_out_m = alone.before_held_out_m;
-    }
-  }
-}
-
-/// Mean decrease of the squared held-out errors with the siblings, in units of its standard error;
-/// nullopt with fewer than three rows. More than one is clearly better, less than -1 clearly worse
-/// (a judgement; few rows rarely show more).
-/// @param factor  applied to the errors with them
-std::optional<double> GainInStandardErrors(const Diagnosis& with, const Diagnosis& without,
-                                           double factor) {
-  const auto written = [](const Diagnosis& answer, const RowTrace& row) {
-    return answer.withheld.empty() ? row.held_out_after : row.held_out_before;
-  };
-  std::map<int, double> square_without;
-  for (const RowTrace& row : without.rows) {
-    if (!row.outlier && written(without, row)) {
-      square_without[row.line] = written(without, row)->squaredNorm();
-    }
-  }
-  std::vector<double> gains;
-  for (const RowTrace& row : with.rows) {
-    if (!written(with, row) || row.outlier || !square_without.contains(row.line)) continue;
-    gains.push_back(square_without.at(row.line) -
-                    factor * factor * written(with, row)->squaredNorm());
-  }
-  if (gains.size() < 3) return std::nullopt;
-  const double count = static_cast<double>(gains.size());
-  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / count;
-  double squares = 0;
-  for (const double gain : gains) squares += std::pow(gain - mean, 2);
-  const double error = std::sqrt(squares / (count - 1) / count);
-  return error > 0 ? mean / error : 0;
-}
-
-/// For p parameters fitted to n residuals, the RMS of new residuals over that of the fitted ones,
-/// sqrt((n + p) / (n - p)); nullopt if there are too few residuals.
-std::optional<double> FactorForNewRows(double parameters, const Diagnosis& diagnosis) {
-  double residuals = 0;
-  for (const RowTrace& row : diagnosis.rows) {
-    residuals += row.outlier ? 0 : ResidualsOf(row.kind);
-  }
-  if (residuals < parameters + 1) return std::nullopt;
-  return std::sqrt((residuals + parameters) / (residuals - parameters));
-}
-
-/// Widens every stated error of held-out rows and of new points, because those rows took part in
-/// the update of the prior.
-void Widen(double factor, Diagnosis& diagnosis) {
-  const auto widen = [factor](HeldOutError& error) {
-    for (double* value :
-         {&error.before_m, &error.after_m, &error.after_low_m, &error.after_high_m}) {
-      *value *= factor;
-    }
-  };
-  widen(diagnosis.held_out);
-  for (HeldOutError& error : diagnosis.held_out_by_all) widen(error);
-  for (KindError& error : diagnosis.rms_by_kind) {
-    if (error.before_held_out_m) *error.before_held_out_m *= factor;
-    if (error.after_held_out_m) *error.after_held_out_m *= factor;
-  }
-  model::Domain& domain = diagnosis.domain;
-  for (std::optional<double>* sigma_m : {&domain.residual_sigma_m, &domain.distant_sigma_m,
-                                         &domain.range_growth_m, &domain.declared_sigma_m}) {
-    if (*sigma_m) **sigma_m *= factor;
-  }
-  for (std::optional<model::MeasuredRange>* input :
-       {&domain.payload_kg, &domain.temp_C, &domain.t_s}) {
-    if (*input && (*input)->growth) *(*input)->growth *= factor;
-  }
-  for (model::MeasuredTorque& torque : domain.torques) {
-    if (torque.range.growth) *torque.range.growth *= factor;
-  }
-}
-
-/// Held-out error of the model that an answer writes; nullopt if no row could be held out.
-std::optional<double> HeldOutOf(const Diagnosis& answer) {
-  if (answer.held_out_by.empty()) return std::nullopt;
-  return answer.withheld.empty() ? answer.held_out.after_m : answer.held_out.before_m;
-}
 
 /// Diagnoses the siblings; those that cannot be diagnosed are removed, with a note.
 std::vector<Arm> Diagnosed(std::vector<Arm> arms, const Engine& engine,
@@ -298,7 +187,9 @@ Result<Diagnosis> DiagnoseWithPrior(const model::CellModel& cell, const Measured
   const model::CellModel extended = With(cell, posterior->effects);
   Result<Diagnosis> with = engine(extended, rows, Within(options, 0.5, 1));
   if (!with) return not_used("with them the rows cannot be diagnosed: " + with.error());
-  if (!with->withheld.empty()) return not_used("with them " + with->withheld);
+  if (!with->withheld.empty() && !WithheldByHeldOutRows(*with))
+    return not_used("with them " + with->withheld);
+  RemoveUnconfirmed(with.value());
   const std::optional<double> factor = FactorForNewRows(posterior->parameters, *with);
   const std::optional<double> held_out_without = HeldOutOf(*without);
   if (!factor || !held_out_without || !HeldOutOf(*with)) {

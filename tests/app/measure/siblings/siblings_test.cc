@@ -6,9 +6,11 @@
 #include <random>
 
 #include "app/measure/diagnosis/diagnose.h"
+#include "app/measure/siblings/prior_answer.h"
 #include "app/measure/siblings/repeated_rows.h"
 #include "app/measure/siblings/sibling_folder.h"
 #include "firmware-like/geometry/units.h"
+#include "tests/app/measure/diagnosis/example_diagnosis.h"
 #include "tests/app/measure/diagnosis/simulated.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
@@ -227,6 +229,7 @@ TEST_CASE("what siblings share is adjusted to the arm, written with its origin, 
   }
   CHECK(found->verdict == measure::Verdict::kAmbiguous);  // not told from their rivals here
   CHECK(found->doubts.size() >= 2);
+  CHECK_FALSE(found->domain.declared_sigma_m);  // the siblings' effects do not fade
   CHECK(found->rms_before_m > 2 * found->rms_after_m);
   CHECK(found->notes.front().find("siblings arm0, arm1, arm2: ") == 0);
 }
@@ -246,6 +249,61 @@ TEST_CASE("an arm that differs from its siblings is diagnosed without them, and 
   REQUIRE(alone);
   CHECK(found->verdict == alone->verdict);
   CHECK(found->findings.size() == alone->findings.size());
+}
+
+TEST_CASE("what an arm alone leaves unexplained is not noise of the fit that a prior starts") {
+  measure::Diagnosis alone = test::ExampleDiagnosis(measure::Verdict::kUnknown);
+  alone.sigma_m = 3e-4;
+  alone.sigma_origin = "residual";
+  alone.noise_floor_m = std::sqrt(3) * 5e-5;
+  alone.noise_in_use_m = std::sqrt(3) * 3e-4;
+  CHECK(FindingsOf(alone).sigma_m == Approx(5e-5));
+  alone.sigma_m = 5e-5;
+  alone.sigma_origin = "declared";
+  CHECK(FindingsOf(alone).sigma_m == 5e-5);
+}
+
+TEST_CASE("beyond the prior, only confirmed causes are written, and nothing fades") {
+  measure::Diagnosis with = test::ExampleDiagnosis(measure::Verdict::kAmbiguous);
+  REQUIRE_FALSE(with.findings.empty());
+  const std::string id(with.findings.front().effect.term.effect->traits().id);
+  with.domain.residual_sigma_m = 1e-4;
+  with.domain.declared_sigma_m = 2e-4;
+  with.domain.applied_share = 0.7;
+  with.sessions = {model::SessionFrames{}};
+  with.sessions[0].X_WB_declared = Pose{Mat3::Identity(), Vec3(1, 2, 3)};
+  const measure::HeldOutError held_out = with.held_out;
+  RemoveUnconfirmed(with);
+  CHECK(with.findings.empty());
+  CHECK(with.rivals.empty());
+  CHECK(with.doubts.empty());
+  CHECK(with.notes.back().find("these rows suggest " + id) != std::string::npos);
+  CHECK(with.held_out.after_m == Approx(held_out.before_m));
+  CHECK(with.rms_after_m == with.rms_before_m);
+  for (const measure::RowTrace& row : with.rows) CHECK(row.after == row.before);
+  CHECK_FALSE(with.domain.declared_sigma_m);
+  CHECK(with.domain.applied_share == 1);
+  CHECK(*with.domain.residual_sigma_m == 2e-4);  // what the declared effects leave
+  CHECK(with.sessions[0].X_WB.p == Vec3(1, 2, 3));
+  CHECK_FALSE(with.sessions[0].X_WB_declared);
+
+  measure::Diagnosis explained = test::ExampleDiagnosis(measure::Verdict::kExplained);
+  explained.discrepancy.clear();
+  const std::size_t findings = explained.findings.size();
+  const double after_m = explained.held_out.after_m;
+  RemoveUnconfirmed(explained);
+  CHECK(explained.findings.size() == findings);
+  CHECK(explained.held_out.after_m == after_m);
+}
+
+TEST_CASE("a correction withheld for its held-out rows says nothing against the prior") {
+  measure::Diagnosis with = test::ExampleDiagnosis(measure::Verdict::kAmbiguous);
+  with.held_out_by_all = {{"blocks of time", 1e-4, 2e-4, 1e-4, 3e-4}};
+  CHECK_FALSE(WithheldByHeldOutRows(with));
+  with.withheld = "held out by blocks of time, ..";
+  CHECK(WithheldByHeldOutRows(with));
+  with.held_out_by_all[0].after_m = 5e-5;  // so that the reason is another
+  CHECK_FALSE(WithheldByHeldOutRows(with));
 }
 
 TEST_CASE("a sibling that cannot be diagnosed is named; one alone is not enough") {
