@@ -106,7 +106,8 @@ int FitArm(const PriorOptions& options) {
   if (!rows) return Fail(config::FaultsText(faults));
   const measure::Arm measured{sizes.arm, sizes.cell, *std::move(rows), sizes.found};
   const std::vector<double> start(keys->size(), 0.0);
-  Result<measure::SizeFit> fit = measure::FitSizes(measured, *keys, start, true, options.threads);
+  Result<measure::SizeFit> fit =
+      measure::FitSizes(measured, *keys, start, measure::OwnFindings::kFitted, options.threads);
   if (!fit) return Fail(fmt::format("{}: {}", options.rows, fit.error()));
   sizes.fitted = {std::move(keys).value(), std::move(fit).value()};
   return Written(options, measure::JsonFrom(sizes));

@@ -83,8 +83,9 @@ std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& p
 struct Posterior {
   /// With the covariance within each effect; that between sizes of different effects is lost.
   std::vector<effects::ActiveEffect> effects;
-  double parameters = 0;  ///< effective number of fitted ones
-  double p_value = 1;     ///< ProbabilityOf the fit
+  std::vector<TipDisplacement> displacements;  ///< of `effects`
+  double parameters = 0;                       ///< effective number of fitted ones
+  double p_value = 1;                          ///< ProbabilityOf the fit
 };
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads);
 
