@@ -44,8 +44,9 @@ struct LeftOutArm {
 
 /// What the arms of one model have in common.
 struct FleetPrior {
-  std::string model,
-      date;  ///< as declared in [robot], and YYYY-MM-DD; empty: arms given as folders
+  std::string model;    ///< as declared in [robot]; empty: arms given as folders
+  std::string date;     ///< YYYY-MM-DD; empty likewise
+  std::string created;  ///< UTC, "2026-11-30T07:30:00Z"; empty likewise
   std::vector<std::string> arms;
   std::vector<LeftOutArm> left_out;
   std::vector<SizePrior> sizes;
