@@ -117,13 +117,19 @@ Result<std::vector<measure::Arm>> ReadSiblings(const DiagnoseArguments& argument
   return arms;
 }
 
-/// Looks for a prior of the cell's arm model. A file that was named must be usable.
+/// Looks for a prior of the cell's arm model. A file that was named must be usable; of a named
+/// folder the answer says why it has none.
 Result<void> ReadPrior(const DiagnoseArguments& arguments, DiagnoseInput& input) {
-  const bool named = !arguments.prior.empty() && !fs::is_directory(arguments.prior) &&
-                     arguments.prior != measure::kPriorFolder;
+  const bool given = arguments.prior != measure::kPriorFolder;
+  const bool named = given && !fs::is_directory(arguments.prior);
   const bool wanted = arguments.siblings.empty() && arguments.arm_out.empty();
-  if (arguments.prior.empty() || !wanted || (!named && input.cell.robot.identity.model.empty()))
+  const std::string& model = input.cell.robot.identity.model;
+  if (arguments.prior.empty() || !wanted || (!given && model.empty())) return {};
+  if (!named && model.empty()) {
+    input.prior = Error{
+        fmt::format("{}: the cell file names no arm model; give [robot] model", arguments.prior)};
     return {};
+  }
   measure::InstalledPrior found =
       measure::FindPrior(arguments.prior, arguments.prior_keys, input.cell);
   if (found.prior) {
@@ -133,6 +139,8 @@ Result<void> ReadPrior(const DiagnoseArguments& arguments, DiagnoseInput& input)
     Error problems{fmt::format("{}", fmt::join(found.problems, "; "))};
     if (named) return problems;
     input.prior = std::move(problems);
+  } else if (given) {
+    input.prior = Error{fmt::format("{}: holds no prior of {}", arguments.prior, model)};
   }
   return {};
 }
@@ -507,20 +515,20 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "--order-unknown", arguments->order_unknown,
       "The robot made other moves between the rows, as between probes of a running\n"
       "cell: effects of the last move (approach lag, backlash by move) are not considered");
-  command
-      ->add_option(
-          "--siblings", arguments->siblings,
-          "Folders of other arms of the same model, each with its cell.toml and measured.csv:\n"
-          "what at least two of them have in common is the starting point, if these rows\n"
-          "confirm it")
-      ->check(CLI::ExistingDirectory);
+  CLI::Option* siblings = command->add_option(
+      "--siblings", arguments->siblings,
+      "Folders of other arms of the same model, each with its cell.toml and measured.csv:\n"
+      "what at least two of them have in common is the starting point, if these rows\n"
+      "confirm it");
+  siblings->check(CLI::ExistingDirectory);
   CLI::Option* prior =
       command
           ->add_option("--prior", arguments->prior,
                        "Signed prior of the arm's model, a file or a folder of *.prior: what the "
                        "plant's\narms of this model have in common; used if [robot] model names "
                        "the model\nand these rows confirm it")
-          ->capture_default_str();
+          ->capture_default_str()
+          ->excludes(siblings);
   command
       ->add_option("--prior-keys", arguments->prior_keys,
                    "Folder of the plant's public keys, *.pem")

@@ -106,7 +106,8 @@ int FitArm(const PriorOptions& options) {
   if (!rows) return Fail(config::FaultsText(faults));
   const measure::Arm measured{sizes.arm, sizes.cell, *std::move(rows), sizes.found};
   const std::vector<double> start(keys->size(), 0.0);
-  Result<measure::SizeFit> fit = measure::FitSizes(measured, *keys, start, true, options.threads);
+  Result<measure::SizeFit> fit =
+      measure::FitSizes(measured, *keys, start, measure::OwnFindings::kFitted, options.threads);
   if (!fit) return Fail(fmt::format("{}: {}", options.rows, fit.error()));
   sizes.fitted = {std::move(keys).value(), std::move(fit).value()};
   return Written(options, measure::JsonFrom(sizes));
@@ -127,7 +128,8 @@ int Pool(const PriorOptions& options) {
   if (!pooled) return Fail(fmt::format("{}: no prior: {}", options.model, pooled.error()));
   measure::FleetPrior& prior = pooled.value();
   prior.model = options.model;
-  prior.date = options.date.empty() ? text::TextOfUtcNow().substr(0, 10) : options.date;
+  prior.created = text::TextOfUtcNow();
+  prior.date = options.date.empty() ? prior.created.substr(0, 10) : options.date;
   prior.left_out.insert(prior.left_out.begin(), fleet.left_out.begin(), fleet.left_out.end());
   prior.cell_text = fleet.comparable.front()->cell_text;
   const std::string json = measure::JsonFrom(prior);
@@ -141,8 +143,14 @@ int Sign(const PriorOptions& options) {
   const Result<std::string> key = ReadText(options.key);
   if (!prior) return Fail(prior.error());
   if (!key) return Fail(key.error());
-  if (const auto read = measure::FleetPriorFromJson(*prior); !read)
-    return Fail(options.prior + ": " + read.error());
+  const auto read = measure::FleetPriorFromJson(*prior);
+  if (!read) return Fail(options.prior + ": " + read.error());
+  if (!measure::IsOfPast(*read, 0)) {
+    return Fail(
+        fmt::format("{}: its date {} is in the future, so that no later prior would replace "
+                    "it; check the clock, and pool again",
+                    options.prior, read->date));
+  }
   const Result<std::string> signed_text = text::SignedText(*prior, *key);
   if (!signed_text) return Fail(options.key + ": " + signed_text.error());
   return Written(options, *signed_text);

@@ -25,7 +25,7 @@ struct VerifiedText {
   std::string key;  ///< name of the key that verifies it
 };
 
-/// The text, if one of the keys verifies it; nothing of an unverified text is looked at.
+/// The text, if one of the keys verifies it; nothing of an unverified text is read.
 /// @return  an error with what is wrong and the remedy; a key that is not an Ed25519 public key is
 ///          named if no other one verifies the text
 Result<VerifiedText> Verified(std::string_view signed_text, std::span<const PublicKey> keys);

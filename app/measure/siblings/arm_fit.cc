@@ -293,14 +293,14 @@ std::vector<effects::ActiveEffect> EffectsWith(const std::vector<SizeKey>& keys,
 }
 
 Result<SizeFit> FitSizes(const Arm& arm, const std::vector<SizeKey>& keys,
-                         const std::vector<double>& start, bool own, int threads) {
+                         const std::vector<double>& start, OwnFindings own, int threads) {
   const Result<Dataset> data = DatasetFrom(arm.cell, arm.rows);
   if (!data) return Error{data.error()};
   const FitProblem problem = ProblemOf(*data, arm, threads);
   Result<Model> model = Align(*data, Model::Declared(*data), threads);
   if (!model) return Error{model.error()};
   model.value().effects = EffectsWith(keys, start, effects::PrismaticJoints(arm.cell.robot));
-  if (own) {
+  if (own == OwnFindings::kFitted) {
     std::vector<effects::ActiveEffect> others = OtherFindings(arm, keys);
     std::vector<effects::ActiveEffect>& all = model.value().effects;
     all.insert(all.end(), others.begin(), others.end());
@@ -316,6 +316,17 @@ Result<double> AlignedRms(const model::CellModel& cell, const Arm& arm, int thre
   const Result<Model> model = Align(*data, Model::Declared(*data), threads);
   if (!model) return Error{model.error()};
   return RmsOf(*data, *model, ProblemOf(*data, arm, threads));
+}
+
+Result<std::vector<TipDisplacement>> DisplacementsBy(
+    const std::vector<effects::ActiveEffect>& effects, const Arm& arm, int threads) {
+  const Result<Dataset> data = DatasetFrom(arm.cell, arm.rows);
+  if (!data) return Error{data.error()};
+  const FitProblem problem = ProblemOf(*data, arm, threads);
+  std::vector<TipDisplacement> displacements;
+  for (const effects::ActiveEffect& effect : effects)
+    displacements.push_back(TipDisplacementOf(problem, effect));
+  return displacements;
 }
 
 }  // namespace plumbline::measure

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/measure/diagnosis/result/diagnosis.h"
+#include "app/measure/diagnosis/search/findings.h"
 
 namespace plumbline::measure {
 
@@ -101,18 +102,23 @@ struct SizeFit {
   Eigen::MatrixXd covariance;
 };
 
-/// Least squares fit of the sizes, together with the other effects that the arm's own diagnosis
-/// found; rows that it rejected have no weight. The covariance is scaled by the scatter of the
-/// residuals if that exceeds the noise. Sizes that the rows do not determine are missing from the
-/// result.
+/// Whether the other findings of an arm take part in a fit of sizes. They must not if `start` is to
+/// be corrected by rows that were not used to select anything.
+enum class OwnFindings { kFitted, kOmitted };
+
+/// Least squares fit of the sizes; rows that the arm's own diagnosis rejected have no weight. The
+/// covariance is scaled by the scatter of the residuals if that exceeds the noise. Sizes that the
+/// rows do not determine are missing from the result.
 /// @param start  value of each key at the start, SI
-/// @param own    whether the other findings of the arm take part; they must not if `start` is to be
-///               corrected by rows that were not used to select anything
 Result<SizeFit> FitSizes(const Arm& arm, const std::vector<SizeKey>& keys,
-                         const std::vector<double>& start, bool own, int threads);
+                         const std::vector<double>& start, OwnFindings own, int threads);
 
 /// RMS of the rows against the cell with its frames aligned; rows that the diagnosis rejected are
 /// excluded [m].
 Result<double> AlignedRms(const model::CellModel& cell, const Arm& arm, int threads);
+
+/// Displacement of the measured point by each effect, over the same rows.
+Result<std::vector<TipDisplacement>> DisplacementsBy(
+    const std::vector<effects::ActiveEffect>& effects, const Arm& arm, int threads);
 
 }  // namespace plumbline::measure

@@ -252,7 +252,7 @@ std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& p
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads) {
   Sizes sizes = SizesOf(prior);
   auto& [keys, means, covariance] = sizes;
-  const Result<SizeFit> fit = FitSizes(arm, keys, means, false, threads);
+  const Result<SizeFit> fit = FitSizes(arm, keys, means, OwnFindings::kOmitted, threads);
   if (!fit) return Error{fit.error()};
   Posterior posterior;
   const Innovation innovation = InnovationOf(*fit, sizes);
@@ -276,6 +276,10 @@ Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior,
     shown_means.push_back(means[at]);
   }
   posterior.effects = EffectsWith(shown_keys, shown_means, of_shown, arm.cell);
+  Result<std::vector<TipDisplacement>> displacements =
+      DisplacementsBy(posterior.effects, arm, threads);
+  if (!displacements) return displacements.failure();
+  posterior.displacements = std::move(displacements).value();
   return posterior;
 }
 

@@ -44,8 +44,9 @@ struct LeftOutArm {
 
 /// What the arms of one model have in common.
 struct FleetPrior {
-  std::string model,
-      date;  ///< as declared in [robot], and YYYY-MM-DD; empty: arms given as folders
+  std::string model;    ///< as declared in [robot]; empty: arms given as folders
+  std::string date;     ///< YYYY-MM-DD; empty likewise
+  std::string created;  ///< UTC, "2026-11-30T07:30:00Z"; empty likewise
   std::vector<std::string> arms;
   std::vector<LeftOutArm> left_out;
   std::vector<SizePrior> sizes;
@@ -83,8 +84,9 @@ std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& p
 struct Posterior {
   /// With the covariance within each effect; that between sizes of different effects is lost.
   std::vector<effects::ActiveEffect> effects;
-  double parameters = 0;  ///< effective number of fitted ones
-  double p_value = 1;     ///< ProbabilityOf the fit
+  std::vector<TipDisplacement> displacements;  ///< of `effects`
+  double parameters = 0;                       ///< effective number of fitted ones
+  double p_value = 1;                          ///< ProbabilityOf the fit
 };
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads);
 

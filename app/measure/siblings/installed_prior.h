@@ -19,14 +19,20 @@ struct InstalledPrior {
 };
 
 /// The newest prior of this arm model that one of the keys verifies and whose arms are declared
-/// like this cell. Priors of other models are ignored, and a folder without priors is no problem.
-/// @param path  a folder of *.prior, or one file, for which another model is a problem
+/// like this cell. Priors of other models are ignored, and a folder without priors is no
+/// problem. Of two priors of one day, the one created later counts.
+/// @param path  a folder of *.prior, or one file, for which another model is a problem; only
+///              kPriorFolder may be missing
 /// @param keys  a folder of *.pem
 InstalledPrior FindPrior(const std::string& path, const std::string& keys,
                          const model::CellModel& cell);
 
-/// Reads and verifies one signed prior.
+/// Reads and verifies one signed prior. Keys that cannot be read are named if no other verifies it.
 /// @return  an error that names the file and the remedy
 Result<FleetPrior> ReadPrior(const std::string& file, const std::string& keys);
+
+/// False if it is dated later than now, as a wrong clock of the plant or of this computer makes it:
+/// no later prior would ever replace it.
+bool IsOfPast(const FleetPrior& prior, double tolerance_s);
 
 }  // namespace plumbline::measure

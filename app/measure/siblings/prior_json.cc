@@ -197,6 +197,9 @@ FleetPrior FleetPriorOf(const Json& json) {
   prior.date = Label(json.at("date"));
   if (prior.date.size() != 10 || !text::UtcFromText(prior.date + "T00:00:00Z"))
     throw Refused("has a date that is not like 2026-11-30");
+  prior.created = Label(json.at("created"));
+  if (!text::UtcFromText(prior.created))
+    throw Refused("has a time `created` that is not like 2026-11-30T07:30:00Z");
   for (const Json& arm : json.at("arms")) prior.arms.push_back(Label(arm));
   if (prior.arms.size() < 2) throw Refused("was computed from fewer than two arms");
   for (const Json& one : json.at("left_out"))
@@ -257,6 +260,7 @@ std::string JsonFrom(const FleetPrior& prior) {
   Json json = Head(kPriorFormat);
   json["model"] = prior.model;
   json["date"] = prior.date;
+  json["created"] = prior.created;
   json["arms"] = prior.arms;
   json["left_out"] = Json::array();
   for (const LeftOutArm& one : prior.left_out)

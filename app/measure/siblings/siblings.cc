@@ -63,14 +63,16 @@ model::CellModel With(model::CellModel cell, const std::vector<effects::ActiveEf
 
 /// Adds the siblings' effects to the findings. The siblings' rows separated their causes from
 /// rivals, those of this arm did not, so that each is in doubt here.
-void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::string& origin,
-                 Diagnosis& answer) {
+void AddFindings(const Posterior& applied, const std::string& origin, Diagnosis& answer) {
   std::vector<Finding> findings;
   Opinion opinion;
-  for (const effects::ActiveEffect& effect : applied) {
+  for (std::size_t k = 0; k < applied.effects.size(); ++k) {
+    const effects::ActiveEffect& effect = applied.effects[k];
     Finding& finding = findings.emplace_back();
     finding.effect = effect;
     finding.covariance = effect.covariance;
+    finding.tip_rms_m = applied.displacements[k].all_m;
+    finding.tip_rms_of_each_m = applied.displacements[k].each_m;
     finding.origin = origin;
     const Eigen::Map<const Eigen::VectorXd> values(effect.values.data(),
                                                    static_cast<Eigen::Index>(effect.values.size()));
@@ -113,7 +115,7 @@ Result<FleetPrior> PriorFrom(const std::vector<Arm>& arms, int threads,
   const std::vector<double> start(agreed->keys.size(), 0.0);
   std::vector<ArmFit> fits;
   for (const Arm& arm : arms) {
-    const Result<SizeFit> fit = FitSizes(arm, agreed->keys, start, true, threads);
+    const Result<SizeFit> fit = FitSizes(arm, agreed->keys, start, OwnFindings::kFitted, threads);
     if (fit) {
       fits.push_back({arm.name, *fit});
     } else {
@@ -213,7 +215,7 @@ Result<Diagnosis> DiagnoseWithPrior(const model::CellModel& cell, const Measured
   evidence.used = true;
   answer = std::move(with).value();
   StateErrorsBefore(*without, answer);
-  AddFindings(posterior->effects, evidence.source, answer);
+  AddFindings(*posterior, evidence.source, answer);
   std::vector<std::string> ids;
   for (const Finding& finding : evidence.common)
     ids.emplace_back(finding.effect.term.effect->traits().id);

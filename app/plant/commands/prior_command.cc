@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "app/base/text/json_text.h"
+#include "app/base/text/signed_text.h"
 #include "app/base/text/text.h"
 #include "app/plant/commands/job_progress.h"
 #include "app/plant/commands/plant_commands.h"
@@ -148,6 +149,8 @@ Result<int> PoolArms(PriorRun& run) {
 int Prior(const PriorOptions& options) {
   const auto key = files::ReadTextFile(options.key);
   if (!key) return FailCommand(fmt::format("{}: {}", options.key, key.error()));
+  if (const auto usable = text::SignedText("", *key); !usable)
+    return FailCommand(fmt::format("{}: {}", options.key, usable.error()));
   const auto writable = files::CheckWritable(options.output);
   if (!writable) {
     std::cerr << fmt::format("{}: cannot be written: {}; choose another --output\n", options.output,

@@ -30,7 +30,7 @@ constexpr std::size_t kShaDigits = 12;
 constexpr files::SizeLimit kProgramSize{std::size_t{1} << 30, "a program", "Check the path"};
 constexpr const char *kPrinted = "printed.txt", *kCellFile = "cell.toml",
                      *kRowsFile = "measured.csv", *kArmFile = "arm.json",
-                     *kSizesFile = "sizes.json";
+                     *kSizesFile = "sizes.json", *kDiagnose = "diagnose", *kNoPrior = "--no-prior";
 
 /// The end of what the program printed, on one line.
 std::string Tail(const std::string& file) {
@@ -87,8 +87,8 @@ void SetCommand(const std::string& stage, const std::string& cell, const std::st
                       "--threads", "1",   "--out",        task.output_file};
     return;
   }
-  task.arguments = {"diagnose", file(kCellFile),   file(kRowsFile), "--time-zero",
-                    time_zero,  "--order-unknown", "--threads",     "1",
+  task.arguments = {kDiagnose, file(kCellFile),   file(kRowsFile), "--time-zero",
+                    time_zero, "--order-unknown", "--threads",     "1",
                     "--quiet"};
   const bool arm = stage == kArmStage;
   task.arguments.insert(task.arguments.end(), {arm ? "--arm-out" : "--json", task.output_file});
@@ -109,8 +109,10 @@ Result<JobProgram> IdentifyProgram(const std::string& path) {
   const auto bytes = files::ReadFileUpTo(kProgramSize, path);
   if (!bytes) return Error{fmt::format("{}: {}", path, bytes.error())};
   const std::string printed = text::Visible(run->output.substr(0, run->output.find('\n')));
+  const auto help = os::RunProgram({path, kDiagnose, "--help"}, "");
   return JobProgram{path,
-                    fmt::format("{}, {}", printed, text::Sha256Hex(*bytes).substr(0, kShaDigits))};
+                    fmt::format("{}, {}", printed, text::Sha256Hex(*bytes).substr(0, kShaDigits)),
+                    help && help->output.find(kNoPrior) != std::string::npos};
 }
 
 Result<JobFolder> JobFolder::Create() {
@@ -173,6 +175,8 @@ Result<JobRun> JobRun::Start(const JobProgram& program, JobTask task, const JobL
       open(task.folder.File(kPrinted).c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
   std::vector<std::string> arguments = {program.path};
   arguments.insert(arguments.end(), task.arguments.begin(), task.arguments.end());
+  // The answer must not depend on the machine.
+  if (program.has_no_prior && task.arguments.front() == kDiagnose) arguments.push_back(kNoPrior);
   auto child = os::ChildProcess::Start(
       {.arguments = std::move(arguments),
        .descriptors = {{STDOUT_FILENO, printed.get()}, {STDERR_FILENO, printed.get()}},

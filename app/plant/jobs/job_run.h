@@ -17,9 +17,12 @@ struct JobProgram {
   /// "0.1.0, build 1f3a5c7e9b0d of 2026-11-28, 0a1b2c3d4e5f": what --version prints, and the start
   /// of the file's SHA-256, since two builds may print the same.
   std::string version;
+  /// Diagnoses without the priors installed on the worker's machine if told so. A version without
+  /// this option knows no priors.
+  bool has_no_prior = false;
 };
 
-/// Runs the program with --version.
+/// Runs the program with --version, and reads what options its diagnosis has.
 Result<JobProgram> IdentifyProgram(const std::string& path);
 
 struct JobLimits {

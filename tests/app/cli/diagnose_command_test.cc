@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/config/model_fingerprint.h"
@@ -143,6 +144,18 @@ TEST_CASE(
   desk.arguments.prior = desk.File("priors/kr210.prior");
   CHECK(desk.Run(measure::Verdict::kExplained) == kExitFault);
   CHECK(desk.err.str().starts_with(desk.File("priors/kr210.prior") + ": cannot be verified"));
+  desk.arguments.prior = desk.File("nosuch.prior");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitFault);
+  CHECK(desk.err.str().starts_with(desk.File("nosuch.prior") + ": does not exist"));
+  fs::create_directory(desk.File("empty"));
+  desk.arguments.prior = desk.File("empty");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  CHECK(desk.out.str().find("not used: " + desk.File("empty") + ": holds no prior of KR 210") !=
+        std::string::npos);
+  const std::string named = std::exchange(desk.arguments.cell, kCell);
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  CHECK(desk.out.str().find("the cell file names no arm model") != std::string::npos);
+  desk.arguments.cell = named;
   desk.arguments.prior.clear();  // --no-prior
   CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
   CHECK(desk.out.str().find("Other arms") == std::string::npos);

@@ -56,11 +56,12 @@ std::vector<ArmFit> Fits(int arms, double spread, std::mt19937_64& generator) {
   return fits;
 }
 
-FleetPrior SomePrior(const std::string& model = "KR 210", const std::string& date = "2026-11-30") {
+FleetPrior SomePrior(const std::string& model = "KR 210", const std::string& date = "2025-11-30") {
   std::mt19937_64 generator(3);
   FleetPrior prior = PoolFits(ThreeSizes(), Fits(5, 0.03, generator)).value();
   prior.model = model;
   prior.date = date;
+  prior.created = date + "T08:00:00Z";
   prior.cell_text = PriorCell(model);
   return prior;
 }
@@ -141,14 +142,15 @@ TEST_CASE("a prior survives writing and reading, and a damaged one is refused wi
   INFO((read ? "" : read.error()));
   REQUIRE(read);
   CHECK(JsonFrom(*read) == json);
-  CHECK(read->Source() == "5 arms of KR 210, 2026-11-30");
+  CHECK(read->Source() == "5 arms of KR 210, 2025-11-30");
   CHECK(read->sizes[1].key == prior.sizes[1].key);
   CHECK(read->sizes[1].pooled.mean == prior.sizes[1].pooled.mean);
   CHECK(read->cell.robot.size() == 3);
   const std::pair<const char*, const char*> damages[] = {
       {"plumbline fleet prior", "some format"},
       {"\"schema\": 1", "\"schema\": 2"},
-      {"2026-11-30", "yesterday"},
+      {"2025-11-30", "yesterday"},
+      {"2025-11-30T", "then"},
       {"\"gear_ratio\"", "\"new_effect\""},
       {"\"gear_ratio\"", "\"tool_frame\""},
       {"\"parameter\": \"q2\"", "\"parameter\": \"q9\""},
@@ -229,10 +231,11 @@ TEST_CASE("the newest prior of the arm's model is found, and why one cannot be u
   const test::TemporaryFolder folder;
   const std::string priors = folder.path() + "/priors", keys = folder.path() + "/keys";
   const model::CellModel cell = CellFrom(PriorCell());
-  CHECK_FALSE(FindPrior(priors, keys, cell).prior);
-  CHECK(FindPrior(priors, keys, cell).problems.empty());
+  CHECK(FindPrior(priors, keys, cell).problems ==
+        std::vector{priors + ": does not exist; give a signed prior, or a folder of *.prior"});
   std::filesystem::create_directories(priors);
   std::filesystem::create_directories(keys);
+  CHECK(FindPrior(priors, keys, cell).problems.empty());
   const auto deliver = [&](const std::string& name, const FleetPrior& prior) {
     std::ofstream(priors + "/" + name)
         << text::SignedText(JsonFrom(prior), test::kPrivateKey).value();
@@ -249,12 +252,25 @@ TEST_CASE("the newest prior of the arm's model is found, and why one cannot be u
   std::ofstream(keys + "/plant.pem") << test::kOtherPublicKey;
   CHECK(problem(priors).find("no installed key verifies its signature") != std::string::npos);
   std::ofstream(keys + "/plant.pem") << test::kPublicKey;
-  deliver("b.prior", SomePrior("KR 120", "2027-01-01"));
-  deliver("c.prior", SomePrior("KR 210", "2026-12-24"));
+  std::ofstream(keys + "/foreign.pem") << "no key";
+  std::filesystem::create_directory(keys + "/unreadable.pem");
+  deliver("b.prior", SomePrior("KR 120", "2026-01-01"));
+  deliver("c.prior", SomePrior("KR 210", "2025-12-24"));
   const InstalledPrior found = FindPrior(priors, keys, cell);
   REQUIRE(found.prior);
-  CHECK(found.prior->date == "2026-12-24");
+  CHECK(found.prior->date == "2025-12-24");
   CHECK(found.problems.empty());
+  FleetPrior later = SomePrior("KR 210", "2025-12-24");
+  later.created = "2025-12-24T09:00:00Z";
+  deliver("a.prior", later);
+  CHECK(FindPrior(priors, keys, cell).prior->created == later.created);
+  deliver("f.prior", SomePrior("KR 210", "2999-01-01"));
+  const InstalledPrior past = FindPrior(priors, keys, cell);
+  CHECK(past.prior->created == later.created);
+  REQUIRE(past.problems.size() == 1);
+  CHECK(past.problems[0].find("f.prior: was created at 2999-01-01T08:00:00Z, in the future") !=
+        std::string::npos);
+  std::filesystem::remove(priors + "/f.prior");
   CHECK(problem(priors + "/b.prior").find("is the prior of KR 120; the cell file names KR 210") !=
         std::string::npos);
   const InstalledPrior other = FindPrior(priors, keys, CellFrom(PriorCell("KR 210", "390.0")));

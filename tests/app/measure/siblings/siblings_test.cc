@@ -216,6 +216,8 @@ TEST_CASE("what siblings share is adjusted to the arm, written with its origin, 
     const measure::Finding& finding = found->findings[k];
     CHECK(finding.origin == "siblings arm0, arm1, arm2");
     CHECK(finding.p_value < 0.01);
+    CHECK(finding.tip_rms_m > 1e-4);
+    CHECK(finding.tip_rms_of_each_m.size() == finding.effect.values.size());
     const model::WrittenEffect effect =
         effects::WrittenFromActive(finding.effect, finding.covariance);
     for (const model::EffectParameter& parameter : effect.parameters) {

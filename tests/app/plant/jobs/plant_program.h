@@ -55,13 +55,15 @@ class PlantProgram {
 
 /// Answers at once, unless the file `hold` exists in its folder; crashes or refuses its input if
 /// `fail` or `refuse` exists. Knows diagnose and the steps of a prior: their files state the step,
-/// and how many files it was given.
+/// and how many files it was given; a diagnosis states whether it may use a prior.
 class StubDiagnosis {
  public:
-  explicit StubDiagnosis(const std::string& version = "stub 1") {
+  explicit StubDiagnosis(const std::string& version = "stub 1",
+                         const std::string& help = "--no-prior  Use no prior") {
     std::ofstream(path()) << fmt::format(
         R"sh(#!/bin/sh
 if [ "$1" = --version ]; then echo '{1}'; exit 0; fi
+if [ "$2" = --help ]; then echo '{2}'; exit 0; fi
 echo run >> {0}/runs
 while [ -e {0}/hold ]; do sleep 0.05; done
 if [ -e {0}/fail ]; then echo 'it "broke"' >&2; kill -SEGV $$; fi
@@ -69,17 +71,19 @@ if [ -e {0}/refuse ]; then echo 'no use' >&2; exit 1; fi
 step=$1
 [ "$1" = prior ] && step=$2
 files=0
+prior=true
 while [ $# -gt 0 ]; do
   [ -f "$1" ] && files=$((files + 1))
+  [ "$1" = --no-prior ] && prior=false
   case "$1" in --json | --out | --arm-out) out=$2; [ "$1" = --arm-out ] && step=arm ;; esac
   shift
 done
 cat > $out <<END
-{{"step": "$step", "files": $files, "verdict": "explained", "effects": [], "limit_kb": "$(ulimit -d)",
+{{"step": "$step", "files": $files, "may_use_prior": $prior, "verdict": "explained", "effects": [], "limit_kb": "$(ulimit -d)",
  "held_out": [{{"by": "rows", "after_mm": 1, "after_low_mm": 0.9, "after_high_mm": 1.1}}]}}
 END
 )sh",
-        folder_.path(), version);
+        folder_.path(), version, help);
     chmod(path().c_str(), 0755);
   }
   std::string path() const { return folder_.path() + "/plumbline"; }

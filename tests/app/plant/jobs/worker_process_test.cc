@@ -4,6 +4,7 @@
 #include "app/base/text/json_text.h"
 #include "app/measure/table/csv.h"
 #include "app/plant/jobs/cell_work.h"
+#include "tests/app/base/text/test_keys.h"
 #include "tests/app/plant/database/postgres_process.h"
 #include "tests/app/plant/jobs/plant_cells.h"
 #include "tests/app/plant/jobs/plant_program.h"
@@ -146,7 +147,7 @@ TEST_CASE("a job that crashes, hangs or is refused is named") {
 TEST_CASE("versions are compared on the same rows") {
   if (Skipped()) return;
   Station plant(4);
-  const test::StubDiagnosis newer("stub 2");
+  const test::StubDiagnosis newer("stub 2", "an option that is not known here");
   const std::string json = plant.folder.path() + "/comparison.json";
   const std::vector<std::string> compare = {"compare", "--program", newer.path(), "--json", json};
   CHECK(plant.Run(compare) == 1);  // nothing is stored yet
@@ -160,6 +161,9 @@ TEST_CASE("versions are compared on the same rows") {
   CHECK(plant.Run(compare) == 0);
   CHECK(newer.Runs() == 4);
   CHECK(plant.Count("result WHERE program LIKE 'stub 2, %'") == 4);
+  CHECK(
+      plant.Count("result WHERE program LIKE 'stub 1, %' AND output->>'may_use_prior' = 'false'") ==
+      4);  // whatever is installed on the machine
 
   auto against = compare;
   against.insert(against.end(), {"--against", plant.stub.path(), "--last", "25"});
@@ -181,6 +185,10 @@ TEST_CASE("a prior is made of the arms of one model, in steps that are not repea
         {"prior", "UR10", "--key", key, "--output", file, "--program", plant.stub.path()});
   };
   PlantProgram worker(plant.Worker(), plant.Log());
+  CHECK(prior() == 1);
+  CHECK(plant.Count("job") == 0);
+  CHECK(test::FileText(plant.Log()).find("is not an Ed25519 private key") != std::string::npos);
+  std::ofstream(key) << test::kPrivateKey;
   REQUIRE(prior() == 0);
   INFO(test::FileText(plant.Log()));
   CHECK(text::JsonOrNull(test::FileText(file))["step"] == "sign");
