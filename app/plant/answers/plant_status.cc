@@ -227,17 +227,16 @@ std::vector<Finding> FindingsOf(const PlantState& plant) {
          fmt::format("no message from any cell for {}: check plumbline-collect and the broker",
                      AgeText(plant.now_utc - newest_utc))});
   }
-  for (const CountedReason& letters : plant.dead_letters) {
+  for (const CountedReason& letters : plant.dead_letters.value_or(std::vector<CountedReason>{})) {
     if (plant.now_utc - letters.newest_utc > kRecent_s) continue;
     findings.push_back(
         {Urgency::kAttention, fmt::format("{} unreadable: {}", letters.messages, letters.reason)});
   }
-  if (plant.jobs.failed > 0) {
+  if (const auto failed = plant.jobs ? plant.jobs->failed : 0; failed > 0) {
     findings.push_back(
         {Urgency::kAttention,
-         fmt::format("{} failed within a day", plant.jobs.failed == 1
-                                                   ? std::string("1 job")
-                                                   : fmt::format("{} jobs", plant.jobs.failed))});
+         fmt::format("{} failed within a day",
+                     failed == 1 ? std::string("1 job") : fmt::format("{} jobs", failed))});
   }
   return findings;
 }
@@ -277,13 +276,14 @@ Result<PlantState> ReadPlantState(Connection& connection) {
   plant.cells = std::move(cells).value();
   const auto letters = connection.Run(kDeadLetters);
   if (!letters) return letters.failure();
+  plant.dead_letters.emplace();
   for (int k = 0; k < letters->size(); ++k) {
-    plant.dead_letters.push_back({std::string(letters->Text(k, 0)), letters->Integer(k, 1),
-                                  letters->Number(k, 2), std::string(letters->Text(k, 3))});
+    plant.dead_letters->push_back({std::string(letters->Text(k, 0)), letters->Integer(k, 1),
+                                   letters->Number(k, 2), std::string(letters->Text(k, 3))});
   }
   const auto jobs = connection.Run(kJobs);
   if (!jobs) return jobs.failure();
-  plant.jobs = {jobs->Integer(0, 0), jobs->Integer(0, 1), jobs->Integer(0, 2)};
+  plant.jobs = JobCounts{jobs->Integer(0, 0), jobs->Integer(0, 1), jobs->Integer(0, 2)};
   return plant;
 }
 

@@ -76,8 +76,9 @@ struct JobCounts {
 struct PlantState {
   double now_utc = 0;  ///< by the database's clock
   std::vector<CellState> cells;
-  std::vector<CountedReason> dead_letters;  ///< of the last week, most frequent first, ten at most
-  JobCounts jobs;
+  /// Of the last week, most frequent first, ten at most; nullopt: not read.
+  std::optional<std::vector<CountedReason>> dead_letters;
+  std::optional<JobCounts> jobs;  ///< nullopt: not read
 };
 
 /// One snapshot. Reads one row a cell and never a message.

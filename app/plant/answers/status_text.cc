@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "app/base/text/json_text.h"
 #include "app/base/text/text.h"
@@ -18,15 +17,9 @@ constexpr std::size_t kCellColumns = 24, kAgeColumns = 8;
 constexpr std::size_t kMostListed = 10;
 
 std::string CountsText(const std::vector<RankedCell>& ranked) {
-  std::map<std::string, int> counts;
-  for (const RankedCell& one : ranked) ++counts[WordOf(one).word];
+  const std::vector<std::string> counts = CountsByWord(ranked);
   std::string text = fmt::format("{} {}", ranked.size(), ranked.size() == 1 ? "cell" : "cells");
-  const char* before = ": ";
-  for (const char* const word : {"ALARM", "ATTENTION", "NO DATA", "NOTE", "OK"}) {
-    if (counts[word] == 0) continue;
-    text += fmt::format("{}{} {}", before, counts[word], word);
-    before = ", ";
-  }
+  if (!counts.empty()) text += fmt::format(": {}", fmt::join(counts, ", "));
   return text + "\n";
 }
 
@@ -39,7 +32,8 @@ std::string CellsTable(const std::vector<RankedCell>& ranked, double now_utc) {
         cell.received_utc ? AgeText(now_utc - *cell.received_utc) : std::string("never");
     std::string head =
         fmt::format("{} {:<10} {} {}", WordOf(one).glyph, WordOf(one).word,
-                    Padded(cell.line + "/" + cell.name, kCellColumns), Padded(last, kAgeColumns));
+                    Padded(cell.line + "/" + ShownName(cell.node, cell.name), kCellColumns),
+                    Padded(last, kAgeColumns));
     if (one.findings.empty()) {
       head.erase(head.find_last_not_of(' ') + 1);
       text += head + "\n";
@@ -82,7 +76,7 @@ std::string MissingText(const PlantState& plant) {
       missing, missing - unexplained, unexplained);
   if (refused > 0)
     text += fmt::format("refused      {} messages of cells that send too many\n", refused);
-  const JobCounts& jobs = plant.jobs;
+  const JobCounts jobs = plant.jobs.value_or(JobCounts{});
   if (jobs.waiting + jobs.running + jobs.failed > 0) {
     text += fmt::format("jobs         {} waiting, {} running, {} failed within a day\n",
                         jobs.waiting, jobs.running, jobs.failed);
@@ -133,8 +127,9 @@ std::string StatusText(const PlantState& plant) {
   std::string text = CountsText(ranked);
   for (const Finding& finding : FindingsOf(plant)) text += fmt::format("▲ {}\n", finding.text);
   text += CellsTable(ranked, plant.now_utc) + MissingText(plant);
-  if (!plant.dead_letters.empty()) text += "\nunreadable messages of the last seven days\n";
-  for (const CountedReason& letters : plant.dead_letters) {
+  const auto dead_letters = plant.dead_letters.value_or(std::vector<CountedReason>{});
+  if (!dead_letters.empty()) text += "\nunreadable messages of the last seven days\n";
+  for (const CountedReason& letters : dead_letters) {
     text += fmt::format("{:>9}  {}, for example {}\n", letters.messages, letters.reason,
                         letters.example);
   }
@@ -147,7 +142,7 @@ std::string StatusText(const PlantState& plant) {
   if (!refused.empty()) text += "\nrefused messages by cell\n";
   for (std::size_t k = 0; k < std::min(refused.size(), kMostListed); ++k) {
     text += fmt::format("{:>9}  {}/{}: {}\n", refused[k]->refused, refused[k]->line,
-                        refused[k]->name, refused[k]->refused_reason);
+                        ShownName(refused[k]->node, refused[k]->name), refused[k]->refused_reason);
   }
   return text;
 }
@@ -157,19 +152,20 @@ std::string StatusJson(const PlantState& plant) {
                {"time", text::TextFromUtc(plant.now_utc)},
                {"needs_person", NeedsPerson(plant)},
                {"findings", FindingsJson(FindingsOf(plant))},
-               {"cells", Json::array()},
-               {"unreadable", Json::array()},
-               {"jobs",
-                {{"waiting", plant.jobs.waiting},
-                 {"running", plant.jobs.running},
-                 {"failed", plant.jobs.failed}}}};
+               {"cells", Json::array()}};
   const std::vector<RankedCell> ranked = RankedCells(plant.cells, plant.now_utc);
   for (const RankedCell& one : ranked) json["cells"].push_back(CellJson(one));
-  for (const CountedReason& letters : plant.dead_letters) {
+  if (plant.dead_letters) json["unreadable"] = Json::array();
+  for (const CountedReason& letters : plant.dead_letters.value_or(std::vector<CountedReason>{})) {
     json["unreadable"].push_back({{"reason", letters.reason},
                                   {"messages", letters.messages},
                                   {"newest", text::TextFromUtc(letters.newest_utc)},
                                   {"example", letters.example}});
+  }
+  if (plant.jobs) {
+    json["jobs"] = {{"waiting", plant.jobs->waiting},
+                    {"running", plant.jobs->running},
+                    {"failed", plant.jobs->failed}};
   }
   return text::JsonText(json, 1) + "\n";
 }

@@ -11,6 +11,7 @@ namespace plumbline::plant {
 std::string StatusText(const PlantState& plant);
 
 /// Names and types are stable within "schema" 1: later versions add names.
+/// What was not read is not in it.
 std::string StatusJson(const PlantState& plant);
 
 /// Whether something in the plant needs a person: exit code 1 of the command.

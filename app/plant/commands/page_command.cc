@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <iostream>
 
 #include "app/base/service/service_manager.h"
@@ -44,11 +47,12 @@ int ServePage(const PageCommandOptions& options) {
   }
   if (!page.port) page.port = kPlantPagePort;
   const auto log = [](const std::string& line) { std::cerr << line + "\n"; };
-  auto started =
-      PlantPage::Start({page, config->database.connection, log}, manager.TakeSocket("http"));
+  bool faulty = false;
+  auto started = PlantPage::Start({page, config->database.connection, log},
+                                  manager.TakeSocket("http"), &faulty);
   if (!started) {
     std::cerr << fmt::format("the page is not served: {}\n", started.error());
-    return kExitUsage;
+    return faulty ? kExitFault : kExitUsage;  // its unit is not restarted after a fault
   }
   const os::TcpEndpoint at = (*started)->at();
   if (!options.port_file.empty()) {
@@ -61,7 +65,13 @@ int ServePage(const PageCommandOptions& options) {
   log(serving);
   manager.Ready(serving);
   pollfd waiting{signals.get(), POLLIN, 0};
-  while (poll(&waiting, 1, -1) <= 0) continue;
+  // A terminal that closes sends SIGHUP; there is nothing to reload.
+  for (signalfd_siginfo info{};;) {
+    if (poll(&waiting, 1, -1) > 0 && read(signals.get(), &info, sizeof info) == sizeof info &&
+        info.ssi_signo != SIGHUP) {
+      break;
+    }
+  }
   manager.Stopping();
   return kExitOk;
 }
@@ -83,8 +93,9 @@ void AddPageCommand(CLI::App& app, int& exit_code) {
       "page does. The page changes nothing. Needs the role plumbline_reader.\n\n"
       "Example:\n"
       "  plumbline plant page --database \"host=db1 dbname=plumbline user=reader\"\n\n"
-      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration; 2 wrong "
-      "arguments, or the page cannot be served.");
+      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration, as an exposed "
+      "address without a token; 2 wrong arguments, or the page cannot be served. SIGHUP is "
+      "ignored.");
   command->callback([options, &exit_code] { exit_code = ServePage(*options); });
 }
 

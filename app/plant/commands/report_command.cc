@@ -71,7 +71,7 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
       "few days are counted, not judged. Needs the role plumbline_reader.\n\n"
       "Example: which arms drift since the shutdown?\n"
       "  plumbline plant report --since 2026-11-01\n\n"
-      "Exit codes: 0 reported; 1 the database cannot be read; 2 wrong arguments, or the file "
+      "Exit codes: 0 reported; 1 the database does not answer; 2 wrong arguments, or the file "
       "cannot "
       "be written.");
   command->callback([options, &exit_code] { exit_code = Report(*options); });

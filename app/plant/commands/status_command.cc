@@ -44,8 +44,8 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
       "Cells that need a person come first. Needs the role plumbline_reader.\n\n"
       "Example:\n"
       "  plumbline plant status --database \"host=db1 dbname=plumbline user=reader\"\n\n"
-      "Exit codes: 0 nothing needs a person; 1 something does, or the database cannot be\n"
-      "read; 2 wrong arguments.");
+      "Exit codes: 0 nothing needs a person; 1 something does, or the database does\n"
+      "not answer; 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Status(*options); });
 }
 

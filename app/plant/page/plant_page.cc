@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "app/base/http/http_files.h"
+#include "app/plant/answers/state_words.h"
 #include "app/plant/page/plant_page_files.h"
 #include "drivers/clock.h"
 
@@ -43,13 +44,16 @@ PlantPage::PlantPage(PlantPageOptions options)
       feed_(std::move(options.database), options.log) {}
 
 Result<std::unique_ptr<PlantPage>> PlantPage::Start(PlantPageOptions options,
-                                                    os::Descriptor listener) {
+                                                    os::Descriptor listener, bool* faulty) {
   auto opened = listener
                     ? Result(os::TcpListener(std::move(listener)))
                     : os::TcpListener::Open(options.page.listen, options.page.port.value_or(0));
   if (!opened) return opened.failure();
   const os::TcpEndpoint at = opened.value().endpoint();
-  if (const auto why = http::WhyExposed(at, options.page.token)) return Error{*why};
+  if (const auto why = http::WhyExposed(at, options.page.token)) {
+    if (faulty != nullptr) *faulty = true;
+    return Error{*why};
+  }
   std::unique_ptr<PlantPage> page(new PlantPage(std::move(options)));
   page->at_ = at;
   page->access_.SetPort(at.port);
@@ -99,9 +103,7 @@ void PlantPage::Answer(const http::HttpRequest& request, http::HttpResponse& res
 
 void PlantPage::AnswerWall(const http::HttpRequest& request, http::HttpResponse& response) const {
   WallSelection selection;
-  for (const char c : request.Parameter("q").value_or("").substr(0, kMaxWords)) {
-    selection.words += c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  }
+  selection.words = LowerCase(request.Parameter("q").value_or("").substr(0, kMaxWords));
   selection.state = request.Parameter("state").value_or("");
   selection.by_line = request.Parameter("lines").has_value();
   const auto newest = feed_.Await(0, 1);  // only the first viewer after the start waits

@@ -30,8 +30,10 @@ class PlantPage {
 
   /// @param listener  socket from the service manager; invalid: the page opens its own
   /// @return          the page, or why it cannot be served, with a remedy
+  /// @param faulty    set to true if only another configuration helps
   static Result<std::unique_ptr<PlantPage>> Start(PlantPageOptions options,
-                                                  os::Descriptor listener = {});
+                                                  os::Descriptor listener = {},
+                                                  bool* faulty = nullptr);
 
   const os::TcpEndpoint& at() const { return at_; }
   /// Fills in the response to one request; called by the server's threads.

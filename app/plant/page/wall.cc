@@ -19,16 +19,11 @@ using http::EscapedHtml;
 
 constexpr std::size_t kMostReasons = 3;
 
-std::string LowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return text;
-}
-
 std::string CardHtml(const RankedCell& one, const WallCard& card) {
   const CellState& cell = *one.cell;
   const StateWord word = WordOf(one);
-  const std::string name = EscapedHtml(cell.name), page = http::WebAddress(cell.page);
+  const std::string name = EscapedHtml(ShownName(cell.node, cell.name));
+  const std::string page = http::WebAddress(cell.page);
   const std::string link = page.empty()
                                ? name
                                : fmt::format("<a href=\"{}\" rel=\"noopener noreferrer\">{}</a>",
@@ -60,26 +55,20 @@ WallCard CardOf(const RankedCell& one) {
   std::string words = fmt::format("{} {} {} {} {}", cell.line, cell.name, cell.node, cell.arm_model,
                                   cell.arm_series);
   for (const Finding& finding : one.findings) words += " " + finding.text;
-  card.words = LowerCase(std::move(words));
+  card.words = LowerCase(words);
   card.html = CardHtml(one, card);
   return card;
 }
 
 WallStrip StripOf(const std::vector<RankedCell>& ranked, const PlantState& plant) {
-  std::map<std::string, int> counts;
-  int need = 0;
-  for (const RankedCell& one : ranked) {
-    ++counts[WordOf(one).word];
-    need += NeedsPerson(one.findings);
-  }
+  const auto need = std::count_if(ranked.begin(), ranked.end(),
+                                  [](const RankedCell& one) { return NeedsPerson(one.findings); });
   WallStrip strip;
   strip.headline = need == 0   ? "No cell needs a person"
                    : need == 1 ? "1 cell needs a person"
                                : fmt::format("{} cells need a person", need);
   strip.reason = fmt::format("{} cells", ranked.size());
-  for (const char* const word : {"ALARM", "ATTENTION", "NO DATA", "NOTE", "OK"}) {
-    if (counts[word] > 0) strip.reason += fmt::format(" · {} {}", counts[word], word);
-  }
+  for (const std::string& count : CountsByWord(ranked)) strip.reason += " · " + count;
   Urgency worst = ranked.empty() ? Urgency::kNone : UrgencyOf(ranked.front().findings);
   for (const Finding& finding : FindingsOf(plant)) {
     worst = std::max(worst, finding.urgency);

@@ -29,6 +29,8 @@ TEST_CASE("the wall is complete at once, follows the database, and survives its 
   CHECK(scene.Get("/nothing").status == 404);
   const auto status = text::JsonOrNull(scene.Get("/status.json").body);
   CHECK(status.at("cells").size() == 60);
+  CHECK_FALSE(status.contains("jobs"));  // not read, so not stated
+  CHECK_FALSE(status.contains("unreadable"));
 
   PageConnection stream(scene.page->at().port);
   stream.Send("GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n");

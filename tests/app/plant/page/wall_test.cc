@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/base/http/html_text.h"
+#include "app/plant/answers/state_words.h"
 
 namespace plumbline::wall_test {
 
@@ -119,6 +120,14 @@ TEST_CASE("nothing that a cell sends becomes markup or an address that a browser
   cell.page = "HTTPS://cell-7.plant/?a=b&c";
   CHECK_THAT(WallFrom({cell}, kNow_utc, {}).cards[0].html,
              Contains("<a href=\"HTTPS://cell-7.plant/?a=b&amp;c\" rel=\"noopener noreferrer\">"));
+}
+
+TEST_CASE("a cell that takes another's name is shown by its node") {
+  CellState liar = Cell(9);
+  liar.name = "cell 1";
+  CHECK_THAT(WallFrom({Cell(1), liar}, kNow_utc, {}).cards[1].html, Contains("> cell 9 (cell 1)<"));
+  CHECK(ShownName("cell-7", "Cell 7") == "Cell 7");
+  CHECK(ShownName("a7", "Press 3 (a8)") == "a7 (Press 3 (a8))");
 }
 
 TEST_CASE("the wall is searched, filtered and grouped without a script") {
