@@ -41,18 +41,18 @@ struct DaySums {
 inline constexpr int kMinDayProbes = 5;
 
 struct ReportedCell {
-  std::string line, name, arm_model, arm_series;
+  std::string line, node, name, arm_model, arm_series;
   std::optional<double> age_years;  ///< since it was installed
   int model = 0, proposed_model = 0;
   std::vector<DaySums> days;  ///< in order
 };
 
 struct StaleLens {
-  std::string line, name, camera, reason;
+  std::string line, node, name, camera, reason;
   double since_utc = 0;
 };
 struct DiagnosisAnswer {
-  std::string line, name, summary;
+  std::string line, node, name, summary;
   double utc = 0;
 };
 
@@ -72,6 +72,7 @@ Result<ReportData> ReadReportData(Connection& connection, int days, std::optiona
 struct CellLevel {
   const ReportedCell* cell;
   Interval level_mm;
+  double autocorrelation = 0;  ///< of neighbouring days, as the tests assume it
   double max_mm = 0;
   std::int64_t probes = 0, wild = 0;
 };
@@ -79,7 +80,7 @@ struct CellLevel {
 /// The smallest p of four series (size and the three components), times four, and Holm's adjustment
 /// over all cells tested.
 struct CellDrift {
-  const ReportedCell* cell;
+  const ReportedCell* cell = nullptr;
   Trend size_mm;        ///< of the mean size, per day
   double moves_mm = 0;  ///< slope of the mean residual vector, per day
   double p_adjusted = 1;
@@ -109,6 +110,10 @@ struct PlantReport {
   std::vector<CellLevel> levels;  ///< worst first
   std::vector<CellDrift> drifts;  ///< of all cells tested, by adjusted p
   int too_few_days = 0;           ///< cells that could not be tested
+  int never_significant = 0;      ///< tested cells whose days cannot reach the adjusted p
+  /// Slope of the size per day from which half of the other cells would be listed every second
+  /// time; nullopt without such cells.
+  std::optional<double> detectable_mm;
   std::vector<GroupAnswer> drift_groups;
   std::vector<CellShift> shifts;  ///< with --since, by adjusted p
   int too_few_shift_days = 0;

@@ -11,7 +11,7 @@ constexpr const char* kToday = "SELECT current_date - date '1970-01-01'";
 
 // Text of `state` is cut to what a version number needs: see kCells of plant_status.cc.
 constexpr const char* kReportedCells = R"sql(
-SELECT cell, line, coalesce(nullif(name, ''), node), arm_model, arm_series,
+SELECT cell, line, node, coalesce(nullif(name, ''), node), arm_model, arm_series,
        (current_date - installed) / 365.25, coalesce(model, 0),
        CASE WHEN state->>'proposed_model' ~ '^[0-9]{1,9}$' THEN state->>'proposed_model' ELSE '0' END
 FROM cell ORDER BY line, node)sql";
@@ -23,12 +23,12 @@ FROM cell_day WHERE day BETWEEN date '1970-01-01' + $1::int AND date '1970-01-01
 ORDER BY cell, day, model)sql";
 
 constexpr const char* kStaleLenses = R"sql(
-SELECT line, coalesce(nullif(name, ''), node), left(camera, 100), left(reason, 200),
+SELECT line, node, coalesce(nullif(name, ''), node), left(camera, 100), left(reason, 200),
        extract(epoch FROM utc)
 FROM camera_now JOIN cell USING (cell) WHERE lens = 'stale' ORDER BY utc)sql";
 
 constexpr const char* kDiagnoses = R"sql(
-SELECT DISTINCT ON (cell.cell) line, coalesce(nullif(cell.name, ''), node),
+SELECT DISTINCT ON (cell.cell) line, node, coalesce(nullif(cell.name, ''), node),
        left(concat_ws(': ', output->>'verdict', output->>'refused', (
          SELECT string_agg(effect->>'id', ', ') FROM jsonb_array_elements(
            CASE jsonb_typeof(output->'effects') WHEN 'array' THEN output->'effects' ELSE '[]' END)
@@ -40,12 +40,13 @@ ORDER BY cell.cell, utc DESC)sql";
 ReportedCell ReportedCellAt(const Rows& rows, int k) {
   ReportedCell cell;
   cell.line = rows.Text(k, 1);
-  cell.name = rows.Text(k, 2);
-  cell.arm_model = rows.TextOrNull(k, 3).value_or("");
-  cell.arm_series = rows.TextOrNull(k, 4).value_or("");
-  cell.age_years = rows.NumberOrNull(k, 5);
-  cell.model = static_cast<int>(rows.Integer(k, 6));
-  cell.proposed_model = static_cast<int>(rows.Integer(k, 7));
+  cell.node = rows.Text(k, 2);
+  cell.name = rows.Text(k, 3);
+  cell.arm_model = rows.TextOrNull(k, 4).value_or("");
+  cell.arm_series = rows.TextOrNull(k, 5).value_or("");
+  cell.age_years = rows.NumberOrNull(k, 6);
+  cell.model = static_cast<int>(rows.Integer(k, 7));
+  cell.proposed_model = static_cast<int>(rows.Integer(k, 8));
   return cell;
 }
 
@@ -92,14 +93,15 @@ Result<ReportData> ReadReportData(Connection& connection, int days, std::optiona
   for (int k = 0; k < lenses->size(); ++k) {
     data.lenses.push_back({std::string(lenses->Text(k, 0)), std::string(lenses->Text(k, 1)),
                            std::string(lenses->Text(k, 2)), std::string(lenses->Text(k, 3)),
-                           lenses->Number(k, 4)});
+                           std::string(lenses->Text(k, 4)), lenses->Number(k, 5)});
   }
   const auto diagnoses = connection.Run(kDiagnoses);
   if (!diagnoses) return diagnoses.failure();
   for (int k = 0; k < diagnoses->size(); ++k) {
     data.diagnoses.push_back({std::string(diagnoses->Text(k, 0)),
                               std::string(diagnoses->Text(k, 1)),
-                              std::string(diagnoses->Text(k, 2)), diagnoses->Number(k, 3)});
+                              std::string(diagnoses->Text(k, 2)),
+                              std::string(diagnoses->Text(k, 3)), diagnoses->Number(k, 4)});
   }
   return data;
 }

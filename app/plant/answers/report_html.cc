@@ -48,7 +48,7 @@ std::string TableHtml(const ReportTable& table) {
 
 /// Every tested cell's slope with its interval, in order of the slope.
 std::string SlopesPlot(const PlantReport& report) {
-  constexpr double kWidth = 960, kHeight = 240, kLeft = 60, kBottom = 20, kMonth_days = 30;
+  constexpr double kWidth = 960, kHeight = 240, kLeft = 60, kBottom = 20;
   std::vector<const CellDrift*> drifts;
   double low = 0, high = 0;
   for (const CellDrift& drift : report.drifts) {
@@ -79,9 +79,8 @@ std::string SlopesPlot(const PlantReport& report) {
     svg += fmt::format(
         "<g><title>{}</title><line class=\"{}bar\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" "
         "y2=\"{:.1f}\"/><circle class=\"{}dot\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.5\"/></g>",
-        EscapedHtml(drifts[k]->cell->line + "/" + drifts[k]->cell->name), mark, x, x,
-        y(kMonth_days * slope.low), y(kMonth_days * slope.high), mark, x,
-        y(kMonth_days * slope.value));
+        EscapedHtml(NameOf(*drifts[k]->cell)), mark, x, x, y(kMonth_days * slope.low),
+        y(kMonth_days * slope.high), mark, x, y(kMonth_days * slope.value));
   }
   return svg +
          "</svg>\n<p>Each cell's slope of the mean residual [mm in 30 days] with its 95 % "
@@ -100,13 +99,9 @@ std::string ReportHtml(const ReportData& data, const PlantReport& report) {
       "'unsafe-inline'\">\n<title>Plumbline: report of the plant</title>\n<style>{}</style>\n"
       "</head>\n<body>\n<h1>Report of the plant</h1>\n<p>{}</p>\n",
       kReportStyle, EscapedHtml(ReportHeading(data, report)));
-  bool plotted = false;
   for (const ReportTable& table : TablesOf(data, report)) {
     html += TableHtml(table);
-    if (!plotted && table.title == "Cells that drift") {
-      html += SlopesPlot(report);
-      plotted = true;
-    }
+    if (table.with_slopes) html += SlopesPlot(report);
   }
   return html + "</body>\n</html>\n";
 }

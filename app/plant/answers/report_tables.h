@@ -13,7 +13,14 @@ struct ReportTable {
   std::string note;  ///< sentences: what it is based on, and what it does not say
   std::vector<std::string> heads;
   std::vector<std::vector<std::string>> rows;
+  bool with_slopes = false;  ///< a plot of all slopes belongs to it
 };
+
+/// Period of which slopes are shown.
+inline constexpr double kMonth_days = 30;
+
+/// "line/cell", as ShownName() has it.
+std::string NameOf(const ReportedCell& cell);
 
 /// "2026-11-30" of a day since 1970.
 std::string DateText(int day);

@@ -43,7 +43,8 @@ Json IntervalJson(const Interval& interval) {
 }
 
 Json NamesJson(const ReportedCell& cell) {
-  return {{"line", cell.line}, {"name", cell.name}, {"arm_model", cell.arm_model}};
+  return {
+      {"line", cell.line}, {"node", cell.node}, {"name", cell.name}, {"arm_model", cell.arm_model}};
 }
 
 Json GroupsJson(const std::vector<GroupAnswer>& groups) {
@@ -74,6 +75,9 @@ std::string ReportJson(const ReportData& data, const PlantReport& report) {
                {"levels", Json::array()},
                {"drifts", Json::array()},
                {"not_tested_for_drift", report.too_few_days},
+               {"never_significant", report.never_significant},
+               {"detectable_mm_per_day",
+                report.detectable_mm ? text::NumberJson(*report.detectable_mm) : Json(nullptr)},
                {"drift_groups", GroupsJson(report.drift_groups)},
                {"shifts", Json::array()},
                {"not_tested_for_shift", report.too_few_shift_days},
@@ -85,6 +89,7 @@ std::string ReportJson(const ReportData& data, const PlantReport& report) {
   for (const CellLevel& level : report.levels) {
     Json one = NamesJson(*level.cell);
     one["level_mm"] = IntervalJson(level.level_mm);
+    one["autocorrelation"] = level.autocorrelation;
     one["max_mm"] = text::NumberJson(level.max_mm);
     one["probes"] = level.probes;
     one["wild"] = level.wild;
@@ -121,13 +126,16 @@ std::string ReportJson(const ReportData& data, const PlantReport& report) {
   }
   for (const StaleLens& lens : data.lenses) {
     json["stale_lenses"].push_back({{"line", lens.line},
+                                    {"node", lens.node},
                                     {"name", lens.name},
                                     {"camera", lens.camera},
                                     {"reason", lens.reason}});
   }
   for (const DiagnosisAnswer& answer : data.diagnoses) {
-    json["diagnoses"].push_back(
-        {{"line", answer.line}, {"name", answer.name}, {"summary", answer.summary}});
+    json["diagnoses"].push_back({{"line", answer.line},
+                                 {"node", answer.node},
+                                 {"name", answer.name},
+                                 {"summary", answer.summary}});
   }
   return text::JsonText(json, 1) + "\n";
 }

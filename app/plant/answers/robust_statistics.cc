@@ -11,8 +11,6 @@
 namespace plumbline::plant {
 namespace {
 
-constexpr double kMostAutocorrelation = 0.9;
-
 /// z with P(|normal| <= z) = confidence.
 double NormalFactor(double confidence) {
   return statistics::StudentCoverageFactor(confidence, std::numeric_limits<double>::infinity());
@@ -39,20 +37,34 @@ double OverTies(std::vector<double> values, F f) {
   return sum;
 }
 
-/// Factor by which the variance of a rank statistic grows because neighbours resemble each other.
-double Inflation(double products, double squares) {
-  if (squares <= 0) return 1;
-  const double r = std::clamp(products / squares, 0.0, kMostAutocorrelation);
-  return (1 + r) / (1 - r);
+/// Days of the same group, in order; groups of one day say nothing.
+std::map<int, std::vector<DayValue>> GroupsOf(std::span<const DayValue> values) {
+  std::map<int, std::vector<DayValue>> groups;
+  for (const DayValue& value : values) groups[value.group].push_back(value);
+  std::erase_if(groups, [](const auto& group) { return group.second.size() < 2; });
+  return groups;
 }
 
-/// Adds lag-1 products and squares of one series about its median.
-void AddAutocorrelation(std::span<const double> values, double& products, double& squares) {
-  const double middle = Median({values.begin(), values.end()});
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    squares += (values[k] - middle) * (values[k] - middle);
-    if (k > 0) products += (values[k] - middle) * (values[k - 1] - middle);
+void AddSlopes(const std::vector<DayValue>& days, std::vector<double>& slopes) {
+  for (std::size_t i = 0; i < days.size(); ++i) {
+    for (std::size_t k = i + 1; k < days.size(); ++k) {
+      const double apart = days[k].day - days[i].day;
+      if (apart > 0) slopes.push_back((days[k].value - days[i].value) / apart);
+    }
   }
+}
+
+/// Values of the same level and trend that are independent of each other.
+std::vector<DayValue> Whitened(std::span<const DayValue> days, double autocorrelation) {
+  if (autocorrelation <= 0) return {days.begin(), days.end()};
+  std::vector<DayValue> white;
+  for (std::size_t k = 1; k < days.size(); ++k) {
+    const DayValue &before = days[k - 1], &day = days[k];
+    const double r = std::pow(autocorrelation, std::max(1.0, day.day - before.day));
+    white.push_back({(day.day - r * before.day) / (1 - r), (day.value - r * before.value) / (1 - r),
+                     day.group});
+  }
+  return white;
 }
 
 /// The value at a place of the sorted values; the first or the last if it lies outside. Selects in
@@ -76,70 +88,105 @@ Interval IntervalAbout(std::vector<double> all, double half) {
 
 }  // namespace
 
-std::optional<Trend> TrendOf(std::span<const DayValue> values, double confidence) {
-  std::map<int, std::vector<DayValue>> groups;
-  for (const DayValue& value : values) groups[value.group].push_back(value);
-  std::erase_if(groups, [](const auto& group) { return group.second.size() < 2; });
+std::optional<double> AutocorrelationOf(std::span<const DayValue> values) {
+  const auto groups = GroupsOf(values);
+  std::vector<double> slopes;
+  for (const auto& [group, days] : groups) AddSlopes(days, slopes);
+  if (slopes.empty()) return std::nullopt;
+  const double slope = Median(slopes);
+  double products = 0, squares = 0, pairs = 0, apart = 0, count = 0;
+  for (const auto& [group, days] : groups) {
+    double mean = 0;
+    for (const DayValue& day : days) mean += day.value - slope * day.day;
+    mean /= static_cast<double>(days.size());
+    double before = 0;
+    for (std::size_t k = 0; k < days.size(); ++k) {
+      const double left = days[k].value - slope * days[k].day - mean;
+      squares += left * left;
+      ++count;
+      if (k > 0) {
+        products += left * before;
+        apart += days[k].day - days[k - 1].day;
+        ++pairs;
+      }
+      before = left;
+    }
+  }
+  // The mean of each group and the slope take (1 + 3 r) and (1 + r) of n days off the estimate.
+  const auto means = static_cast<double>(groups.size());
+  const double least = 3 * means + 1;
+  if (count < 2 * least || squares <= 0 || apart <= 0) return std::nullopt;
+  const double plain = products / pairs / (squares / count);
+  const double r = (plain + (means + 1) / count) / (1 - least / count);
+  const double by_day = r > 0 ? std::pow(r, pairs / apart) : 0;
+  return std::min(by_day, kMostAutocorrelation);
+}
+
+std::optional<Trend> TrendOf(std::span<const DayValue> values, double autocorrelation,
+                             double confidence) {
   std::size_t longest = 0;
   Trend trend;
   std::vector<double> slopes;
-  double sum = 0, variance = 0;
-  for (const auto& [group, days] : groups) {
+  double sum = 0, most = 0, variance = 0;
+  for (const auto& [group, days] : GroupsOf(values)) {
     longest = std::max(longest, days.size());
     trend.days += static_cast<int>(days.size());
-    for (std::size_t i = 0; i < days.size(); ++i) {
-      for (std::size_t k = i + 1; k < days.size(); ++k) {
-        const double rise = days[k].value - days[i].value;
-        if (days[k].day > days[i].day) slopes.push_back(rise / (days[k].day - days[i].day));
-        sum += (rise > 0) - (rise < 0);
+    const std::vector<DayValue> white = Whitened(days, autocorrelation);
+    AddSlopes(white, slopes);
+    std::vector<double> plain;
+    for (std::size_t k = 0; k < white.size(); ++k) {
+      for (const double before : plain) {
+        sum += (white[k].value > before) - (white[k].value < before);
       }
+      most += static_cast<double>(k);
+      plain.push_back(white[k].value);
     }
     const auto term = [](double n) { return n * (n - 1) * (2 * n + 5) / 18; };
-    std::vector<double> plain;
-    for (const DayValue& day : days) plain.push_back(day.value);
-    variance += term(static_cast<double>(days.size())) - OverTies(plain, term);
+    variance += term(static_cast<double>(white.size())) - OverTies(plain, term);
   }
   if (longest < kMinTrendDays || slopes.empty()) return std::nullopt;
-  const double slope = Median(slopes);
-  double products = 0, squares = 0;
-  for (const auto& [group, days] : groups) {
-    std::vector<double> left;
-    for (const DayValue& day : days) left.push_back(day.value - slope * day.day);
-    AddAutocorrelation(left, products, squares);
+  const double deviation = std::sqrt(variance);
+  if (deviation > 0) {
+    trend.p = TwoSided(std::max(0.0, std::abs(sum) - 1) / deviation);
+    trend.least_p = TwoSided((most - 1) / deviation);
   }
-  const double deviation = std::sqrt(variance * Inflation(products, squares));
-  if (deviation > 0) trend.p = TwoSided(std::max(0.0, std::abs(sum) - 1) / deviation);
   trend.slope = IntervalAbout(std::move(slopes), NormalFactor(confidence) * deviation);
   return trend;
 }
 
-std::optional<Shift> ShiftBetween(std::span<const double> before, std::span<const double> after,
-                                  double confidence) {
-  const auto m = static_cast<double>(before.size()), n = static_cast<double>(after.size());
-  if (std::min(m, n) < kMinShiftDays) return std::nullopt;
+std::optional<Shift> ShiftBetween(std::span<const DayValue> before, std::span<const DayValue> after,
+                                  double autocorrelation, double confidence) {
+  if (std::min(before.size(), after.size()) < kMinShiftDays) return std::nullopt;
   Shift shift{static_cast<int>(before.size()), static_cast<int>(after.size()), {}, 1};
-  std::vector<double> differences;
+  const std::vector<DayValue> sides[] = {Whitened(before, autocorrelation),
+                                         Whitened(after, autocorrelation)};
+  const auto m = static_cast<double>(sides[0].size()), n = static_cast<double>(sides[1].size());
+  std::vector<double> differences, all;
   double above = 0;  // pairs in which `after` is larger
-  for (const double b : before) {
-    for (const double a : after) {
-      differences.push_back(a - b);
-      above += a > b ? 1 : a == b ? 0.5 : 0;
+  for (const DayValue& b : sides[0]) {
+    for (const DayValue& a : sides[1]) {
+      differences.push_back(a.value - b.value);
+      above += a.value > b.value ? 1 : a.value == b.value ? 0.5 : 0;
     }
   }
-  std::vector<double> all(before.begin(), before.end());
-  all.insert(all.end(), after.begin(), after.end());
+  for (const auto& side : sides) {
+    for (const DayValue& day : side) all.push_back(day.value);
+  }
   const double ties = OverTies(all, [](double t) { return t * t * t - t; });
-  double products = 0, squares = 0;
-  AddAutocorrelation(before, products, squares);
-  AddAutocorrelation(after, products, squares);
-  const double variance =
-      m * n / 12 * (m + n + 1 - ties / ((m + n) * (m + n - 1))) * Inflation(products, squares);
+  const double variance = m * n / 12 * (m + n + 1 - ties / ((m + n) * (m + n - 1)));
   if (variance > 0) {
     const double off = std::max(0.0, std::abs(above - m * n / 2) - 0.5);
     shift.p = TwoSided(off / std::sqrt(variance));
   }
-  shift.difference =
-      IntervalAbout(std::move(differences), 2 * NormalFactor(confidence) * std::sqrt(variance));
+  const double half = 2 * NormalFactor(confidence) * std::sqrt(variance);
+  shift.difference = IntervalAbout(std::move(differences), half);
+  // Beyond the least and the largest difference, whose exact confidence is known.
+  const double separate =
+      2 * std::exp(std::lgamma(m + 1) + std::lgamma(n + 1) - std::lgamma(m + n + 1));
+  if (half > m * n - 2 && separate > 1 - confidence) {
+    shift.difference.low = -std::numeric_limits<double>::infinity();
+    shift.difference.high = std::numeric_limits<double>::infinity();
+  }
   return shift;
 }
 
