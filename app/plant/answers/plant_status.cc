@@ -24,20 +24,24 @@ SELECT c.cell, c.line, c.node, coalesce(nullif(c.name, ''), c.node), c.arm_model
        coalesce(c.model, 0), left(c.state->>'proposed_model', 20),
        (SELECT left(camera || ': ' || reason, 200) FROM camera_now l
          WHERE l.cell = c.cell AND l.lens = 'stale' ORDER BY camera LIMIT 1),
-       coalesce(g.missing, 0), coalesce(g.unexplained, 0),
+       coalesce(least(g.missing, 1e15)::bigint, 0),
+       -- What was refused is missing, too, and known.
+       coalesce(least(greatest(g.unexplained - c.limited, 0), 1e15)::bigint, 0),
        c.limited, left(c.limited_reason, 200), extract(epoch FROM c.limited_last),
        extract(epoch FROM now()), coalesce(c.waiting, 0)
 FROM cell c LEFT JOIN (
-  SELECT cell, sum(missing) AS missing, sum(greatest(0, settled - dropped)) AS unexplained
-  FROM (SELECT cell, stream, sum(last_seq - first_seq + 1) AS missing,
-               coalesce(sum(last_seq - first_seq + 1)
-                          FILTER (WHERE noticed < now() - interval '10 minutes'), 0) AS settled
-        FROM gap GROUP BY 1, 2) lost
-  JOIN stream USING (cell, stream) GROUP BY cell) g USING (cell)
+  SELECT cell, sum(coalesce(missing, 0) + given_up) AS missing,
+         sum(greatest(0, coalesce(settled, 0) + given_up - dropped)) AS unexplained
+  FROM stream LEFT JOIN (
+    SELECT cell, stream, sum(last_seq - first_seq + 1) AS missing,
+           sum(last_seq - first_seq + 1)
+             FILTER (WHERE noticed < now() - interval '10 minutes') AS settled
+    FROM gap GROUP BY 1, 2) lost USING (cell, stream)
+  GROUP BY cell) g USING (cell)
 ORDER BY c.line, c.node)sql";
 
 constexpr const char* kDeadLetters = R"sql(
-SELECT left(reason, 200), count(*), extract(epoch FROM max(received)), left(max(topic), 200)
+SELECT left(reason, 200), sum(messages)::bigint, extract(epoch FROM max(hour)), left(max(topic), 200)
 FROM dead_letter WHERE received > now() - interval '7 days'
 GROUP BY 1 ORDER BY 2 DESC, 1 LIMIT 10)sql";
 

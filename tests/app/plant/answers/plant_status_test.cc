@@ -73,8 +73,8 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   run("UPDATE cell SET limited = 12, limited_reason = 'too many', limited_last = now() "
       "WHERE cell = 11");
   run("UPDATE cell SET state_utc = now() - interval '1 hour', waiting = 4321 WHERE cell = 12");
-  run("INSERT INTO dead_letter (topic, reason, bytes, payload) "
-      "SELECT 'plumblineV1/x', 'is not JSON', 3, 'abc' FROM generate_series(1, 7)");
+  run("INSERT INTO dead_letter (topic, reason, messages, bytes, payload) "
+      "VALUES ('plumblineV1/x', 'is not JSON', 7, 3, 'abc')");
   run("INSERT INTO job (kind, key, finished, failed) VALUES ('diagnose', '1', now(), 'x')");
   plant = StateOf(owner);
   const std::string text = StatusText(plant);
