@@ -71,13 +71,16 @@ SELECT cell, (utc AT TIME ZONE 'UTC')::date, model,
        count(*) FILTER (WHERE NOT wild AND NOT quarantined), count(*) FILTER (WHERE wild),
        sum(size_mm), sum(size_mm * size_mm), max(size_mm), sum(dx_mm), sum(dy_mm), sum(dz_mm)
 FROM probe GROUP BY 1, 2, 3)sql");
-  Run(owner, "INSERT INTO stream SELECT cell, 1, 1, 1000000, 0, 5 FROM cell");
+  Run(owner,
+      "INSERT INTO stream (cell, stream, first_seq, next_seq, dropped) SELECT cell, 1, 1, 1000000, "
+      "5 "
+      "FROM cell");
   Run(owner,
       "INSERT INTO gap SELECT cell, 1, 100 * k, 100 * k + 4, now() - interval '1 hour' "
       "FROM cell, generate_series(1, 10) k");
   Run(owner,
       "INSERT INTO dead_letter (topic, reason, bytes, payload) "
-      "SELECT 'plumblineV1/x', 'reason ' || k % 20, 100, 'x' FROM generate_series(1, 20000) k");
+      "SELECT 'plumblineV1/' || k, 'reason ' || k % 20, 100, 'x' FROM generate_series(1, 20000) k");
   for (const char* const table : {"cell", "cell_day", "gap", "stream", "dead_letter"}) {
     Run(owner, fmt::format("ANALYZE {}", table));
   }
