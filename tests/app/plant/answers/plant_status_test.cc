@@ -46,8 +46,8 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
     REQUIRE(done);
   };
   // Dropped messages are explained; new gaps may still be filled.
-  run("INSERT INTO stream VALUES (3, 1, 1, 1000, 0, 50), (4, 1, 1, 1000, 0, 20), (5, 1, 1, 9, 0, "
-      "0)");
+  run("INSERT INTO stream (cell, stream, first_seq, next_seq, dropped) VALUES (3, 1, 1, 1000, 50), "
+      "(4, 1, 1, 1000, 20), (5, 1, 1, 9, 0)");
   run("INSERT INTO gap VALUES (3, 1, 100, 149, now() - interval '1 day'), "
       "(4, 1, 100, 149, now() - interval '1 day'), (5, 1, 2, 3, now())");
   auto plant = StateOf(owner);

@@ -25,7 +25,9 @@ void MakeTrouble(PlantPageScene& scene) {
   scene.Run(
       "UPDATE cell SET death = birth, clean_shutdown = cell = 202, "
       "last_received = now() - interval '3 hours' WHERE cell IN (201, 202)");
-  scene.Run("INSERT INTO stream VALUES (60, 1, 1, 1000, 0, 20)");
+  scene.Run(
+      "INSERT INTO stream (cell, stream, first_seq, next_seq, dropped) VALUES (60, 1, 1, 1000, "
+      "20)");
   scene.Run("INSERT INTO gap VALUES (60, 1, 100, 149, now() - interval '1 day')");
   scene.Run(
       "UPDATE cell SET health = 1, state = state || '{\"proposed_model\": 4}' "
