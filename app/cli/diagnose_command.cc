@@ -57,6 +57,7 @@ namespace fs = std::filesystem;
 struct DiagnoseInput {
   std::string cell_text;
   std::string data_sha256;
+  std::vector<std::string> row_sketch;  ///< if --arm-out is given
   model::CellModel cell;
   measure::MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
@@ -133,7 +134,7 @@ Result<void> ReadPrior(const DiagnoseArguments& arguments, DiagnoseInput& input)
   measure::InstalledPrior found =
       measure::FindPrior(arguments.prior, arguments.prior_keys, input.cell);
   if (found.prior) {
-    input.prior = std::move(*found.prior);
+    input.prior = measure::WithoutArmOf(input.measured, std::move(*found.prior));
     input.notes = std::move(found.problems);
   } else if (!found.problems.empty()) {
     Error problems{fmt::format("{}", fmt::join(found.problems, "; "))};
@@ -156,15 +157,32 @@ Result<DiagnoseInput> ReadDiagnoseInput(const DiagnoseArguments& arguments, std:
     return Error{arguments.measured + ": " +
                  files::ReadErrorText(arguments.measured, table_text.error())};
   config::FaultList faults;
-  const auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
+  auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
+  std::string text = *cell_text;
+  if (cell && !cell->effects.empty() && !arguments.arm_out.empty()) {
+    // Arms are compared as declared: the effects of a corrected cell are what is asked for.
+    config::FaultList known;
+    text = measure::WithoutTable(text, "effect");
+    cell = config::CellFromText(text, arguments.cell, known);
+  }
   std::optional<measure::MeasuredTable> measured;
   if (cell) {
     measured = measure::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  DiagnoseInput input{
-      *cell_text, text::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}, {}, {}};
+  DiagnoseInput input{std::move(text),
+                      text::Sha256Hex(*table_text),
+                      {},
+                      *cell,
+                      std::move(*measured),
+                      0,
+                      {},
+                      {},
+                      {},
+                      {}};
+  if (!arguments.arm_out.empty())
+    input.row_sketch = measure::RowSketch(input.measured, input.cell.robot.joints);
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
   const Result<std::vector<measure::Arm>> arms = ReadSiblings(arguments, input, err);
@@ -301,9 +319,9 @@ std::vector<DiagnoseOutput> DiagnoseOutputs(const DiagnoseArguments& arguments,
     }
   }
   if (!arguments.arm_out.empty()) {
-    const Result<measure::ArmSizes> arm =
-        measure::SizesOfArm(arguments.arm_name.empty() ? input.cell.robot.name : arguments.arm_name,
-                            input.data_sha256, input.cell_text, input.cell, diagnosis, origin.date);
+    const Result<measure::ArmSizes> arm = measure::SizesOfArm(
+        arguments.arm_name.empty() ? input.cell.robot.name : arguments.arm_name, input.data_sha256,
+        input.row_sketch, input.cell_text, input.cell, diagnosis, origin.date);
     if (arm) {
       outputs.push_back({"--arm-out", arguments.arm_out, measure::JsonFrom(*arm)});
     } else {
@@ -538,8 +556,10 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
           "--no-prior", [arguments] { arguments->prior.clear(); }, "Use no prior")
       ->excludes(prior);
   command
-      ->add_option("--arm-out", arguments->arm_out,
-                   "Write what `plumbline prior` needs of this arm, a JSON file; no prior is used")
+      ->add_option(
+          "--arm-out", arguments->arm_out,
+          "Write what `plumbline prior` needs of this arm, a JSON file; no prior is used, and "
+          "[[effect]] of\nthe cell file are ignored: the arm is diagnosed as declared")
       ->excludes(prior);
   command->add_option("--arm-name", arguments->arm_name,
                       "Name of the arm in that file (default: [robot] name)");

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -44,15 +45,14 @@ Result<measure::ArmSizes> ReadArmSizes(const std::string& path) {
       [&](const std::string& why) { return path + ": " + why; });
 }
 
-/// The arms of one model, and the sizes that they agree on.
+/// The arms of one model.
 struct Fleet {
   std::vector<measure::ArmSizes> arms;
   std::vector<const measure::ArmSizes*> comparable;  ///< into `arms`
   std::vector<measure::LeftOutArm> left_out;
-  measure::AgreedSizes agreed;
 };
 
-/// Fills in `fleet`; prints every arm that is left out.
+/// Fills in `fleet`, sorted by name; prints every arm that is left out.
 Result<void> ReadFleet(const PriorOptions& options, Fleet& fleet) {
   for (const std::string& path : options.arms) {
     Result<measure::ArmSizes> arm = ReadArmSizes(path);
@@ -62,17 +62,12 @@ Result<void> ReadFleet(const PriorOptions& options, Fleet& fleet) {
       std::cerr << "left out: " << arm.error() << '\n';
     }
   }
+  std::ranges::sort(fleet.arms, {}, &measure::ArmSizes::arm);
   fleet.comparable = measure::ComparableArms(fleet.arms, options.model, fleet.left_out);
   for (const measure::LeftOutArm& one : fleet.left_out)
     std::cerr << terminal::ForReading << "left out: " << one.arm << ": " << one.reason << '\n';
   if (fleet.comparable.size() < 2)
     return Error{fmt::format("{}: no prior: at least two arms are needed", options.model)};
-  std::vector<const measure::ArmFindings*> found;
-  for (const measure::ArmSizes* arm : fleet.comparable) found.push_back(&arm->found);
-  Result<measure::AgreedSizes> agreed =
-      measure::AgreeOnSizes(found, fleet.comparable.front()->cell);
-  if (!agreed) return Error{fmt::format("{}: no prior: {}", options.model, agreed.error())};
-  fleet.agreed = std::move(agreed).value();
   return {};
 }
 
@@ -83,7 +78,12 @@ int Written(const PriorOptions& options, const std::string& text) {
 int AgreeOnSizes(const PriorOptions& options) {
   Fleet fleet;
   if (const Result<void> read = ReadFleet(options, fleet); !read) return Fail(read.error());
-  return Written(options, measure::JsonFrom(fleet.agreed.keys));
+  std::vector<const measure::ArmFindings*> found;
+  for (const measure::ArmSizes* arm : fleet.comparable) found.push_back(&arm->found);
+  const Result<measure::AgreedSizes> agreed =
+      measure::AgreeOnSizes(found, fleet.comparable.front()->cell);
+  if (!agreed) return Fail(fmt::format("{}: no prior: {}", options.model, agreed.error()));
+  return Written(options, measure::JsonFrom(*agreed));
 }
 
 int FitArm(const PriorOptions& options) {
@@ -98,33 +98,55 @@ int FitArm(const PriorOptions& options) {
     return Fail(fmt::format("{}: is not the file that {} was written for; diagnose again",
                             options.rows, options.arm));
   }
-  Result<std::vector<measure::SizeKey>> keys =
-      measure::SizeKeysFromJson(*sizes_text, sizes.cell.robot.size());
-  if (!keys) return Fail(options.sizes + ": " + keys.error());
+  Result<measure::AgreedSizes> agreed =
+      measure::AgreedSizesFromJson(*sizes_text, sizes.cell.robot.size());
+  if (!agreed) return Fail(options.sizes + ": " + agreed.error());
   config::FaultList faults;
   auto rows = measure::TableFromCsv(*rows_text, options.rows, sizes.cell.robot.joints, faults);
   if (!rows) return Fail(config::FaultsText(faults));
   const measure::Arm measured{sizes.arm, sizes.cell, *std::move(rows), sizes.found};
-  const std::vector<double> start(keys->size(), 0.0);
-  Result<measure::SizeFit> fit =
-      measure::FitSizes(measured, *keys, start, measure::OwnFindings::kFitted, options.threads);
+  const std::vector<double> start(agreed->keys.size(), 0.0);
+  Result<measure::SizeFit> fit = measure::FitSizes(measured, agreed->keys, start,
+                                                   measure::OwnFindings::kFitted, options.threads);
   if (!fit) return Fail(fmt::format("{}: {}", options.rows, fit.error()));
-  sizes.fitted = {std::move(keys).value(), std::move(fit).value()};
+  sizes.fitted = {std::move(agreed).value(), std::move(fit).value()};
   return Written(options, measure::JsonFrom(sizes));
+}
+
+/// The sizes that were fitted to most of the arms; nullptr: to none.
+const measure::AgreedSizes* FittedSizes(const std::vector<const measure::ArmSizes*>& arms) {
+  const measure::AgreedSizes* fitted = nullptr;
+  std::ptrdiff_t most = 0;
+  for (const measure::ArmSizes* arm : arms) {
+    if (!arm->fitted) continue;
+    const auto count = std::ranges::count_if(arms, [arm](const measure::ArmSizes* other) {
+      return other->fitted && other->fitted->asked == arm->fitted->asked;
+    });
+    if (count <= most) continue;
+    most = count;
+    fitted = &arm->fitted->asked;
+  }
+  return fitted;
 }
 
 int Pool(const PriorOptions& options) {
   Fleet fleet;
   if (const Result<void> read = ReadFleet(options, fleet); !read) return Fail(read.error());
+  const measure::AgreedSizes* agreed = FittedSizes(fleet.comparable);
+  if (agreed == nullptr) {
+    return Fail(fmt::format(
+        "{}: no prior: no arm has a fit of the agreed sizes; run `plumbline prior fit` for each",
+        options.model));
+  }
   std::vector<measure::ArmFit> fits;
   for (const measure::ArmSizes* arm : fleet.comparable) {
-    if (arm->fitted && arm->fitted->asked == fleet.agreed.keys) {
-      fits.push_back({arm->arm, arm->fitted->fit});
+    if (arm->fitted && arm->fitted->asked == *agreed) {
+      fits.push_back({arm->arm, arm->fitted->fit, arm->row_sketch});
     } else {
       fleet.left_out.push_back({arm->arm, "the agreed sizes were not fitted to its rows"});
     }
   }
-  Result<measure::FleetPrior> pooled = measure::PoolFits(fleet.agreed, std::move(fits));
+  Result<measure::FleetPrior> pooled = measure::PoolFits(*agreed, std::move(fits));
   if (!pooled) return Fail(fmt::format("{}: no prior: {}", options.model, pooled.error()));
   measure::FleetPrior& prior = pooled.value();
   prior.model = options.model;
@@ -176,7 +198,7 @@ int Show(const PriorOptions& options) {
                                                                                 : kExitUsage;
   }
   std::cout << terminal::ForReading << prior.Source() << '\n'
-            << fmt::format("arms: {}\n", fmt::join(prior.arms, ", "));
+            << fmt::format("arms: {}\n", fmt::join(prior.ArmNames(), ", "));
   for (const measure::LeftOutArm& one : prior.left_out)
     std::cout << fmt::format("left out: {}: {}\n", one.arm, one.reason);
   std::cout << fmt::format("\n{:<28} {:<14} {:>12} {:>12} {:>12} {:>5}\n", "effect", "size (SI)",
@@ -240,7 +262,9 @@ void AddPriorCommand(CLI::App& app, int& exit_code) {
   add_out(*fit);
   CLI::App* pool =
       add("pool", "Pool the fitted sizes of the arms to their prior", Pool,
-          "An arm that differs from the prior of all others (1 % over all arms) is left out.\n\n"
+          "An arm that differs from the prior of all others (1 % over all arms) is left out, and "
+          "so is\n"
+          "one without a fit of the sizes that most arms were fitted with.\n\n"
           "Example:\n  plumbline prior pool \"KR 210 R2700-2\" arm-*.json --out prior.json\n\n"
           "Exit codes: 0 written, 1 the arms have nothing in common or a file cannot be read,\n"
           "2 wrong arguments, or a file cannot be written.");

@@ -97,7 +97,7 @@ def with_prior(case, options):
     folder, k, arms, fitted = case
     others = [os.path.join(fitted, f"arm-{i:02}.json") for i in range(arms) if i != k]
     pooled, signed = os.path.join(folder, f"pooled-{k}.json"), os.path.join(folder, f"{k}.prior")
-    call(options.product, "prior", "pool", MODEL, *others, "--date", "2026-11-30", "--out", pooled)
+    call(options.product, "prior", "pool", MODEL, *others, "--out", pooled)
     call(options.product, "prior", "sign", pooled, "--key", os.path.join(folder, "plant.key"), "--out", signed)
     error, answer = test_error(options, arm_folder(folder, k), "quarter.csv", "--prior", signed, "--prior-keys", folder)
     return {"arm": k, "quarter_with_mm": error, "used": answer["siblings"]["used"], "from": answer["siblings"]["from"],

@@ -34,7 +34,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Require(!verified && !verified.error().empty());
   WrittenAndReadAgain(measure::FleetPriorFromJson(text), measure::FleetPriorFromJson);
   WrittenAndReadAgain(measure::ArmSizesFromJson(text), measure::ArmSizesFromJson);
-  const auto keys_of_six = [](std::string_view json) { return measure::SizeKeysFromJson(json, 6); };
-  WrittenAndReadAgain(keys_of_six(text), keys_of_six);
+  const auto sizes_of_six = [](std::string_view json) {
+    return measure::AgreedSizesFromJson(json, 6);
+  };
+  WrittenAndReadAgain(sizes_of_six(text), sizes_of_six);
   return 0;
 }

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "app/measure/siblings/repeated_rows.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/statistics/statistics.h"
 
@@ -14,7 +16,15 @@ namespace {
 
 constexpr double kMinFleetDeviations = 3;  // of a fleet's mean from zero
 
-/// Sizes found in at least two, and at least half, of the arms, in order of first appearance.
+/// Place among all sizes: by catalogue, word and joint.
+auto PlaceOf(const SizeKey& key) {
+  const auto effect = std::ranges::find(effects::Catalogue(), key.effect);
+  const effects::TermParameter& parameter = key.parameter;
+  return std::tuple(effect - effects::Catalogue().begin(), key.word, parameter.joint, parameter.of,
+                    parameter.spec, parameter.harmonic);
+}
+
+/// Sizes found in at least two, and at least half, of the arms.
 std::vector<SizeKey> CommonSizes(const std::vector<const ArmFindings*>& arms) {
   std::vector<SizeKey> keys;
   std::vector<std::size_t> found_in;
@@ -35,6 +45,7 @@ std::vector<SizeKey> CommonSizes(const std::vector<const ArmFindings*>& arms) {
   for (std::size_t k = 0; k < keys.size(); ++k) {
     if (found_in[k] >= 2 && 2 * found_in[k] >= arms.size()) common.push_back(keys[k]);
   }
+  std::ranges::sort(common, {}, PlaceOf);
   return common;
 }
 
@@ -199,8 +210,15 @@ std::vector<SizePrior> PriorWithout(const ArmFit* one, const AgreedSizes& agreed
 }  // namespace
 
 std::string FleetPrior::Source() const {
-  if (model.empty()) return fmt::format("siblings {}", fmt::join(arms, ", "));
-  return fmt::format("{} arms of {}, {}", arms.size(), model, date);
+  if (model.empty()) return fmt::format("siblings {}", fmt::join(ArmNames(), ", "));
+  return fmt::format("{} arms of {}, {}{}", arms.size(), model, date,
+                     without_itself ? ", without this arm itself" : "");
+}
+
+std::vector<std::string> FleetPrior::ArmNames() const {
+  std::vector<std::string> names;
+  for (const ArmFit& one : arms) names.push_back(one.arm);
+  return names;
 }
 
 Result<AgreedSizes> AgreeOnSizes(const std::vector<const ArmFindings*>& arms,
@@ -237,9 +255,26 @@ Result<FleetPrior> PoolFits(const AgreedSizes& agreed, std::vector<ArmFit> fits)
   }
   if (fits.size() < 2) return Error{"at least two arms are needed"};
   if (2 * fits.size() <= all) return Error{"most of the arms differ from each other"};
-  for (const ArmFit& one : fits) prior.arms.push_back(one.arm);
   prior.sizes = PriorWithout(nullptr, agreed, fits);
+  prior.arms = std::move(fits);
+  prior.agreed = agreed;
   if (prior.sizes.empty()) return Error{"the arms' rows do not determine the sizes"};
+  return prior;
+}
+
+Result<FleetPrior> WithoutArmOf(const MeasuredTable& rows, FleetPrior prior) {
+  const std::vector<std::string> digests = RowDigests(rows, prior.cell.robot.joints);
+  const auto own = std::erase_if(
+      prior.arms, [&](const ArmFit& one) { return IsSketchOf(one.row_sketch, digests); });
+  if (own == 0) return prior;
+  prior.without_itself = true;
+  Result<FleetPrior> others = PoolFits(prior.agreed, prior.arms);
+  if (!others)
+    return Error{fmt::format("the prior of {}, {}, without this arm itself: {}", prior.model,
+                             prior.date, others.error())};
+  prior.arms = std::move(others.value().arms);
+  prior.sizes = std::move(others.value().sizes);
+  prior.left_out.insert(prior.left_out.end(), others->left_out.begin(), others->left_out.end());
   return prior;
 }
 

@@ -23,9 +23,11 @@ struct AgreedSizes {
   /// The first ones are common to the arms; the others are those that every arm has of its own
   /// (EffectTraits::zero_mean_over_arms), of all revolute joints.
   std::size_t common = 0;
+  bool operator==(const AgreedSizes&) const = default;
 };
 
-/// Common are the sizes that at least two, and at least half, of the arms show.
+/// Common are the sizes that at least two, and at least half, of the arms show. Both parts are in
+/// the order of the catalogue, words and joints, whatever the order of the arms.
 /// @param cell  of any of the arms, which are declared alike (DifferenceOf)
 /// @return      an error if there is no common one
 Result<AgreedSizes> AgreeOnSizes(const std::vector<const ArmFindings*>& arms,
@@ -35,6 +37,7 @@ Result<AgreedSizes> AgreeOnSizes(const std::vector<const ArmFindings*>& arms,
 struct ArmFit {
   std::string arm;
   SizeFit fit;
+  std::vector<std::string> row_sketch = {};  ///< of its rows (repeated_rows.h)
 };
 
 /// An arm that the prior was not computed from.
@@ -47,14 +50,17 @@ struct FleetPrior {
   std::string model;    ///< as declared in [robot]; empty: arms given as folders
   std::string date;     ///< YYYY-MM-DD; empty likewise
   std::string created;  ///< UTC, "2026-11-30T07:30:00Z"; empty likewise
-  std::vector<std::string> arms;
+  AgreedSizes agreed;
+  std::vector<ArmFit> arms;  ///< that `sizes` are pooled from
   std::vector<LeftOutArm> left_out;
   std::vector<SizePrior> sizes;
   /// The cell file of one of the arms, and its content, which a further arm is compared with; empty
   /// if it was compared already.
   std::string cell_text;
   model::CellModel cell;
+  bool without_itself = false;  ///< the arm that it is used for was one of `arms`
 
+  std::vector<std::string> ArmNames() const;
   /// "37 arms of KR 210 R2700-2, 2026-11-30", or "siblings arm-2, arm-3".
   std::string Source() const;
 };
@@ -74,6 +80,11 @@ inline constexpr double kDifferentArm = 0.01;
 /// (Bonferroni: of 100 fleets of arms that are alike, one loses an arm).
 /// @return  `arms`, `left_out` and `sizes`; an error if fewer than two arms remain, or not most
 Result<FleetPrior> PoolFits(const AgreedSizes& agreed, std::vector<ArmFit> fits);
+
+/// The prior of the other arms, if it was also computed from these rows, or many of them: they
+/// would count twice. An arm that is only measured again is a further one.
+/// @return  an error if too few arms remain
+Result<FleetPrior> WithoutArmOf(const MeasuredTable& rows, FleetPrior prior);
 
 /// The effects at their mean, with the spread of a further arm as covariance.
 std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& prior,

@@ -10,6 +10,7 @@
 #include "app/base/text/json_text.h"
 #include "app/base/text/text.h"
 #include "app/measure/diagnosis/output/model_writer.h"
+#include "app/measure/siblings/repeated_rows.h"
 #include "app/measure/siblings/sibling_folder.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
@@ -132,20 +133,29 @@ std::vector<SizeKey> KeysOf(const Json& json, int joints) {
   return keys;
 }
 
-Json JsonOf(const ArmSizes::Fitted& fitted) {
-  Json json = {{"sizes", JsonOfKeys(fitted.asked)},
-               {"determined", JsonOfKeys(fitted.fit.keys)},
-               {"values", Json::array()},
-               {"covariance", Json::array()}};
-  for (const double value : fitted.fit.values) json["values"].push_back(text::NumberJson(value));
-  for (const double value : fitted.fit.covariance.reshaped())
-    json["covariance"].push_back(text::NumberJson(value));
-  return json;
+void PutAgreed(const AgreedSizes& agreed, Json& json) {
+  json["common"] = agreed.common;
+  json["sizes"] = JsonOfKeys(agreed.keys);
 }
 
-ArmSizes::Fitted FittedOf(const Json& json, int joints) {
-  ArmSizes::Fitted fitted{KeysOf(json.at("sizes"), joints), {}};
-  SizeFit& fit = fitted.fit;
+AgreedSizes AgreedOf(const Json& json, int joints) {
+  AgreedSizes agreed{KeysOf(json.at("sizes"), joints),
+                     static_cast<std::size_t>(Count(json.at("common")))};
+  if (agreed.common > agreed.keys.size()) throw Refused("has more common sizes than sizes");
+  return agreed;
+}
+
+void PutFit(const SizeFit& fit, Json& json) {
+  json["determined"] = JsonOfKeys(fit.keys);
+  json["values"] = Json::array();
+  for (const double value : fit.values) json["values"].push_back(text::NumberJson(value));
+  json["covariance"] = Json::array();
+  for (const double value : fit.covariance.reshaped())
+    json["covariance"].push_back(text::NumberJson(value));
+}
+
+SizeFit FitOf(const Json& json, int joints) {
+  SizeFit fit;
   fit.keys = KeysOf(json.at("determined"), joints);
   const auto values = json.at("values").get<std::vector<double>>();
   const auto covariance = json.at("covariance").get<std::vector<double>>();
@@ -155,13 +165,21 @@ ArmSizes::Fitted FittedOf(const Json& json, int joints) {
   const auto size = static_cast<Eigen::Index>(count);
   fit.values = Eigen::Map<const Eigen::VectorXd>(values.data(), size);
   fit.covariance = Eigen::Map<const Eigen::MatrixXd>(covariance.data(), size, size);
-  return fitted;
+  return fit;
+}
+
+std::vector<std::string> SketchOf(const Json& json) {
+  std::vector<std::string> sketch;
+  for (const Json& digest : json) sketch.push_back(Label(digest));
+  if (sketch.size() > kSketchRows) throw Refused("has too many digests of rows");
+  return sketch;
 }
 
 ArmSizes ArmOf(const Json& json) {
   ArmSizes sizes;
   sizes.arm = Label(json.at("arm"));
   sizes.rows_sha256 = Label(json.at("rows_sha256"));
+  sizes.row_sketch = SketchOf(json.at("row_sketch"));
   sizes.cell_text = json.at("cell").get<std::string>();
   sizes.found_text = json.at("found").get<std::string>();
   sizes.cell = CellOf(sizes.cell_text);
@@ -179,7 +197,10 @@ ArmSizes ArmOf(const Json& json) {
     sizes.found.weight_of_line[Count(row.at(0))] = weight;
   }
   if (!(sizes.found.sigma_m > 0)) throw Refused("has a sigma_m that is not positive");
-  if (!json.at("fit").is_null()) sizes.fitted = FittedOf(json.at("fit"), sizes.cell.robot.size());
+  if (!json.at("fit").is_null()) {
+    const int joints = sizes.cell.robot.size();
+    sizes.fitted = {AgreedOf(json.at("fit"), joints), FitOf(json.at("fit"), joints)};
+  }
   return sizes;
 }
 
@@ -200,15 +221,19 @@ FleetPrior FleetPriorOf(const Json& json) {
   prior.created = Label(json.at("created"));
   if (!text::UtcFromText(prior.created))
     throw Refused("has a time `created` that is not like 2026-11-30T07:30:00Z");
-  for (const Json& arm : json.at("arms")) prior.arms.push_back(Label(arm));
-  if (prior.arms.size() < 2) throw Refused("was computed from fewer than two arms");
   for (const Json& one : json.at("left_out"))
     prior.left_out.push_back({Label(one.at("arm")), Label(one.at("reason"))});
   prior.cell_text = json.at("cell").get<std::string>();
   prior.cell = CellOf(prior.cell_text);
-  KeysOf(json.at("sizes"), prior.cell.robot.size());  // none twice
-  for (const Json& one : json.at("sizes"))
-    prior.sizes.push_back(SizePriorOf(one, prior.cell.robot.size()));
+  const int joints = prior.cell.robot.size();
+  prior.agreed = AgreedOf(json.at("agreed"), joints);
+  for (const Json& arm : json.at("arms")) {
+    prior.arms.push_back(
+        {Label(arm.at("arm")), FitOf(arm, joints), SketchOf(arm.at("row_sketch"))});
+  }
+  if (prior.arms.size() < 2) throw Refused("was computed from fewer than two arms");
+  KeysOf(json.at("sizes"), joints);  // none twice
+  for (const Json& one : json.at("sizes")) prior.sizes.push_back(SizePriorOf(one, joints));
   if (prior.sizes.empty()) throw Refused("has no sizes");
   return prior;
 }
@@ -216,14 +241,16 @@ FleetPrior FleetPriorOf(const Json& json) {
 }  // namespace
 
 Result<ArmSizes> SizesOfArm(const std::string& arm, const std::string& rows_sha256,
-                            const std::string& cell_text, const model::CellModel& cell,
-                            const Diagnosis& diagnosis, const std::string& date) {
+                            std::vector<std::string> row_sketch, const std::string& cell_text,
+                            const model::CellModel& cell, const Diagnosis& diagnosis,
+                            const std::string& date) {
   Diagnosis found;
   found.findings = diagnosis.findings;
   const DataOrigin origin{arm, static_cast<int>(diagnosis.rows.size()), date};
   const Result<std::string> found_text = CorrectedCellText(cell_text, cell, found, origin);
   if (!found_text) return found_text.failure();
-  return ArmSizes{arm, rows_sha256, cell_text, *found_text, cell, FindingsOf(diagnosis), {}};
+  return ArmSizes{arm,         rows_sha256, std::move(row_sketch), cell_text,
+                  *found_text, cell,        FindingsOf(diagnosis), {}};
 }
 
 std::string JsonFrom(const ArmSizes& sizes) {
@@ -231,7 +258,12 @@ std::string JsonFrom(const ArmSizes& sizes) {
   json["arm"] = sizes.arm;
   json["model"] = sizes.cell.robot.identity.model;
   json["rows_sha256"] = sizes.rows_sha256;
-  json["fit"] = sizes.fitted ? JsonOf(*sizes.fitted) : Json(nullptr);
+  json["row_sketch"] = sizes.row_sketch;
+  json["fit"] = nullptr;
+  if (sizes.fitted) {
+    PutAgreed(sizes.fitted->asked, json["fit"]);
+    PutFit(sizes.fitted->fit, json["fit"]);
+  }
   json["sigma_m"] = sizes.found.sigma_m;
   json["weights"] = Json::array();
   for (const auto& [line, weight] : sizes.found.weight_of_line)
@@ -245,15 +277,14 @@ Result<ArmSizes> ArmSizesFromJson(std::string_view text) {
   return Decoded(text, kArmFormat, ArmOf);
 }
 
-std::string JsonFrom(const std::vector<SizeKey>& keys) {
+std::string JsonFrom(const AgreedSizes& agreed) {
   Json json = Head(kSizesFormat);
-  json["sizes"] = JsonOfKeys(keys);
+  PutAgreed(agreed, json);
   return text::JsonText(json, 1) + '\n';
 }
 
-Result<std::vector<SizeKey>> SizeKeysFromJson(std::string_view text, int joints) {
-  return Decoded(text, kSizesFormat,
-                 [joints](const Json& json) { return KeysOf(json.at("sizes"), joints); });
+Result<AgreedSizes> AgreedSizesFromJson(std::string_view text, int joints) {
+  return Decoded(text, kSizesFormat, [joints](const Json& json) { return AgreedOf(json, joints); });
 }
 
 std::string JsonFrom(const FleetPrior& prior) {
@@ -261,7 +292,12 @@ std::string JsonFrom(const FleetPrior& prior) {
   json["model"] = prior.model;
   json["date"] = prior.date;
   json["created"] = prior.created;
-  json["arms"] = prior.arms;
+  PutAgreed(prior.agreed, json["agreed"]);
+  json["arms"] = Json::array();
+  for (const ArmFit& one : prior.arms) {
+    Json& arm = json["arms"].emplace_back(Json{{"arm", one.arm}, {"row_sketch", one.row_sketch}});
+    PutFit(one.fit, arm);
+  }
   json["left_out"] = Json::array();
   for (const LeftOutArm& one : prior.left_out)
     json["left_out"].push_back({{"arm", one.arm}, {"reason", one.reason}});

@@ -17,12 +17,13 @@ namespace plumbline::measure {
 struct ArmSizes {
   std::string arm;
   std::string rows_sha256;  ///< of the file of rows that the diagnosis and the fit are of
-  std::string cell_text;    ///< the declared cell
-  std::string found_text;   ///< the same with the findings as [[effect]]
+  std::vector<std::string> row_sketch;  ///< of them (repeated_rows.h)
+  std::string cell_text;                ///< the declared cell
+  std::string found_text;               ///< the same with the findings as [[effect]]
   model::CellModel cell;
   ArmFindings found;
   struct Fitted {
-    std::vector<SizeKey> asked;
+    AgreedSizes asked;
     SizeFit fit;
   };
   std::optional<Fitted> fitted;
@@ -30,14 +31,15 @@ struct ArmSizes {
 
 /// @return  an error if the corrected cell would not be a valid one
 Result<ArmSizes> SizesOfArm(const std::string& arm, const std::string& rows_sha256,
-                            const std::string& cell_text, const model::CellModel& cell,
-                            const Diagnosis& diagnosis, const std::string& date);
+                            std::vector<std::string> row_sketch, const std::string& cell_text,
+                            const model::CellModel& cell, const Diagnosis& diagnosis,
+                            const std::string& date);
 std::string JsonFrom(const ArmSizes& sizes);
 Result<ArmSizes> ArmSizesFromJson(std::string_view text);
 
-std::string JsonFrom(const std::vector<SizeKey>& keys);
+std::string JsonFrom(const AgreedSizes& agreed);
 /// @param joints  of the arm
-Result<std::vector<SizeKey>> SizeKeysFromJson(std::string_view text, int joints);
+Result<AgreedSizes> AgreedSizesFromJson(std::string_view text, int joints);
 
 std::string JsonFrom(const FleetPrior& prior);
 Result<FleetPrior> FleetPriorFromJson(std::string_view text);

@@ -1,5 +1,7 @@
 #include "app/measure/siblings/repeated_rows.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/base/text/sha256.h"
 #include "firmware-like/geometry/units.h"
 
 namespace plumbline::measure {
@@ -88,6 +91,18 @@ bool SameRow(const MeasuredRow& a, const MeasuredRow& b, const std::vector<model
   return true;
 }
 
+/// The step of a grid that a value is in. Its borders lie between values of few decimals, which
+/// conversion to SI and back would otherwise move from one step to the next.
+std::string StepText(double value, double step, std::optional<double> period = std::nullopt) {
+  constexpr double kShift = 0.2618;  // of a step
+  double steps = value / step + kShift;
+  if (period) {
+    const double turn = std::round(*period / step);
+    steps -= turn * std::floor(steps / turn);
+  }
+  return fmt::format(";{:.0f}", std::floor(steps));
+}
+
 /// A reading by which the rows are sorted.
 double SortedBy(const MeasuredRow& row) {
   if (row.measured_W) return row.measured_W->x();
@@ -126,6 +141,45 @@ std::size_t RepeatedRows(const MeasuredTable& a, const MeasuredTable& b,
 bool IsRepeated(std::size_t repeated, std::size_t rows_a, std::size_t rows_b) {
   constexpr std::size_t kLeast = 3, kShare = 10;
   return repeated >= kLeast && kShare * repeated > std::min(rows_a, rows_b);
+}
+
+std::vector<std::string> RowDigests(const MeasuredTable& set,
+                                    const std::vector<model::Joint>& joints) {
+  constexpr double kAngleStep_rad = 1e-3 * kRadPerDeg, kLengthStep_m = 1e-6;
+  std::vector<std::string> digests;
+  for (const MeasuredRow& row : set.rows) {
+    if (!row.measured_W && !row.range_m && !row.gauge_m) continue;
+    std::string text = row.artefact;
+    for (Eigen::Index i = 0; i < row.q.size(); ++i) {
+      const bool revolute = IsRevolute(joints, i);
+      text += StepText(row.q[i], revolute ? kAngleStep_rad : kLengthStep_m,
+                       revolute ? kTurn : std::optional<double>());
+    }
+    if (row.measured_W) {
+      for (const double coordinate : *row.measured_W) text += StepText(coordinate, kLengthStep_m);
+    }
+    for (const auto& one : {row.range_m, row.gauge_m}) {
+      text += one ? StepText(*one, kLengthStep_m) : ";";
+    }
+    digests.push_back(text::Sha256Hex(text).substr(0, 16));
+  }
+  std::ranges::sort(digests);
+  digests.erase(std::ranges::unique(digests).begin(), digests.end());
+  return digests;
+}
+
+std::vector<std::string> RowSketch(const MeasuredTable& set,
+                                   const std::vector<model::Joint>& joints) {
+  std::vector<std::string> digests = RowDigests(set, joints);
+  if (digests.size() > kSketchRows) digests.resize(kSketchRows);
+  return digests;
+}
+
+bool IsSketchOf(const std::vector<std::string>& sketch, const std::vector<std::string>& digests) {
+  const auto common = std::ranges::count_if(sketch, [&](const std::string& digest) {
+    return std::ranges::binary_search(digests, digest);
+  });
+  return IsRepeated(static_cast<std::size_t>(common), sketch.size(), digests.size());
 }
 
 }  // namespace plumbline::measure

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "app/measure/table/csv.h"
@@ -23,5 +24,23 @@ std::size_t RepeatedRows(const MeasuredTable& a, const MeasuredTable& b,
 /// measured position in practically every row; the reading of a coarse gauge (0.01 mm, arms that
 /// differ by 0.1 mm) agrees by chance in three of a hundred.
 bool IsRepeated(std::size_t repeated, std::size_t rows_a, std::size_t rows_b);
+
+// Recognising an arm's rows without having them.
+
+/// A digest of each row's artefact, joints (0.001 deg, modulo 360) and readings (0.001 mm): 16
+/// hexadecimal digits, sorted, none twice. Rows without a reading have none.
+std::vector<std::string> RowDigests(const MeasuredTable& set,
+                                    const std::vector<model::Joint>& joints);
+
+/// The first kSketchRows of RowDigests(): a sample of the rows that does not depend on which other
+/// rows a set has, so that equal rows of two sets are drawn into both samples.
+std::vector<std::string> RowSketch(const MeasuredTable& set,
+                                   const std::vector<model::Joint>& joints);
+inline constexpr std::size_t kSketchRows = 64;
+
+/// True if the set with these digests has at least a tenth of the rows that the sketch is of. Fewer
+/// rows are hardly noticed. Rows rounded otherwise than the sketched ones have other digests.
+/// @param digests  sorted
+bool IsSketchOf(const std::vector<std::string>& sketch, const std::vector<std::string>& digests);
 
 }  // namespace plumbline::measure

@@ -140,7 +140,7 @@ Result<Diagnosis> DiagnoseWithPrior(const model::CellModel& cell, const Measured
     evidence.source = prior->Source();
     evidence.model = prior->model;
     evidence.date = prior->date;
-    evidence.arms = prior->arms;
+    evidence.arms = prior->ArmNames();
     for (const LeftOutArm& one : prior->left_out) evidence.left_out.push_back(one.arm);
   }
   Result<Diagnosis> without = engine(cell, rows, Within(options, 0, prior ? 0.5 : 1));

@@ -214,6 +214,7 @@ void AddPriorCommand(CLI::App& app, int& exit_code) {
       "written.");
   command->callback([options, &exit_code] {
     options->selection.arm_model = options->model;
+    options->selection.any_model = true;
     exit_code = Prior(*options);
   });
 }

@@ -20,7 +20,7 @@ LEFT JOIN LATERAL (
 ) f ON true
 LEFT JOIN LATERAL (
   SELECT min(utc) AS since FROM cell_file
-  WHERE cell = c.cell AND utc > (SELECT max(utc) FROM cell_file
+  WHERE cell = c.cell AND NOT $4 AND utc > (SELECT max(utc) FROM cell_file
                                  WHERE cell = c.cell AND model IS DISTINCT FROM f.model)
 ) s ON true
 LEFT JOIN LATERAL (
@@ -66,7 +66,8 @@ Result<WorkList> FindWork(Connection& connection, const WorkSelection& selection
     if (!known) return known.failure();
     wanted.Add(cell);
   }
-  const auto found = connection.Run(kFind, {wanted.Text(), selection.arm_model, selection.last});
+  const auto found = connection.Run(
+      kFind, {wanted.Text(), selection.arm_model, selection.last, selection.any_model});
   if (!found) return found.failure();
   WorkList list;
   for (int k = 0; k < found->size(); ++k) {

@@ -19,10 +19,12 @@ struct WorkSelection {
   std::vector<std::string> cells = {};                  ///< LINE/NODE; empty: all
   std::optional<std::string> arm_model = std::nullopt;  ///< only its cells
   std::int64_t last = kMaxRows;                         ///< rows of a cell at most, the newest
+  bool any_model = false;  ///< also rows from before the model in force, which measure the same arm
 };
 
-/// Work on one cell: its newest file, and its rows since that model came into force, up to the
-/// newest one. Names file and rows, so that the same jobs are found again as long as none is added.
+/// Work on one cell: its newest file, and its rows since that model came into force (or all), up to
+/// the newest one. Names file and rows, so that the same jobs are found again as long as none is
+/// added.
 struct CellWork {
   CellName cell;
   nlohmann::json input;

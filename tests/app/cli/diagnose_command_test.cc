@@ -169,6 +169,17 @@ TEST_CASE(
   CHECK(arm->cell.robot.identity.model == "KR 210");
   CHECK(arm->found.effects.size() ==
         test::ExampleDiagnosis(measure::Verdict::kExplained).findings.size());
+  CHECK(arm->row_sketch.size() == 1);
+
+  desk.arguments.model = desk.File("corrected.toml");
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  desk.arguments.model.clear();
+  desk.arguments.cell = desk.File("corrected.toml");  // as it was before its correction
+  CHECK(desk.Run(measure::Verdict::kExplained) == kExitOk);
+  const auto again = measure::ArmSizesFromJson(files::ReadTextFile(desk.File("arm.json")).value());
+  REQUIRE(again);
+  CHECK(again->cell.effects.empty());
+  CHECK(again->found.effects.size() == arm->found.effects.size());
 }
 
 TEST_CASE("a summary is always short") {

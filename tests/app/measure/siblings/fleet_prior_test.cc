@@ -3,12 +3,14 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <random>
 
 #include "app/base/config/cell_reader.h"
 #include "app/base/text/signed_text.h"
 #include "app/measure/siblings/installed_prior.h"
 #include "app/measure/siblings/prior_json.h"
+#include "app/measure/siblings/repeated_rows.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "tests/app/base/text/test_keys.h"
@@ -134,6 +136,71 @@ TEST_CASE("one arm, or a fleet that does not agree, gives no prior but the reaso
   CHECK(agreed.error().find("no size of an effect of the arm was found") == 0);
 }
 
+TEST_CASE("the agreed sizes do not depend on the order of the arms") {
+  std::vector<ArmFindings> arms(3);
+  const auto show = [](ArmFindings& arm, const std::string& effect, const std::string& joint) {
+    effects::ActiveEffect& found = arm.effects.emplace_back();
+    const SizeKey key = Key(effect, joint);
+    found.term.effect = key.effect;
+    found.term.parameters = {key.parameter};
+  };
+  for (const char* joint : {"q3", "q2"}) {
+    for (const std::size_t arm : {0, 2}) show(arms[arm], "joint_compliance", joint);
+    for (const std::size_t arm : {1, 2}) show(arms[arm], "gear_ratio", joint);
+  }
+  show(arms[1], "joint_compliance", "q2");
+  const model::CellModel cell = CellFrom(PriorCell());
+  const auto agreed = AgreeOnSizes({&arms[0], &arms[1], &arms[2]}, cell);
+  const auto again = AgreeOnSizes({&arms[2], &arms[1], &arms[0]}, cell);
+  REQUIRE(agreed);
+  CHECK(*agreed == *again);
+  CHECK(agreed->common == 4);
+}
+
+TEST_CASE("an arm whose rows are in the prior is left out of it, and the answer says so") {
+  FleetPrior prior = SomePrior();
+  prior.cell = CellFrom(prior.cell_text);
+  std::mt19937_64 generator(4);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const auto some_rows = [&](int count) {
+    MeasuredTable table;
+    for (int k = 0; k < count; ++k) {
+      MeasuredRow& row = table.rows.emplace_back();
+      row.q = Vec3(any(generator), any(generator), any(generator));
+      row.measured_W = Vec3(any(generator), any(generator), any(generator));
+    }
+    return table;
+  };
+  std::vector<MeasuredTable> tables;
+  for (ArmFit& one : prior.arms) {
+    tables.push_back(some_rows(300));
+    one.row_sketch = RowSketch(tables.back(), prior.cell.robot.joints);
+    CHECK(one.row_sketch.size() == kSketchRows);
+  }
+  CHECK(WithoutArmOf(some_rows(300), prior)->Source() == "5 arms of KR 210, 2025-11-30");
+  MeasuredTable some =
+      some_rows(100);  // with half of the rows of arm 3, as another file states them
+  for (std::size_t k = 0; k < 150; ++k) {
+    MeasuredRow row = tables[3].rows[2 * k];
+    row.q[0] += 2 * std::numbers::pi;
+    row.q *= 1 + 1e-14;
+    some.rows.push_back(row);
+  }
+  const auto read = FleetPriorFromJson(JsonFrom(prior));
+  REQUIRE(read);
+  const auto without = WithoutArmOf(some, *read);
+  REQUIRE(without);
+  CHECK(without->Source() == "4 arms of KR 210, 2025-11-30, without this arm itself");
+  CHECK(without->ArmNames() == std::vector<std::string>{"arm 0", "arm 1", "arm 2", "arm 4"});
+  CHECK(without->sizes[0].pooled.arms == 4);
+  CHECK(without->sizes[0].pooled.mean != prior.sizes[0].pooled.mean);
+  prior.arms.resize(2);
+  const auto alone = WithoutArmOf(tables[1], prior);
+  REQUIRE_FALSE(alone);
+  CHECK(alone.error() ==
+        "the prior of KR 210, 2025-11-30, without this arm itself: at least two arms are needed");
+}
+
 TEST_CASE("a prior survives writing and reading, and a damaged one is refused with the reason") {
   FleetPrior prior = SomePrior();
   prior.left_out.push_back({"line 7", "it differs from the others (p = 1e-09)"});
@@ -184,11 +251,12 @@ TEST_CASE("an arm's sizes survive writing and reading") {
   finding.effect.term.parameters = {Key("joint_compliance", "q2").parameter};
   finding.effect.values = {2e-6};
   finding.covariance = Eigen::MatrixXd::Constant(1, 1, 1e-16);
-  auto sizes = SizesOfArm("line 3", std::string(64, 'a'), cell_text, cell, diagnosis, "2026-11-30");
+  auto sizes = SizesOfArm("line 3", std::string(64, 'a'), {"0a", "1b"}, cell_text, cell, diagnosis,
+                          "2026-11-30");
   INFO((sizes ? "" : sizes.error()));
   REQUIRE(sizes);
   std::mt19937_64 generator(2);
-  sizes.value().fitted = {ThreeSizes().keys, Fits(1, 0.03, generator).front().fit};
+  sizes.value().fitted = {ThreeSizes(), Fits(1, 0.03, generator).front().fit};
   const std::string json = JsonFrom(*sizes);
   const auto read = ArmSizesFromJson(json);
   INFO((read ? "" : read.error()));
@@ -197,11 +265,13 @@ TEST_CASE("an arm's sizes survive writing and reading") {
   CHECK(read->found.weight_of_line == std::map<int, double>{{2, 1}, {3, 0.25}});
   REQUIRE(read->found.effects.size() == 1);
   CHECK(read->found.effects[0].values[0] == Approx(2e-6));
-  CHECK(read->fitted->asked == ThreeSizes().keys);
+  CHECK(read->fitted->asked == ThreeSizes());
   CHECK(read->fitted->fit.covariance == sizes->fitted->fit.covariance);
-  const auto keys = SizeKeysFromJson(JsonFrom(ThreeSizes().keys), 3);
-  REQUIRE(keys);
-  CHECK(*keys == ThreeSizes().keys);
+  const auto agreed = AgreedSizesFromJson(JsonFrom(ThreeSizes()), 3);
+  REQUIRE(agreed);
+  CHECK(*agreed == ThreeSizes());
+  CHECK_FALSE(
+      AgreedSizesFromJson(Replaced(JsonFrom(ThreeSizes()), "\"common\": 3", "\"common\": 9"), 3));
   for (const auto& [from, to] : {std::pair("[2,1.0]", "[2,-1.0]"), std::pair("5e-05", "0.0"),
                                  std::pair("\"values\":[", "\"values\":[1,"),
                                  std::pair("\"arm\":\"line 3\"", "\"arm\":\"\"")}) {
