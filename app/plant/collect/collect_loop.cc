@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kBatch_s = 0.2;  ///< a message waits at most this long for others
 constexpr int kWait_ms = 50;
+constexpr double kForbiddenPause_s = 30;  ///< until a person has changed something
 constexpr double kDropPeriod_s = 6 * 3600;
 constexpr double kFindingsPeriod_s = 60;
 
@@ -79,7 +80,7 @@ void CollectLoop::ConnectDatabase(double now_s) {
     return;
   }
   store_ = std::make_unique<MessageStore>(std::move(store).value());
-  log::Log({log::Event::kCollectDatabaseUp, "database connected"});
+  if (database_problem_.empty()) log::Log({log::Event::kCollectDatabaseUp, "database connected"});
 }
 
 void CollectLoop::ConnectBroker(double now_s) {
@@ -103,6 +104,9 @@ void CollectLoop::WriteBatch() {
   const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds());
   if (written) {
     batch_.clear();
+    if (!database_problem_.empty()) {
+      log::Log({log::Event::kCollectDatabaseUp, "database connected again; messages are stored"});
+    }
     database_problem_.clear();
     database_pause_.Well();
     if (const auto sent = subscriber_->Acknowledge(); !sent) {
@@ -111,12 +115,16 @@ void CollectLoop::WriteBatch() {
     }
     return;
   }
-  LogDatabaseLost(written.error());
+  const bool forbidden = store_->forbidden();
+  LogDatabaseLost(written.error() +
+                  (forbidden ? "; the database user needs the role plumbline_collector, and the "
+                               "server must not be read-only"
+                             : ""));
   before_ = Counts();
   subscriber_.reset();
   store_.reset();
   batch_.clear();
-  database_pause_.Failed(MonotonicSeconds(), 0);
+  database_pause_.Failed(MonotonicSeconds(), forbidden ? kForbiddenPause_s : 0);
 }
 
 void CollectLoop::Collect() {

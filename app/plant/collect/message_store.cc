@@ -74,7 +74,7 @@ struct CellChange {
   const NewestState* state = nullptr;
   std::int64_t state_ms = 0;
   int model = -1;
-  std::int64_t model_ms = 0;
+  std::pair<std::int64_t, std::int64_t> order;  ///< of `state`: stream and seq
   const Birth* birth = nullptr;
   const Death* death = nullptr;
   std::vector<const PlantMessage*> files;
@@ -113,6 +113,10 @@ Result<int> MessageStore::CellOf(const TopicParts& topic) {
                                              {topic.line, topic.node});
   if (!found) return found.failure();
   return cells_[name] = static_cast<int>(found->Integer(0, 0));
+}
+
+bool MessageStore::forbidden() const {
+  return connection_.last_state() == "42501" || connection_.last_state() == "25006";
 }
 
 void MessageStore::Refuse(int cell, const char* why, double now_s) {
@@ -479,14 +483,18 @@ Result<void> MessageStore::WriteCells(const Batch& batch, double now_s) {
     const PlantMessage& message = one->message;
     if (!one->reason.empty()) continue;
     CellChange& change = changes[one->cell];
-    if (message.state && message.key->utc_ms >= change.state_ms) {
+    // The cell's own count says which is newer: its clock may have been wrong, and been set.
+    const std::pair order{message.key->stream, message.key->seq};
+    if (message.state && (change.state == nullptr || order.first != change.order.first ||
+                          order.second > change.order.second)) {
       change.state = &*message.state;
       change.state_ms = message.key->utc_ms;
+      change.order = order;
       change.model = message.model;
     }
     if (message.cell) change.files.push_back(&message);
   }
-  ArrayText cells, states, state_times, healths, models;
+  ArrayText cells, states, state_times, healths, models, streams, seqs;
   for (const auto& [cell, change] : changes) {
     cells.Add(cell);
     states.Add(change.state != nullptr ? Parameter(change.state->json) : Parameter(std::nullopt));
@@ -495,6 +503,8 @@ Result<void> MessageStore::WriteCells(const Batch& batch, double now_s) {
     healths.Add(change.state != nullptr ? Parameter(change.state->health)
                                         : Parameter(std::nullopt));
     models.Add(change.state != nullptr ? Parameter(change.model) : Parameter(std::nullopt));
+    streams.Add(change.order.first);
+    seqs.Add(change.order.second);
   }
   if (changes.empty()) return {};
   const auto updated = connection_.RunPrepared(
@@ -502,11 +512,14 @@ Result<void> MessageStore::WriteCells(const Batch& batch, double now_s) {
       "state = CASE WHEN newer THEN s ELSE state END, "
       "health = CASE WHEN newer THEN h ELSE health END, "
       "model = CASE WHEN newer THEN m ELSE model END, "
-      "state_utc = CASE WHEN newer THEN t ELSE state_utc END FROM (SELECT u.*, t IS NOT NULL AND "
-      "(k.state_utc IS NULL OR t >= k.state_utc) AS newer FROM unnest($2::int[], $3::jsonb[], "
-      "$4::timestamptz[], $5::smallint[], $6::int[]) AS u(c, s, t, h, m) JOIN cell k ON k.cell = "
-      "c) AS v WHERE cell.cell = c",
-      {now, cells.Text(), states.Text(), state_times.Text(), healths.Text(), models.Text()});
+      "state_utc = CASE WHEN newer THEN t ELSE state_utc END, "
+      "state_stream = CASE WHEN newer THEN k ELSE state_stream END, "
+      "state_seq = CASE WHEN newer THEN q ELSE state_seq END FROM (SELECT u.*, t IS NOT NULL AND "
+      "(o.state_stream IS DISTINCT FROM k OR q > o.state_seq) AS newer FROM unnest($2::int[], "
+      "$3::jsonb[], $4::timestamptz[], $5::smallint[], $6::int[], $7::bigint[], $8::bigint[]) AS "
+      "u(c, s, t, h, m, k, q) JOIN cell o ON o.cell = c) AS v WHERE cell.cell = c",
+      {now, cells.Text(), states.Text(), state_times.Text(), healths.Text(), models.Text(),
+       streams.Text(), seqs.Text()});
   if (!updated) return updated.failure();
   for (const auto& [cell, change] : changes) {
     if (change.birth != nullptr) {
@@ -579,7 +592,8 @@ Result<void> MessageStore::WriteDeadLetters(Batch& batch) {
     ++batch.letters;
   }
   for (const auto& [what, letter] : letters) {
-    const std::string_view payload = letter.example == nullptr ? "" : letter.example->payload;
+    const std::string_view payload =
+        letter.example == nullptr ? std::string_view() : std::string_view(letter.example->payload);
     const auto done = connection_.RunPrepared(
         "INSERT INTO dead_letter AS d (topic, reason, messages, bytes, payload) VALUES ($1, $2, "
         "$3, "

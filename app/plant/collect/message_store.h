@@ -44,6 +44,9 @@ class MessageStore {
 
   const StoreCounts& counts() const { return counts_; }
   bool alive() const { return connection_.alive(); }
+  /// Whether the last failure was that of rights or of a read-only database, which time alone does
+  /// not cure.
+  bool forbidden() const;
 
  private:
   struct Decoded {

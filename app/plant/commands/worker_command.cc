@@ -71,7 +71,7 @@ int Work(const WorkerArguments& arguments) {
   log::FlushLog(true);
   std::cout << fmt::format("{} jobs done, {} attempts failed\n", worker.answered(),
                            worker.failed());
-  return arguments.once && worker.failed() > 0 ? kExitFault : kExitOk;
+  return arguments.once && (worker.failed() > 0 || !worker.was_usable()) ? kExitFault : kExitOk;
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ CREATE TABLE cell (
   clean_shutdown boolean,
   waiting bigint,        -- messages queued at the cell at its newest NBIRTH
   first_received timestamptz NOT NULL DEFAULT now(), last_received timestamptz,
-  state_utc timestamptz, state jsonb,  -- the newest NDATA
+  state_utc timestamptz, state jsonb,  -- the newest NDATA, by its number
+  state_stream bigint, state_seq bigint,
   health smallint,                     -- its `health`, see CellHealth
   model int,
   limited bigint NOT NULL DEFAULT 0,   -- messages refused because there were too many

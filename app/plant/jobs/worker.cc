@@ -59,7 +59,7 @@ void Worker::Run(int stop) {
     if (options_.heartbeat) options_.heartbeat();
     if (Connected()) FillSlots();
     ServeSlots();
-    if (options_.once && empty_ && slots_.empty()) return;
+    if (options_.once && slots_.empty() && (empty_ || (usable_ == false && !was_usable_))) return;
     const double wait_s = slots_.empty() ? kIdlePeriod_s : kChildPeriod_s;
     pollfd descriptor{stop, POLLIN, 0};
     if (poll(&descriptor, stop < 0 ? 0 : 1, static_cast<int>(1e3 * wait_s)) > 0) break;
@@ -116,7 +116,7 @@ bool Worker::StartNext() {
     return false;
   }
   if (usable_ != true) log_({Event::kWorkerDatabaseUp, "database connected"});
-  usable_ = true;
+  usable_ = was_usable_ = true;
   pause_s_ = 0;
   empty_ = !taken->has_value();
   if (empty_) return false;

@@ -33,6 +33,8 @@ class Worker {
   /// that still run are then killed and their jobs handed back.
   /// @param stop  descriptor, not read; -1: none
   void Run(int stop);
+  /// Whether jobs could ever be asked for. With `once`, the worker ends where they cannot.
+  bool was_usable() const { return was_usable_; }
 
   const std::string& name() const { return queue_.worker(); }
 
@@ -59,6 +61,7 @@ class Worker {
   const JobQueue queue_;
   std::optional<Connection> connection_;
   std::vector<Slot> slots_;
+  bool was_usable_ = false;
   std::optional<bool> usable_;  ///< whether the database did what was asked; nullopt at the start
   bool empty_ = false;          ///< no job was left at the last attempt to take one
   double retry_s_ = 0;          ///< when to open the next connection

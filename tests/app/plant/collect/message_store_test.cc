@@ -109,6 +109,10 @@ TEST_CASE("what cannot be stored is a dead letter and does not hold up the rest"
   CHECK(Answer(database, "SELECT sum(messages) FROM dead_letter WHERE reason <> ''") == "7");
   // The numbers that could be read are not missing; the others are.
   CHECK(Answer(database, "SELECT first_seq FROM gap ORDER BY 1") == "21;31");
+  // The evidence is the message itself.
+  CHECK(Answer(database,
+               "SELECT encode(payload, 'escape') FROM dead_letter WHERE topic = "
+               "'elsewhere'") == messages[30].payload);
   // Their repetition adds nothing but what has no number.
   REQUIRE(store.Write(messages, kNow_s).ok());
   CHECK(Answer(database, "SELECT count(*) FROM probe") == "93");
@@ -283,6 +287,12 @@ TEST_CASE("births, deaths, files and lenses are those of the newest message") {
                "installed || ' ' || dropped || ' ' || (page IS NULL) FROM cell_now") ==
         "200 100 true KR 210 R2700-2 2019-05-01 4 true");
   CHECK(Answer(database, "SELECT count(*) FROM cell_file") == "2");
+  // A state from a clock that was ahead is not the newest for ever.
+  REQUIRE(store
+              .Write(std::vector{cell.State(8, kNow_ms + 80'000'000), cell.State(9, kNow_ms + 5)},
+                     kNow_s)
+              .ok());
+  CHECK(Answer(database, "SELECT state->>'seq' FROM cell") == "9");
   // A new queue counts from 1.
   test::PublishingCell renewed;
   renewed.stream = "0000a002";
