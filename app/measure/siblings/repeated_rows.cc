@@ -164,7 +164,7 @@ std::vector<std::string> RowDigests(const MeasuredTable& set,
     digests.push_back(text::Sha256Hex(text).substr(0, 16));
   }
   std::ranges::sort(digests);
-  digests.erase(std::ranges::unique(digests).begin(), digests.end());
+  digests.erase(std::unique(digests.begin(), digests.end()), digests.end());
   return digests;
 }
 
