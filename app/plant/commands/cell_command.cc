@@ -116,12 +116,14 @@ void AddCellCommand(CLI::App& app, int& exit_code) {
   CLI::App* const command =
       app.add_subcommand("cell", "Give a cell access to the broker, or take it away");
   command->require_subcommand(1);
+  command->footer("Example:\n  plumbline plant cell add line-2/cell-7 > cell-7-password");
   AddCellAction(
       *command, "add", "Print a new password for a cell and let it write its topics", false,
       "The password file is the list of cells; the access list is written from it, so that\n"
       "each cell writes its own topics and reads nothing. A cell that has a password gets a\n"
       "new one.\n\n"
-      "Example, on the broker's computer:\n"
+      "Run it on the broker's computer.\n\n"
+      "Example:\n"
       "  plumbline plant cell add line-2/cell-7 > cell-7-password",
       exit_code);
   AddCellAction(*command, "remove", "Remove a cell's access", true,

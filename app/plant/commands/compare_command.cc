@@ -154,7 +154,8 @@ void AddCompareCommand(CLI::App& app, int& exit_code) {
       "answer where the old one did. The plant is worse if a cell is, or if the geometric mean of\n"
       "new / old over all cells is above 1.01 and its 95 % interval above 1.\n\n"
       "Example:\n"
-      "  plumbline plant compare --program /opt/new/bin/plumbline --against /usr/bin/plumbline\n\n"
+      "  plumbline plant compare --program /opt/new/bin/plumbline \\\n"
+      "    --against /usr/bin/plumbline\n\n"
       "Exit codes: 0 not worse; 1 worse, or the comparison could not be made; 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Compare(*options); });
 }

@@ -17,6 +17,12 @@ int main(int argc, char** argv) {
   app.formatter(terminal::HelpFormatter());
   app.set_version_flag("--version", kVersionAndBuild);
   app.require_subcommand(1);
+  app.footer(
+      "`plumbline plant COMMAND --help` shows the options of a command, with examples.\n\n"
+      "Examples:\n"
+      "  plumbline plant init --database dbname=plumbline\n"
+      "  plumbline plant status\n"
+      "  plumbline plant report --days 30 --html report.html");
   int exit_code = plant::kExitOk;
   plant::AddInitCommand(app, exit_code);
   plant::AddCellCommand(app, exit_code);

@@ -130,8 +130,12 @@ Result<int> PoolArms(PriorRun& run) {
   if (!done) return done.failure();
   const auto text = files::ReadFileUpTo(files::kTableSize, signed_file);
   if (!text) return Error{fmt::format("{}: {}", signed_file, text.error())};
-  const auto prior = text::JsonFromText(text->substr(text->find('\n') + 1));
-  if (!prior) return Error{"the prior: " + prior.error()};
+  const auto plain = files::ReadFileUpTo(files::kTableSize, pooled);
+  if (!plain) return Error{fmt::format("{}: {}", pooled, plain.error())};
+  const auto prior = text::JsonFromText(*plain);
+  if (!prior || !prior->contains("arms") || !prior->contains("left_out")) {
+    return Error{"the pooled prior does not name its arms; is the program of this version?"};
+  }
   const int arms = static_cast<int>(prior->at("arms").size());
   for (const json& one : prior->at("left_out")) {
     std::cerr << fmt::format("left out: {}: {}\n", one.at("arm").get<std::string>(),

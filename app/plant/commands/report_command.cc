@@ -69,8 +69,8 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "A cell is said to drift only if that is significant among all cells tested. Cells with too "
       "few days are counted, not judged. Needs the role plumbline_reader.\n\n"
-      "Example: which arms drift since the shutdown?\n"
-      "  plumbline plant report --since 2026-11-01\n\n"
+      "Example:\n"
+      "  plumbline plant report --since 2026-11-01  # what drifts since then\n\n"
       "Exit codes: 0 reported; 1 the database does not answer; 2 wrong arguments, or the file "
       "cannot "
       "be written.");

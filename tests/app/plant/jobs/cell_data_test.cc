@@ -17,7 +17,7 @@ TEST_CASE("further columns of a probe are read whatever they contain") {
   cell::JournalRow row;
   AddFurtherColumns(text::JsonOrNull(R"({"t_s": 12.5, "tool": 3, "payload_item": 0,
       "sigma_mm": 0.05, "camera": "side", "q_step_deg": 0.01, "qd": [180, 5], "tau": [1, 2, 3],
-      "range_mm": 1500, "quaternion": [1, 0, 0, 0], "other": [1]})"),
+      "range_mm": 1500, "orientation": [1, 0, 0, 0], "other": [1]})"),
                     joints, row);
   CHECK(row.t_s == 12.5);
   CHECK(row.tool_number == 3);
@@ -32,7 +32,7 @@ TEST_CASE("further columns of a probe are read whatever they contain") {
   CHECK(row.orientation_W->w() == 1);
   for (const char* text : {"null", "[]", "7", R"({"t_s": "x", "tool": 1e300, "camera": 3})",
                            R"({"payload_item": 9999999999, "sigma_mm": []})",
-                           R"({"qd": ["a", 1], "quaternion": [1, 0, 0, null], "tau": {}})"}) {
+                           R"({"qd": ["a", 1], "orientation": [1, 0, 0, null], "tau": {}})"}) {
     cell::JournalRow none;
     AddFurtherColumns(text::JsonOrNull(text), joints, none);
     CHECK_FALSE(none.t_s);

@@ -79,7 +79,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 cat > $out <<END
-{{"step": "$step", "files": $files, "may_use_prior": $prior, "verdict": "explained", "effects": [], "limit_kb": "$(ulimit -d)",
+{{"step": "$step", "arms": ["a", "b", "c"], "left_out": [], "files": $files, "may_use_prior": $prior, "verdict": "explained", "effects": [], "limit_kb": "$(ulimit -d)",
  "held_out": [{{"by": "rows", "after_mm": 1, "after_low_mm": 0.9, "after_high_mm": 1.1}}]}}
 END
 )sh",
