@@ -105,7 +105,7 @@ def faults(binaries, folder):
     primary.ask("ALTER SYSTEM SET synchronous_standby_names = '*'")
     primary.ask("SELECT pg_reload_conf()")
     settings = "host=%s,%s port=%d,%d dbname=plumbline user=owner target_session_attrs=read-write" % (
-        primary.home, standby.home, primary.port, standby.port)
+        primary.sockets, standby.sockets, primary.port, standby.port)
     broker = station.Broker(folder, "autosave_interval 2\n")
     collectors = [station.Collector(binaries, folder, broker, settings, name) for name in ("1", "2")]
     for one in collectors:
@@ -182,6 +182,7 @@ def faults(binaries, folder):
             process.stop(signal.SIGKILL)
         for server in (primary, standby):
             server.stop(signal.SIGINT)
+            station.remove(server.sockets)
 
 
 def flood(binaries, folder):

@@ -164,7 +164,7 @@ def main():
         servers.append(station.Postgres(folder, "standby", standby_of=primary))
         standby = servers[1]
         both = "host=%s,%s port=%d,%d dbname=plumbline user=owner target_session_attrs=read-write" % (
-            primary.home, standby.home, primary.port, standby.port)
+            primary.sockets, standby.sockets, primary.port, standby.port)
         third = Round(3, folder, options, both)
         faults += under_faults(third, primary, standby, options.kills, options.first_seed)
         faults += third.faults(standby, first)

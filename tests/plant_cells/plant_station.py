@@ -6,6 +6,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 
 POSTGRES = "/usr/lib/postgresql/15/bin/"
@@ -68,10 +69,12 @@ class Process:
 class Postgres(Process):
     def __init__(self, folder, name="primary", lines="", standby_of=None, pin=None):
         self.home = os.path.join(folder, name)
+        self.sockets = tempfile.mkdtemp(prefix="plumbline-pg-", dir="/tmp")  # their paths must be short
         os.makedirs(self.home)
         if os.getuid() == 0:
             user = pwd.getpwnam("postgres")
-            os.chown(self.home, user.pw_uid, user.pw_gid)
+            for one in (self.home, self.sockets):
+                os.chown(one, user.pw_uid, user.pw_gid)
             parent = folder
             while parent != "/":  # the server's user passes through
                 os.chmod(parent, os.stat(parent).st_mode | 0o011)
@@ -82,10 +85,10 @@ class Postgres(Process):
         if standby_of is None:
             self.call(["initdb", "-D", self.data, "-U", "owner", "--no-sync", "-A", "trust", "-E", "UTF8", "--locale=C"])
         else:
-            self.call(["pg_basebackup", "-D", self.data, "-h", standby_of.home, "-p", str(standby_of.port), "-U", "owner",
+            self.call(["pg_basebackup", "-D", self.data, "-h", standby_of.sockets, "-p", str(standby_of.port), "-U", "owner",
                        "-R", "-X", "stream", "-c", "fast", "--no-sync"])
         settings = ("listen_addresses = ''\nunix_socket_directories = '%s'\nport = %d\nmax_connections = 60\n"
-                    % (self.home, self.port) + lines)
+                    % (self.sockets, self.port) + lines)
         with open(os.path.join(self.data, "postgresql.conf"), "a") as file:
             file.write(settings)
         super().__init__(as_server([POSTGRES + "postgres", "-D", self.data]), log, pin)
@@ -98,7 +101,7 @@ class Postgres(Process):
             raise RuntimeError("%s: %s" % (words[0], done.stderr))
 
     def settings(self, database="plumbline", user="owner"):
-        return "host=%s port=%d dbname=%s user=%s" % (self.home, self.port, database, user)
+        return "host=%s port=%d dbname=%s user=%s" % (self.sockets, self.port, database, user)
 
     def answers(self):
         return self.ask("SELECT 1", "postgres", check=False) == "1"
@@ -112,6 +115,11 @@ class Postgres(Process):
 
     def rows(self, statement):
         return [line.split("|") for line in self.ask(statement).splitlines()]
+
+    def stop(self, how=signal.SIGINT):
+        super().stop(how)
+        if how != signal.SIGKILL:
+            remove(self.sockets)
 
     def promote(self):
         self.call(["pg_ctl", "promote", "-w", "-D", self.data])
@@ -189,9 +197,7 @@ def new_plant(bin_folder, server):
 
 def scratch_folder(prefix):
     """A folder that PostgreSQL's user can reach."""
-    import tempfile
-    folder = tempfile.mkdtemp(prefix=prefix, dir=os.environ.get("TMPDIR"))
-    return folder
+    return tempfile.mkdtemp(prefix=prefix, dir=os.environ.get("TMPDIR"))
 
 
 def remove(folder):
