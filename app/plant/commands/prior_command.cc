@@ -202,7 +202,7 @@ void AddPriorCommand(CLI::App& app, int& exit_code) {
   command->add_option("--output", options->output, "Write the signed prior to this file")
       ->required();
   command->add_option("--program", options->program, "Program `plumbline` that pools and signs")
-      ->capture_default_str();
+      ->default_str("the one beside this program");
   command->add_option("--last", options->selection.last, "Rows of a cell at most, the newest")
       ->capture_default_str()
       ->check(CLI::Range(std::int64_t{kMinRows}, std::int64_t{100'000}));

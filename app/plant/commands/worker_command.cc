@@ -90,7 +90,7 @@ void AddWorkerCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--program", arguments->programs,
                    "Programs `plumbline` that do the work; the first does jobs for any version")
-      ->capture_default_str();
+      ->default_str("the one beside this program");
   command->add_option("--timeout-s", arguments->timeout_s, "Longest time of a job")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e6));
