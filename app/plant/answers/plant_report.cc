@@ -272,7 +272,7 @@ Interval Above(const Interval& level, const Interval& siblings) {
 /// @param days        of the present model
 /// @param correlated  of their first and last third
 std::optional<Maintenance> MaintenanceOf(const CellLevel& level, const std::vector<DayValue>& days,
-                                         std::vector<double> former, double correlated,
+                                         std::vector<double> earlier, double correlated,
                                          const PlantReport& report) {
   const std::size_t third = days.size() / kThirds;
   const double confidence = 1 - kSignificance / static_cast<double>(report.levels.size());
@@ -299,7 +299,7 @@ std::optional<Maintenance> MaintenanceOf(const CellLevel& level, const std::vect
   const double far = 2 * siblings->median.value;
   // A model that made the cell worse is to be replaced, not the cell to be repaired.
   if (!present || present->value < far) return std::nullopt;
-  if (!former.empty() && statistics::MedianOf(former) < far) return std::nullopt;
+  if (!earlier.empty() && statistics::MedianOf(earlier) < far) return std::nullopt;
   const Interval above = Above(*present, siblings->median);
   if (above.low <= 0) return std::nullopt;
   return Maintenance{level.cell, above, "over twice its siblings' level; no rise seen"};
@@ -307,13 +307,13 @@ std::optional<Maintenance> MaintenanceOf(const CellLevel& level, const std::vect
 
 void AddMaintenance(const ReportData& data, PlantReport& report) {
   std::vector<std::vector<DayValue>> present, ends;
-  std::vector<std::vector<double>> former;
+  std::vector<std::vector<double>> earlier;
   for (const CellLevel& level : report.levels) {
     std::vector<DayValue> days = Means(*level.cell, data.period);
     const auto begin = std::find_if(days.begin(), days.end(), [&](const DayValue& day) {
       return day.group == days.back().group;
     });
-    former.push_back(ValuesOf({days.begin(), begin}));
+    earlier.push_back(ValuesOf({days.begin(), begin}));
     days.erase(days.begin(), begin);
     // A step between the ends is no autocorrelation.
     const std::size_t third = days.size() / kThirds;
@@ -327,7 +327,7 @@ void AddMaintenance(const ReportData& data, PlantReport& report) {
   const std::vector<double> correlated = Autocorrelations(ends);
   for (std::size_t k = 0; k < present.size(); ++k) {
     if (auto found =
-            MaintenanceOf(report.levels[k], present[k], former[k], correlated[k], report)) {
+            MaintenanceOf(report.levels[k], present[k], earlier[k], correlated[k], report)) {
       report.maintenance.push_back(std::move(*found));
     }
   }

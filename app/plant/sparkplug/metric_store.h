@@ -23,7 +23,7 @@ struct Metric {
   bool historical = false;             ///< the value is to be published as historical
   bool changed = false;                ///< a host does not have the value yet
   bool not_live = false;               ///< a host has the value only as historical
-  Quality published = Quality::kGood;  ///< last quality that a host was told
+  Quality published = Quality::kGood;  ///< last quality that was published
 };
 
 /// The alias of a metric is its index plus one, for as long as this object exists.
@@ -70,7 +70,7 @@ class MetricStore {
   bool has_changes() const { return !changed_.empty(); }
   struct Change {
     std::size_t index = 0;
-    bool quality = false;  ///< differs from what a host was told
+    bool quality = false;  ///< differs from what was published
   };
   /// The metrics that changed since the last call, which count as published.
   std::vector<Change> TakeChanges();
