@@ -218,9 +218,13 @@ void AddPriorCommand(CLI::App& app, int& exit_code) {
       "The plant computes a prior from all arms of a model, in steps that any number of computers\n"
       "can share; `plumbline diagnose` of a further arm uses the signed file.\n\n"
       "Example:\n"
-      "  plumbline diagnose arm-1/cell.toml arm-1/measured.csv --arm-out arm-1.json\n"
+      "  for arm in arm-1 arm-2 arm-3; do \\\n"
+      "    plumbline diagnose $arm/cell.toml $arm/measured.csv \\\n"
+      "      --arm-out $arm.json --arm-name $arm; done\n"
       "  plumbline prior sizes \"KR 210 R2700-2\" arm-*.json --out sizes.json\n"
-      "  plumbline prior fit arm-1.json arm-1/measured.csv sizes.json --out arm-1.json\n"
+      "  for arm in arm-1 arm-2 arm-3; do \\\n"
+      "    plumbline prior fit $arm.json $arm/measured.csv sizes.json \\\n"
+      "      --out $arm.json; done\n"
       "  plumbline prior pool \"KR 210 R2700-2\" arm-*.json --out prior.json\n"
       "  plumbline prior sign prior.json --key plant.key --out kr210.prior");
   const auto add = [&](const char* name, const char* what, int (*run)(const PriorOptions&),

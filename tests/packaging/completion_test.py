@@ -23,7 +23,7 @@ def completed(*lines):
     ask = SCRIPT + "\n"
     for words in lines:
         quoted = " ".join("'%s'" % word for word in ("plumbline", *words))
-        ask += "COMP_WORDS=(%s); COMP_CWORD=%d; COMPREPLY=(); _plumbline\n" % (quoted, len(words))
+        ask += "COMP_WORDS=(%s); COMP_CWORD=%d; COMPREPLY=(); _plumbline_with_plant\n" % (quoted, len(words))
         ask += 'printf "%s " "${COMPREPLY[@]}"; echo\n'
     done = subprocess.run(["bash", "--norc", "-c", ask], capture_output=True, text=True, timeout=60)
     if done.returncode or done.stderr:
@@ -39,7 +39,6 @@ def named(text):
 
 
 checked = 0
-ELSEWHERE = {("plant",)}  # plumbline-plant
 
 
 def walk(path):
@@ -54,9 +53,6 @@ def walk(path):
         faults.append("plumbline %s: commands differ by %s" % (" ".join(path), sorted(listed ^ commands)))
     checked += len(options) + len(commands)
     for command in sorted(commands):
-        if (*path, command) in ELSEWHERE:
-            print("not completed: the words after plumbline %s, which another program reads" % command)
-            continue
         walk((*path, command))
 
 
@@ -72,13 +68,15 @@ expected = [
     (("journal", "imp"), {"import"}),
     (("model", "list", "--st"), {"--state"}),
     (("check", ""), set()),
+    (("plant", "rep"), {"report"}),
+    (("plant", "cell", "remove", "--bro"), {"--broker-folder"}),
     (("diagnose", "cell.toml", "measured.csv", "--rep"), {"--report"}),
 ]
 for (words, wanted), got in zip(expected, completed(*[words for words, _ in expected])):
     if got != wanted:
         faults.append("plumbline %s<TAB>: %s, not %s" % (" ".join(words), sorted(got), sorted(wanted)))
 # Where nothing is listed, names of files: bash itself does that.
-if "complete -o bashdefault -o default -F _plumbline plumbline" not in SCRIPT:
+if "complete -o bashdefault -o default -F _plumbline_with_plant plumbline" not in SCRIPT:
     faults.append("files are not completed")
 print("\n".join(faults) or "%d options and commands are completed" % checked)
 sys.exit(1 if faults else 0)

@@ -3,9 +3,12 @@ below with the reason why it cannot run here.
 
     examples_test.py BUILD_BIN
 
-It runs in a mount, network and process namespace of its own, where /etc/plumbline, /var/lib/plumbline and
-/usr/share/plumbline are its own. Skipped where namespaces cannot be created."""
+It runs in a mount, network and process namespace of its own, where /etc/plumbline, /etc/mosquitto, /var/lib/plumbline,
+/usr/share/plumbline and /usr/share/doc are its own, with the broker and the database of a plant. Skipped without root's
+rights, which the database needs to change its user, and where namespaces cannot be created."""
 
+import importlib.machinery
+import importlib.util
 import os
 import pathlib
 import re
@@ -16,6 +19,9 @@ import tempfile
 import time
 
 ROOT = os.getcwd()
+sys.path.insert(0, ROOT + "/tests/plant_cells")
+import plant_station  # noqa: E402
+
 BIN = os.path.abspath(sys.argv[1])
 # reference/commands.md repeats each --help; the commands of paper.md need a build's tests or the demo.
 DOCUMENTS = ["README.md", *sorted(str(path) for path in pathlib.Path("docs").rglob("*.md")
@@ -49,13 +55,14 @@ NOT_HERE = [
     (r"plumbline journal salvage", "needs a damaged journal; integrity_test damages one"),
     (r"plumbline model (apply|rollback|show|propose)", "needs a proposal of this cell; backup_test and ./dev demo apply one"),
     (r"corrected.toml poses.csv --align|--align session2.csv", "needs a second session; predict_command_test has one"),
-    (r"^plumbline-fleet ", "needs an MQTT broker; fleet_process_test starts one"),
-    (r"^plumbline-sparkplug ", "needs an MQTT broker; sparkplug_host_life_test starts one"),
-    (r"^plumbline plant |^plumbline-plant ", "needs the database of a plant; plant_worker_test has one"),
+    (r"/opt/new/bin/plumbline", "needs another version; plant_worker_test makes one"),
+    (r"createdb plumbline$", "plant_of_examples has made it"),
+    (r"mosquitto_passwd ", "asks for a password"),
     (r"plumbline registers scan ", "needs a controller without a profile; register_maps_test plays some"),
     (r"\| jq ", "needs jq"),
     (r"my-cell/plumbline.toml", "the file that a person has edited; check and start of the shipped one run"),
 ]
+ARM_MODEL = "KR 210 R2700-2"
 # A lens as ROS stores it, for the example of explain.
 CAMERA_INFO = """image_width: 1280
 image_height: 720
@@ -65,9 +72,10 @@ distortion_model: plumb_bob
 distortion_coefficients: {rows: 1, cols: 5, data: [-0.1, 0.01, 0, 0, 0]}
 """
 # Programs that run until they are stopped: they must still run after a moment, and end on SIGTERM.
-RUNS_ON = r"^(\S*/)?(plumblined|plumbline-view|plumbline-virtual-cell)\b(?!.*--version)|journal tail"
+RUNS_ON = r"^(\S*/)?(plumblined|plumbline-(view|virtual-cell|fleet|collect|sparkplug))\b(?!.*--version)|journal tail|plant (page|worker)\b(?!.*--once)"
 # Commands whose exit code states a finding about this computer or cell.
-MAY_FIND = {r"plumbline doctor": (0, 1), r"plumbline status": (0, 1)}
+MAY_FIND = {r"plumbline doctor": (0, 1), r"plumbline (plant )?status": (0, 1)}
+OWN_FOLDERS = ("/etc", "/var/lib", "/usr/share")
 
 
 def programs():
@@ -81,8 +89,8 @@ def help_of(*words):
 
 def is_command(line):
     """Whether an indented line is a command, and no output, table or file content."""
-    words = line.removeprefix("sudo ").split()
-    return bool(words) and (words[0].startswith(("./dev", "../build/", "build/bin/", "$EDITOR")) or (
+    words = re.sub(r"^sudo (-u \w+ )?", "", line).split()
+    return bool(words) and (words[0] == "for" or words[0].startswith(("./dev", "../build/", "build/bin/", "$EDITOR")) or (
         re.fullmatch(r"[a-z][\w-]*", words[0]) and (words + ["="])[1][:1] not in ("=", ":", "|") and
         (words[0].startswith("plumbline") or shutil.which(words[0]) or words[0] in ("cd", "editor", "systemctl"))
         and (words[0].startswith("plumbline") or len(words) > 1) and not line.endswith((".", ","))))
@@ -126,7 +134,9 @@ def own_view(folder, scratch):
     os.makedirs(upper)
     subprocess.run(["mount", "--bind", folder, lower], check=True)
     for name in os.listdir(lower):
-        if name != "plumbline":
+        if name in ("mosquitto", "doc") and folder != "/var/lib":
+            os.makedirs(upper + "/" + name)
+        elif name != "plumbline":
             os.symlink(lower + "/" + name, upper + "/" + name)
     os.makedirs(upper + "/plumbline")
     subprocess.run(["mount", "--bind", upper, folder], check=True)
@@ -142,27 +152,30 @@ def run(command, folder, environment, timeout_s=240):
     return done.returncode, done.stdout
 
 
-def prepare(folder):
-    """The files that the examples name, a configuration at its place, and the programs beside it."""
+def prepare(folder, started):
+    """The files that the examples name, a configuration at its place, and the programs beside it, added to `started`."""
     os.symlink(ROOT + "/build", folder + "/build")
     shutil.copytree(ROOT + "/config", folder + "/config")
     os.makedirs(folder + "/tests")
     os.symlink(ROOT + "/tests/virtual_cell", folder + "/tests/virtual_cell")
     for number in range(1, 5):
-        out = folder if number == 1 else "%s/arm-%d" % (folder, number)
+        out = "%s/arm-%d" % (folder, number)
         subprocess.run([BIN + "/plumbline-simulate", "--family", "joint_compliance@q2,q3", "--robot", "ur10", "--rows", "60",
                         "--seed", str(number), "--out", out + "/data"], check=True, stdout=subprocess.DEVNULL)
-        for name in ("cell.toml", "measured.csv"):
-            shutil.copy(out + "/data/" + name, out)
+        cell = open(out + "/data/cell.toml").read()
+        open(out + "/cell.toml", "w").write(cell.replace("[robot]\n", '[robot]\nmodel = "%s"\n' % ARM_MODEL, 1))
+        shutil.copy(out + "/data/measured.csv", out)
     os.makedirs(folder + "/delivery")
     for name in ("cell.toml", "measured.csv"):
-        shutil.copy(folder + "/" + name, folder + "/delivery")
+        shutil.copy(folder + "/arm-1/" + name, folder)
+        shutil.copy(folder + "/arm-1/" + name, folder + "/delivery")
     for example in ("ur/pick.script", "path.csv"):
         shutil.copy("%s/packaging/examples/%s" % (ROOT, example), folder)
     open(folder + "/camera.yaml", "w").write(CAMERA_INFO)
     for name in ("cells", "profiles"):
         shutil.copytree(ROOT + "/config/" + name, "/usr/share/plumbline/" + name)
     text = open("tests/virtual_cell/demo/plumbline.toml").read()
+    text += '\n[mqtt]\nhost = "127.0.0.1"\nport = 1883\ngroup = "line-1"\nnode = "cell-1"\n'
     for old, new in (('"cockpit-cell.toml"', '"%s/tests/virtual_cell/demo/cockpit-cell.toml"' % ROOT), ("../../..", ROOT),
                      ('"/tmp/plumbline-demo"', '"/var/lib/plumbline"'), ("port = 15020", "port = 502")):
         assert old in text, old
@@ -170,32 +183,70 @@ def prepare(folder):
     for place in ("/etc/plumbline/plumbline.toml", folder + "/plumbline.toml"):
         open(place, "w").write(text if place.startswith("/etc") else text.replace("port = 502", "port = 1502").replace(
             '"/var/lib/plumbline"', '"%s/state"' % folder))
-    started = [subprocess.Popen([BIN + "/plumbline-virtual-cell", "--cell", "tests/virtual_cell/demo/cockpit-cell.toml", "--idle",
+    started.append(subprocess.Popen([BIN + "/plumbline-virtual-cell", "--cell", "tests/virtual_cell/demo/cockpit-cell.toml", "--idle",
                                  "--profile", "generic", "--port", "15502", "--port-file", folder + "/cell.ports"],
-                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)]
+                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL))
     for place in ("/etc/plumbline/plumbline.toml", folder + "/plumbline.toml"):
         started.append(subprocess.Popen([BIN + "/plumblined", place, "--port-file", place + ".ports"], stderr=open(place + ".log", "w")))
         give_up = time.monotonic() + 30
         while not os.path.exists(place + ".ports"):
             assert started[-1].poll() is None and time.monotonic() < give_up, open(place + ".log").read()
             time.sleep(0.05)
-    return started
+
+
+def plant_of_examples(folder, processes):
+    """A broker, and a database that the collector has filled with three cells of line-2, added to `processes`. Returns the
+    environment that libpq reads."""
+    home = folder + "/plant"
+    os.makedirs(home + "/cells")
+    loader = importlib.machinery.SourceFileLoader("plant_demo", ROOT + "/tests/plant_cells/demo/run")
+    demo = importlib.util.module_from_spec(importlib.util.spec_from_loader("plant_demo", loader))
+    loader.exec_module(demo)
+    demo.BIN = BIN
+    for number in (7, 8, 9):
+        demo.record(home + "/cells", "cell-%d" % number, ARM_MODEL, number)
+    broker = plant_station.Broker(home, "listener 1883 127.0.0.1\n")
+    processes.append(broker)
+    server = plant_station.Postgres(home, lines="listen_addresses = '127.0.0.1'\n")
+    processes.append(server)
+    plant_station.new_plant(BIN, server)
+    server.ask("CREATE ROLE root SUPERUSER LOGIN")  # whom the examples call postgres
+    for statement in re.findall(r"^    ((?:CREATE ROLE|SELECT)[^;]*);", open("docs/plant.md").read(), re.M):
+        server.ask("SET search_path = plumbline; " + statement)
+    collector = plant_station.Collector(BIN, home, broker, server.settings())
+    processes.append(collector)
+    collector.wait()
+    processes.append(plant_station.Cells(BIN, home, broker, "--folder", home + "/cells", "--start-days", str(demo.DAYS),
+                                         "--line", "line-2"))
+    expected = str(3 * demo.DAYS * demo.PER_DAY)
+    assert plant_station.soon(lambda: server.ask("SELECT count(*) FROM plumbline.probe") == expected), open(collector.log).read()
+    processes.append(plant_station.Process([BIN + "/plumbline-plant", "worker", "--database", server.settings()],
+                                           home + "/worker.log"))
+    for place in ("/etc/plumbline", folder):
+        plant_station.write_config(place + "/plant.toml", broker, server.settings())
+    with open("/etc/hosts", "w") as hosts:
+        hosts.write("127.0.0.1 localhost db1\n")
+    return {"PGHOST": server.sockets, "PGPORT": str(server.port)}
 
 
 def main():
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     faults, ran, listed, used = [], 0, 0, set()
     found = examples()
-    with tempfile.TemporaryDirectory() as scratch:
-        for folder in ("/etc", "/var/lib", "/usr/share"):
+    scratch, plant, started = os.environ[INSIDE], [], []
+    try:
+        for folder in OWN_FOLDERS:
             own_view(folder, scratch)
+        os.remove("/etc/hosts")
+        shutil.copytree(ROOT + "/config/plant", "/usr/share/doc/plumbline/examples/plant")
         work, stubs = scratch + "/work", scratch + "/bin"
         os.makedirs(work)
         os.makedirs(stubs)
-        open(stubs + "/sudo", "w").write('#!/bin/sh\nexec "$@"\n')
+        open(stubs + "/sudo", "w").write('#!/bin/sh\n[ "$1" != -u ] || shift 2\nexec "$@"\n')
         os.chmod(stubs + "/sudo", 0o755)
         environment = dict(os.environ, PATH="%s:%s:%s" % (stubs, BIN, os.environ["PATH"]), HOME=scratch)
-        started = prepare(work)
+        environment.update(plant_of_examples(work, plant))
+        prepare(work, started)
         done = set()
         for source, blocks in found.items():
             for block in blocks:
@@ -211,7 +262,7 @@ def main():
                     allowed, line = (0,), command
                     if re.search(RUNS_ON, command):  # beside no other daemon, whose port and state it would share
                         line, allowed = "timeout 5 " + command, (124,)
-                        if not re.search("journal tail|plumbline-view", command):
+                        if re.search("plumblined|plumbline-virtual-cell", command):
                             line = ("unshare --net --mount sh -c 'ip link set lo up; mount -t tmpfs tmpfs /var/lib/plumbline; "
                                     "exec %s'" % line)
                     for pattern, codes in MAY_FIND.items():
@@ -222,12 +273,12 @@ def main():
                         faults.append("%s: exit code %d of: %s\n    %s" % (source, code, command, "\n    ".join(output.strip().split("\n")[-6:])))
                     moved = re.search(r"(?:^|&& )cd (\S+)$", command)
                     folder = os.path.join(folder, moved.group(1)) if moved and code == 0 else folder
+    finally:
         for process in started:
             process.kill()
             process.wait()
-        for folder in ("/usr/share", "/var/lib", "/etc"):
-            subprocess.run(["umount", "-l", folder], check=True)
-            subprocess.run(["umount", "-l", scratch + "/lower" + folder.replace("/", "-")], check=True)
+        for process in reversed(plant):
+            process.stop()
     faults += ["no example matches %s any more: remove it from NOT_HERE" % pattern for pattern, _ in NOT_HERE if pattern not in used]
     if ran < 40 or not found["README.md"] or not any(found[name] for name in DOCUMENTS[1:]):
         faults.append("hardly any example was found: %d" % ran)
@@ -239,8 +290,10 @@ if __name__ == "__main__":
     if os.environ.get(INSIDE):
         main()
     inside = ["unshare", "--mount", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
-    inside += [] if os.getuid() == 0 else ["--user", "--map-root-user"]
-    if subprocess.run(inside + ["true"], capture_output=True).returncode != 0:
-        print("SKIPPED: this computer does not let a test create namespaces")
+    if os.getuid() != 0 or subprocess.run(inside + ["true"], capture_output=True).returncode != 0:
+        print("SKIPPED: needs root's rights, and a computer that lets a test create namespaces")
         sys.exit(77)
-    sys.exit(subprocess.run(inside + [sys.executable, "-B"] + sys.argv, env=dict(os.environ, **{INSIDE: "yes"})).returncode)
+    # Removed out here, where nothing is mounted in it: in there it holds the computer's own folders.
+    with tempfile.TemporaryDirectory() as scratch:
+        done = subprocess.run(inside + [sys.executable, "-B"] + sys.argv, env=dict(os.environ, **{INSIDE: scratch}))
+    sys.exit(done.returncode)

@@ -1,5 +1,7 @@
 #include "app/measure/siblings/arm_fit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -327,6 +329,11 @@ Result<std::vector<TipDisplacement>> DisplacementsBy(
   for (const effects::ActiveEffect& effect : effects)
     displacements.push_back(TipDisplacementOf(problem, effect));
   return displacements;
+}
+
+std::string ProbabilityText(double probability) {
+  constexpr double kLeast = 1e-12;
+  return probability < kLeast ? "< 1e-12" : fmt::format("= {:.1g}", probability);
 }
 
 }  // namespace plumbline::measure

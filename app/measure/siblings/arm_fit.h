@@ -121,4 +121,7 @@ Result<double> AlignedRms(const model::CellModel& cell, const Arm& arm, int thre
 Result<std::vector<TipDisplacement>> DisplacementsBy(
     const std::vector<effects::ActiveEffect>& effects, const Arm& arm, int threads);
 
+/// `= 0.002`, or `< 1e-12` where only the size of the number is known.
+std::string ProbabilityText(double probability);
+
 }  // namespace plumbline::measure

@@ -249,8 +249,8 @@ Result<FleetPrior> PoolFits(const AgreedSizes& agreed, std::vector<ArmFit> fits)
     const auto least = std::ranges::min_element(probabilities);
     if (*least >= kDifferentArm / static_cast<double>(fits.size())) break;
     const auto different = fits.begin() + (least - probabilities.begin());
-    prior.left_out.push_back(
-        {different->arm, fmt::format("it differs from the others (p = {:.1g})", *least)});
+    prior.left_out.push_back({different->arm, fmt::format("it differs from the others (p {})",
+                                                          ProbabilityText(*least))});
     fits.erase(different);
   }
   if (fits.size() < 2) return Error{"at least two arms are needed"};

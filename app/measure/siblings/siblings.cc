@@ -182,9 +182,10 @@ Result<Diagnosis> DiagnoseWithPrior(const model::CellModel& cell, const Measured
   evidence.predicted_m = *predicted;
   if (posterior->p_value < kDifferentArm) {
     return not_used(fmt::format(
-        "this arm differs from its siblings (p = {:.1g}); what they have in common predicts its "
+        "this arm differs from its siblings (p {}); what they have in common predicts its "
         "rows to {:.3f} mm, the declared cell to {:.3f} mm",
-        posterior->p_value, kMmPerMetre * evidence.predicted_m, kMmPerMetre * evidence.declared_m));
+        ProbabilityText(posterior->p_value), kMmPerMetre * evidence.predicted_m,
+        kMmPerMetre * evidence.declared_m));
   }
   const model::CellModel extended = With(cell, posterior->effects);
   Result<Diagnosis> with = engine(extended, rows, Within(options, 0.5, 1));

@@ -196,6 +196,10 @@ std::vector<Finding> FindingsOf(const CellState& cell, double now_utc) {
     if (cell.queued > 0) text += fmt::format("; {} queued when it connected", cell.queued);
     findings.push_back({Urgency::kNotice, text});
   }
+  if (cell.state_utc && -behind_s > kBehind_s) {
+    findings.push_back(
+        {Urgency::kAttention, fmt::format("its clock was {} ahead", AgeText(-behind_s))});
+  }
   if (proposed) {
     findings.push_back(
         {Urgency::kNotice, fmt::format("model {} awaits approval", cell.proposed_model)});

@@ -47,7 +47,8 @@ inline constexpr double kRecent_s = 86400;
 /// A cell that is online and silent for longer is reported. The longest period of states that
 /// plumbline-fleet allows is an hour; its default is seconds.
 inline constexpr double kSilent_s = 300;
-/// Age of a newest state at its arrival from which a cell counts as catching up.
+/// Age of a newest state at its arrival from which a cell counts as catching up; as far in the
+/// future, its clock is wrong.
 inline constexpr double kBehind_s = 120;
 
 /// Why someone should look at the cell, most urgent first; empty if everything is in order. Pure.

@@ -1,7 +1,6 @@
 #include "app/plant/broker/broker_link.h"
 
 #include <fmt/format.h>
-#include <mosquitto.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -16,11 +15,10 @@
 #include <thread>
 
 #include "app/base/service/utc_clock.h"
+#include "app/plant/broker/broker_account.h"
 #include "app/plant/broker/memory_limit.h"
-#include "app/plant/broker/mosquitto_library.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
-#include "drivers/files/text_file.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/thread_heartbeat.h"
 
@@ -29,13 +27,6 @@ namespace {
 
 constexpr unsigned kMaxInFlight = 100;
 constexpr auto kEndTimeout = std::chrono::seconds(2);
-
-Result<std::string> PasswordOf(const config::MqttConfig& config) {
-  if (config.password_file.empty()) return std::string();
-  Result<std::string> text = files::ReadTextFile(config.password_file);
-  if (!text) return Error{fmt::format("{}: {}", config.password_file, text.error())};
-  return text->substr(0, text->find_first_of("\r\n"));
-}
 
 /// One connection, from its first byte to its end; used by one thread.
 class Connection {
@@ -47,8 +38,6 @@ class Connection {
   /// @return  empty, or why the connection cannot be attempted
   std::string Begin(const std::string& will_topic, const std::string& will) {
     if (!client_) return std::strerror(errno);
-    const auto password = PasswordOf(config_);
-    if (!password) return password.error();
     mosquitto* const client = client_.get();
     mosquitto_connect_callback_set(client, [](mosquitto*, void* self, int code) {
       static_cast<Connection*>(self)->connack_ = code;
@@ -63,17 +52,10 @@ class Connection {
         static_cast<Connection*>(self)->intruded_ = true;
     });
     mosquitto_max_inflight_messages_set(client, kMaxInFlight);
+    const auto used = UseAccount(client, {config_.tls_ca, config_.username, config_.password_file});
+    if (!used) return used.error();
     int code = MOSQ_ERR_SUCCESS;
-    if (!config_.tls_ca.empty()) {
-      code = mosquitto_tls_set(client, config_.tls_ca.c_str(), nullptr, nullptr, nullptr, nullptr);
-      if (code != MOSQ_ERR_SUCCESS)
-        return config_.tls_ca + ": contains no readable CA certificates";
-    }
-    if (!config_.username.empty()) {
-      code = mosquitto_username_pw_set(client, config_.username.c_str(),
-                                       config_.password_file.empty() ? nullptr : password->c_str());
-    }
-    if (code == MOSQ_ERR_SUCCESS && !will_topic.empty()) {
+    if (!will_topic.empty()) {
       code = mosquitto_will_set(client, will_topic.c_str(), static_cast<int>(will.size()),
                                 will.data(), kQos, true);
     }
@@ -141,12 +123,7 @@ class Connection {
     acknowledged_.push_back(found->second);
     ids_.erase(found);
   }
-  std::string ErrorText(int code) const {
-    if (code == MOSQ_ERR_TLS && !last_error_.empty()) return "TLS: " + last_error_;
-    if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
-    if (code == MOSQ_ERR_ERRNO) return "the server there is not an MQTT broker";
-    return mosquitto_strerror(code);
-  }
+  std::string ErrorText(int code) const { return ConnectionFailure(code, last_error_); }
 
   const config::MqttConfig& config_;
   const std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "app/plant/broker/mosquitto_library.h"
+#include "app/plant/broker/broker_account.h"
 
 namespace plumbline::plant {
 Subscriber::Subscriber() : client_(nullptr, &mosquitto_destroy) {}
@@ -23,7 +23,7 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
   mosquitto* const client = made->client_.get();
   if (client == nullptr) return Error{std::strerror(errno)};
   made->topic_ = settings.topic;
-  made->tls_ = !settings.tls_ca.empty();
+  made->tls_ = !settings.account.tls_ca.empty();
   mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
   mosquitto_int_option(client, MOSQ_OPT_RECEIVE_MAXIMUM, settings.receive_maximum);
   mosquitto_threaded_set(client, true);
@@ -35,6 +35,8 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
           return;
         }
         subscriber.connected_ = true;
+        // With a callback, the library formats a line for each packet.
+        mosquitto_log_callback_set(subscriber.client_.get(), nullptr);
         subscriber.session_kept_ = (flags & 1) != 0;
         mosquitto_subscribe(subscriber.client_.get(), nullptr, subscriber.topic_.c_str(), kQos);
       });
@@ -42,8 +44,6 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
       client, [](mosquitto*, void* self, int, int count, const int* granted) {
         auto& subscriber = *static_cast<Subscriber*>(self);
         subscriber.subscribed_ = count == 1 && granted[0] == kQos;
-        // With a callback, the library formats a line for each packet.
-        mosquitto_log_callback_set(subscriber.client_.get(), nullptr);
         if (!subscriber.subscribed_) {
           subscriber.refused_ =
               "the broker does not allow this user to subscribe to " + subscriber.topic_;
@@ -61,14 +61,7 @@ Result<std::unique_ptr<Subscriber>> Subscriber::Connect(const SubscriberSettings
   mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* text) {
     if (level == MOSQ_LOG_ERR) static_cast<Subscriber*>(self)->last_error_ = text;
   });
-  if (made->tls_ && mosquitto_tls_set(client, settings.tls_ca.c_str(), nullptr, nullptr, nullptr,
-                                      nullptr) != MOSQ_ERR_SUCCESS) {
-    return Error{settings.tls_ca + ": contains no readable CA certificates"};
-  }
-  if (!settings.username.empty()) {
-    mosquitto_username_pw_set(client, settings.username.c_str(),
-                              settings.password.empty() ? nullptr : settings.password.c_str());
-  }
+  if (const auto used = UseAccount(client, settings.account); !used) return used.failure();
   mosquitto_property* properties = nullptr;
   constexpr std::uint32_t kNeverExpires = 0xFFFFFFFF;
   mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, kNeverExpires);
@@ -124,10 +117,7 @@ int Subscriber::descriptor() const {
 }
 
 std::string Subscriber::ErrorText(int code) const {
-  if (!refused_.empty()) return refused_;
-  if (code == MOSQ_ERR_TLS && !last_error_.empty()) return "TLS: " + last_error_;
-  if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
-  return mosquitto_strerror(code);
+  return refused_.empty() ? ConnectionFailure(code, last_error_) : refused_;
 }
 
 }  // namespace plumbline::plant

@@ -5,20 +5,19 @@
 #include <string>
 #include <vector>
 
+#include "app/plant/broker/broker_account.h"
 #include "firmware-like/result.h"
-
-struct mosquitto;
 
 namespace plumbline::plant {
 
 struct SubscriberSettings {
   std::string host;
   int port = 1883;
-  std::string tls_ca, username, password;  ///< empty: none
-  std::string client_id;                   ///< the broker keeps its messages under this name
-  std::string topic;                       ///< filter, also of a shared subscription
+  BrokerAccount account;
+  std::string client_id;  ///< the broker keeps its messages under this name
+  std::string topic;      ///< filter, also of a shared subscription
   /// Messages that the broker sends before the first is acknowledged.
-  int receive_maximum = 20'000;
+  int receive_maximum = 60'000;
 };
 
 /// A received message.

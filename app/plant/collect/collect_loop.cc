@@ -6,7 +6,6 @@
 #include "app/base/service/utc_clock.h"
 #include "app/plant/database/schema.h"
 #include "drivers/clock.h"
-#include "drivers/files/text_file.h"
 
 namespace plumbline::plant {
 namespace {
@@ -30,24 +29,16 @@ StoreCounts CollectLoop::Counts() const {
   return sum;
 }
 
-SubscriberSettings CollectLoop::BrokerAccess(std::string& problem) const {
+SubscriberSettings CollectLoop::BrokerAccess() const {
   const BrokerSettings& broker = config_.broker;
   SubscriberSettings settings;
   settings.host = broker.host;
   settings.port = broker.port;
-  settings.tls_ca = broker.tls_ca;
-  settings.username = broker.username;
+  settings.account = {broker.tls_ca, broker.username, broker.password_file};
   settings.client_id = "plumbline-collect-" + config_.collect.name;
   settings.topic = config_.collect.topic;
   if (!config_.collect.share.empty()) {
     settings.topic = fmt::format("$share/{}/{}", config_.collect.share, settings.topic);
-  }
-  if (broker.password_file.empty()) return settings;
-  const auto text = files::ReadTextFile(broker.password_file);
-  if (text) {
-    settings.password = text->substr(0, text->find_first_of("\r\n"));
-  } else {
-    problem = fmt::format("{}: {}", broker.password_file, text.error());
   }
   return settings;
 }
@@ -85,41 +76,22 @@ void CollectLoop::ConnectDatabase(double now_s) {
 
 void CollectLoop::ConnectBroker(double now_s) {
   if (!broker_pause_.Due(now_s)) return;
-  std::string problem;
-  const SubscriberSettings settings = BrokerAccess(problem);
-  if (problem.empty()) {
-    auto subscriber = Subscriber::Connect(settings);
-    if (subscriber) {
-      subscriber_ = std::move(subscriber).value();
-      batch_.clear();
-      return;
-    }
-    problem = subscriber.error();
+  auto subscriber = Subscriber::Connect(BrokerAccess());
+  if (subscriber) {
+    subscriber_ = std::move(subscriber).value();
+    batch_.clear();
+    unflushed_ = 0;
+    return;
   }
-  LogBrokerLost(problem);
+  LogBrokerLost(subscriber.error());
   broker_pause_.Failed(MonotonicSeconds(), 0);
 }
 
-void CollectLoop::WriteBatch() {
-  const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds());
-  if (written) {
-    batch_.clear();
-    if (!database_problem_.empty()) {
-      log::Log({log::Event::kCollectDatabaseUp, "database connected again; messages are stored"});
-    }
-    database_problem_.clear();
-    database_pause_.Well();
-    if (const auto sent = subscriber_->Acknowledge(); !sent) {
-      LogBrokerLost(sent.error());
-      subscriber_.reset();
-    }
-    return;
-  }
+void CollectLoop::DatabaseFailed(const std::string& why) {
   const bool forbidden = store_->forbidden();
-  LogDatabaseLost(written.error() +
-                  (forbidden ? "; the database user needs the role plumbline_collector, and the "
-                               "server must not be read-only"
-                             : ""));
+  LogDatabaseLost(why + (forbidden ? "; the database user needs the role plumbline_collector, and "
+                                     "the server must not be read-only"
+                                   : ""));
   before_ = Counts();
   subscriber_.reset();
   store_.reset();
@@ -127,11 +99,38 @@ void CollectLoop::WriteBatch() {
   database_pause_.Failed(MonotonicSeconds(), forbidden ? kForbiddenPause_s : 0);
 }
 
+void CollectLoop::WriteBatch() {
+  // While a backlog arrives, only the last commit before an acknowledgement waits for the disk.
+  const bool more = batch_.size() >= kBatch && unflushed_ + 2 * kBatch <= kUnacknowledged;
+  const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds(),
+                                             more ? Durability::kLater : Durability::kOnDisk);
+  if (!written) return DatabaseFailed(written.error());
+  unflushed_ += batch_.size();
+  batch_.clear();
+  if (!database_problem_.empty()) {
+    log::Log({log::Event::kCollectDatabaseUp, "database connected again; messages are stored"});
+  }
+  database_problem_.clear();
+  database_pause_.Well();
+  if (!more) Acknowledge();
+}
+
+void CollectLoop::Acknowledge() {
+  unflushed_ = 0;
+  if (const auto sent = subscriber_->Acknowledge(); !sent) {
+    LogBrokerLost(sent.error());
+    subscriber_.reset();
+  }
+}
+
 void CollectLoop::Collect() {
   const std::size_t before = batch_.size();
   Result<void> read = subscriber_->Read(kWait_ms, kBatch, batch_);
   if (batch_.empty()) {
-    if (read) read = subscriber_->Acknowledge();  // the subscription, and pings
+    if (const auto flushed = unflushed_ > 0 ? store_->Flush() : Result<void>(); !flushed)
+      return DatabaseFailed(flushed.error());
+    unflushed_ = 0;
+    if (read) read = subscriber_->Acknowledge();  // the subscription and pings, too
   } else {
     const double now_s = MonotonicSeconds();
     if (before == 0) begun_s_ = now_s;

@@ -19,6 +19,8 @@ namespace plumbline::plant {
 class CollectLoop {
  public:
   static constexpr std::size_t kBatch = 10'000;
+  /// Messages that may be written before one commit waits for the disk, and all are acknowledged.
+  static constexpr std::size_t kUnacknowledged = 5 * kBatch;
   explicit CollectLoop(const PlantConfig& config)
       : config_(config),
         admission_(config.collect.messages_per_second, config.collect.messages_per_day) {}
@@ -33,10 +35,12 @@ class CollectLoop {
   void ConnectBroker(double now_s);
   void Collect();
   void WriteBatch();
+  void Acknowledge();
+  void DatabaseFailed(const std::string& why);
   void LogDatabaseLost(const std::string& why);
   void LogBrokerLost(const std::string& why);
   void LogFindings();
-  SubscriberSettings BrokerAccess(std::string& problem) const;
+  SubscriberSettings BrokerAccess() const;
 
   const PlantConfig config_;
   Admission admission_;
@@ -46,6 +50,7 @@ class CollectLoop {
   std::string database_problem_, broker_problem_;
   bool broker_logged_ = false;
   std::vector<Received> batch_;
+  std::size_t unflushed_ = 0;  ///< messages that are written, perhaps not on disk
   double begun_s_ = 0;         ///< when the batch received its first message, monotonic
   double dropped_s_ = -1e300;  ///< when old rows were last dropped
   double findings_s_ = -1e300;

@@ -4,13 +4,12 @@
 #include <simdjson.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
-
-#include "app/plant/database/connection.h"
 
 namespace plumbline::plant {
 namespace {
@@ -30,8 +29,8 @@ struct Column {
   enum class Kind { kBig, kInteger, kSmall, kNumber, kReal, kText, kBool, kNumbers };
   const char* name;
   Kind kind;
-  const char* key;  ///< of the message
-  int index = -1;   ///< of an array of three
+  std::string_view key;  ///< of the message
+  int index = -1;        ///< of an array of three
   bool required = false;
 };
 using enum Column::Kind;
@@ -90,25 +89,25 @@ constexpr Table kTables[] = {{"probe", "NPROBE", kProbeColumns, "more"},
 static_assert(std::size(kTables) == kMessageTables);
 
 /// Further columns of measured.csv that a probe may have.
-constexpr const char* kMore[] = {"t_s",
-                                 "tool",
-                                 "payload_item",
-                                 "sigma_mm",
-                                 "camera",
-                                 "range_mm",
-                                 "predicted_radius_mm",
-                                 "covariance_mm2",
-                                 "artefact",
-                                 "gauge_mm",
-                                 "predicted_mm",
-                                 "orientation",
-                                 "qd",
-                                 "qdd",
-                                 "tau",
-                                 "q_step_deg"};
+constexpr std::string_view kMore[] = {"t_s",
+                                      "tool",
+                                      "payload_item",
+                                      "sigma_mm",
+                                      "camera",
+                                      "range_mm",
+                                      "predicted_radius_mm",
+                                      "covariance_mm2",
+                                      "artefact",
+                                      "gauge_mm",
+                                      "predicted_mm",
+                                      "orientation",
+                                      "qd",
+                                      "qdd",
+                                      "tau",
+                                      "q_step_deg"};
 
 /// The value of a key; nullopt if it is absent or null.
-std::optional<Element> ValueOf(const Object& json, const char* key) {
+std::optional<Element> ValueOf(const Object& json, std::string_view key) {
   const auto found = json.at_key(key);
   if (found.error() != simdjson::SUCCESS || found.value_unsafe().is_null()) return std::nullopt;
   return found.value_unsafe();
@@ -116,82 +115,80 @@ std::optional<Element> ValueOf(const Object& json, const char* key) {
 
 /// The value of a key as a T; nullopt if it is absent or of another kind.
 template <typename T>
-std::optional<T> ValueAs(const Object& json, const char* key) {
+std::optional<T> ValueAs(const Object& json, std::string_view key) {
   const auto found = json.at_key(key).get<T>();
   if (found.error() != simdjson::SUCCESS) return std::nullopt;
   return found.value_unsafe();
 }
 
-std::int64_t IntegerOr(const Object& json, const char* key, std::int64_t otherwise) {
+std::int64_t IntegerOr(const Object& json, std::string_view key, std::int64_t otherwise) {
   return ValueAs<std::int64_t>(json, key).value_or(otherwise);
 }
 
-std::string TextOf(const Object& json, const char* key) {
+std::string TextOf(const Object& json, std::string_view key) {
   return std::string(ValueAs<std::string_view>(json, key).value_or(""));
 }
 
-/// Appends a value. @return  false if it is not of the column's kind
-bool AppendValue(std::string& row, const Column& column, const Element& value) {
-  const auto out = std::back_inserter(row);
-  switch (column.kind) {
+/// Adds a value to the row. @return  false if it is not of the column's kind
+bool AddValue(CopyRow& row, Column::Kind kind, const Element& value) {
+  switch (kind) {
     case kBig:
     case kInteger:
     case kSmall: {
       const auto integer = value.get_int64();
       if (integer.error() != simdjson::SUCCESS) return false;
       const std::int64_t number = integer.value_unsafe();
-      const bool fits = column.kind == kBig       ? true
-                        : column.kind == kInteger ? number == static_cast<std::int32_t>(number)
-                                                  : number == static_cast<std::int16_t>(number);
-      if (!fits) return false;
-      fmt::format_to(out, "{}", number);
+      const auto four = static_cast<std::int32_t>(number);
+      const auto two = static_cast<std::int16_t>(number);
+      if (kind != kBig && number != (kind == kInteger ? four : two)) return false;
+      if (kind == kBig) row.Big(number);
+      if (kind == kInteger) row.Integer(four);
+      if (kind == kSmall) row.Small(two);
       return true;
     }
     case kNumber:
     case kReal: {
       const auto number = value.get_double();
       if (number.error() != simdjson::SUCCESS) return false;
-      const double size = std::abs(number.value_unsafe());
-      if (column.kind == kReal && size > std::numeric_limits<float>::max()) return false;
-      // What rounds to zero in a real is zero: the database refuses it otherwise.
-      const bool tiny = column.kind == kReal && size < std::numeric_limits<float>::min();
-      fmt::format_to(out, "{}", tiny ? 0 : number.value_unsafe());
+      if (kind == kNumber) {
+        row.Double(number.value_unsafe());
+        return true;
+      }
+      if (std::abs(number.value_unsafe()) > std::numeric_limits<float>::max()) return false;
+      row.Real(static_cast<float>(number.value_unsafe()));
       return true;
     }
     case kBool: {
       const auto truth = value.get_bool();
       if (truth.error() != simdjson::SUCCESS) return false;
-      row += truth.value_unsafe() ? 't' : 'f';
+      row.Bool(truth.value_unsafe());
       return true;
     }
     case kText: {
       const auto text = value.get_string();
       if (text.error() != simdjson::SUCCESS || text.value_unsafe().size() > kMaxText) return false;
-      AppendCopyText(row, text.value_unsafe());
+      row.Text(text.value_unsafe());
       return true;
     }
     case kNumbers: {
       const auto list = value.get_array();
       if (list.error() != simdjson::SUCCESS || list.value_unsafe().size() > kMaxJoints)
         return false;
-      const char* before = "{";
+      std::array<double, kMaxJoints> numbers{};
+      std::size_t count = 0;
       for (const Element one : list.value_unsafe()) {
-        const auto number = one.get_double();
-        if (number.error() != simdjson::SUCCESS) return false;
-        fmt::format_to(out, "{}{}", std::exchange(before, ","), number.value_unsafe());
+        if (one.get(numbers[count++]) != simdjson::SUCCESS) return false;
       }
-      row += *before == '{' ? "{}" : "}";
+      row.Doubles(std::span(numbers).first(count));
       return true;
     }
   }
   return false;
 }
 
-Result<std::string> RowOf(const Table& table, const Object& json) {
-  std::string row;
-  row.reserve(512);
+Result<CopyRow> RowOf(const Table& table, const Object& json) {
+  CopyRow row(512);
   for (const Column& column : table.columns) {
-    if (&column != table.columns.data()) row += '\t';
     std::optional<Element> value = ValueOf(json, column.key);
     if (column.index >= 0 && value) {
       const auto list = value->get_array();
@@ -204,8 +201,8 @@ Result<std::string> RowOf(const Table& table, const Object& json) {
       }
     }
     if (!value && !column.required) {
-      row += "\\N";
-    } else if (!value || !AppendValue(row, column, *value)) {
+      row.Null();
+    } else if (!value || !AddValue(row, column.kind, *value)) {
       return Error{fmt::format("{} {}", column.key,
                                value ? "has a value of another kind or size" : "is missing")};
     }
@@ -266,18 +263,16 @@ Result<int> ModelOf(const Object& json) {
   return static_cast<int>(model);
 }
 
-/// Further columns of a probe as a JSON object, or `\N`.
+/// Further columns of a probe as a JSON object; empty if it has none.
 std::string MoreOf(const Object& json) {
   std::string more;
-  for (const char* key : kMore) {
-    const auto value = ValueOf(json, key);
-    if (value)
-      more += fmt::format("{}\"{}\":{}", more.empty() ? "{" : ",", key, simdjson::minify(*value));
+  for (const auto& field : json) {
+    if (field.value.is_null() || std::ranges::find(kMore, field.key) == std::end(kMore)) continue;
+    more += more.empty() ? "{\"" : ",\"";
+    more += field.key;
+    more += "\":" + simdjson::minify(field.value);
   }
-  if (more.empty()) return "\\N";
-  std::string text;
-  AppendCopyText(text, more + "}");
-  return text;
+  return more.empty() ? "" : more + "}";
 }
 
 Result<PlantMessage> DecodeRow(MessageTable which, const Object& json, PlantMessage message) {
@@ -286,15 +281,17 @@ Result<PlantMessage> DecodeRow(MessageTable which, const Object& json, PlantMess
   message.table = which;
   message.row = std::move(row).value();
   if (which == MessageTable::kProbe) {
-    message.row += "\t" + MoreOf(json);
+    const std::string more = MoreOf(json);
+    more.empty() ? message.row.Null() : message.row.Json(more);
     message.probe = SumsOf(json);
   } else if (which == MessageTable::kAlarm) {
     const auto event = ValueAs<std::string_view>(json, "event").value_or("");
     if (event != "begin" && event != "end") return Error{"event is neither begin nor end"};
     message.alarm_begins = event == "begin";
-    message.row += message.alarm_begins ? "\tt" : "\tf";
+    message.row.Bool(message.alarm_begins);
   } else if (which == MessageTable::kLens) {
-    message.lens = NewestLens{TextOf(json, "camera"), TextOf(json, "lens"), TextOf(json, "reason")};
+    message.lens = std::make_unique<NewestLens>(
+        NewestLens{TextOf(json, "camera"), TextOf(json, "lens"), TextOf(json, "reason")});
   }
   return message;
 }
@@ -303,7 +300,7 @@ Result<PlantMessage> DecodeState(const Object& json, std::string_view payload,
                                  PlantMessage message) {
   const std::int64_t health = IntegerOr(json, "health", -1);
   if (health < 0 || health > 100) return Error{"health is not a small integer"};
-  message.state = NewestState{std::string(payload), static_cast<int>(health)};
+  message.state = NewestState{payload, static_cast<int>(health)};
   return message;
 }
 
@@ -322,9 +319,9 @@ std::string DateOf(const std::string& text) {
 }
 
 Result<PlantMessage> DecodeCell(const Object& json, PlantMessage message) {
-  message.cell = CellFile{TextOf(json, "fingerprint"), TextOf(json, "arm_model"),
-                          TextOf(json, "arm_series"),  DateOf(TextOf(json, "installed")),
-                          TextOf(json, "page"),        TextOf(json, "cell")};
+  message.cell = std::make_unique<CellFile>(
+      CellFile{TextOf(json, "fingerprint"), TextOf(json, "arm_model"), TextOf(json, "arm_series"),
+               DateOf(TextOf(json, "installed")), TextOf(json, "page"), TextOf(json, "cell")});
   const CellFile& cell = *message.cell;
   if (cell.fingerprint.empty()) return Error{"fingerprint is missing"};
   for (const std::string* text :
@@ -337,8 +334,8 @@ Result<PlantMessage> DecodeCell(const Object& json, PlantMessage message) {
 
 Result<PlantMessage> DecodeBirth(const Object& json, std::int64_t number) {
   PlantMessage message;
-  message.birth =
-      Birth{number, IntegerOr(json, "waiting", 0), TextOf(json, "version"), TextOf(json, "cell")};
+  message.birth = std::make_unique<Birth>(
+      Birth{number, IntegerOr(json, "waiting", 0), TextOf(json, "version"), TextOf(json, "cell")});
   if (message.birth->version.size() > kMaxText || message.birth->name.size() > kMaxText) {
     return Error{fmt::format("a text has more than {} bytes", kMaxText)};
   }
@@ -398,7 +395,7 @@ const std::string& CopyStatementOf(MessageTable table) {
       statement = fmt::format("COPY {} (cell, stream, seq, utc", kTables[i].name);
       for (const Column& column : kTables[i].columns) statement += fmt::format(", {}", column.name);
       if (kTables[i].further != nullptr) statement += fmt::format(", {}", kTables[i].further);
-      statement += ") FROM STDIN";
+      statement += ") FROM STDIN (FORMAT binary)";
     }
     return statements;
   }();

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "app/plant/database/copy_rows.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::plant {
@@ -31,7 +33,7 @@ std::optional<MessageKey> KeyAtBeginningOf(std::string_view payload);
 /// Tables that a message becomes a row of; the order is that of kTables in message_decoder.cc.
 enum class MessageTable { kProbe, kAlarm, kModel, kLens, kPoint };
 inline constexpr std::size_t kMessageTables = 5;
-/// `COPY probe (cell, stream, seq, utc, ...) FROM STDIN`.
+/// `COPY probe (cell, stream, seq, utc, ...) FROM STDIN (FORMAT binary)`.
 const std::string& CopyStatementOf(MessageTable table);
 
 /// What a message contributes to the sums and to the newest state of its cell.
@@ -40,7 +42,7 @@ struct ProbeSums {
   double size_mm = 0, dx_mm = 0, dy_mm = 0, dz_mm = 0;
 };
 struct NewestState {
-  std::string json;
+  std::string_view json;  ///< the payload
   int health = 0;
 };
 struct NewestLens {
@@ -64,14 +66,14 @@ struct Dropped {
 struct PlantMessage {
   std::optional<MessageKey> key;  ///< absent for births and deaths
   std::optional<MessageTable> table;
-  std::string row;  ///< of `table`, in COPY's text format, from the fifth column on
-  int model = 0;    ///< that was in force, if the message says so
+  CopyRow row;    ///< of `table`, from the fifth column on
+  int model = 0;  ///< that was in force, if the message says so
   std::optional<ProbeSums> probe;
   bool alarm_begins = false;
   std::optional<NewestState> state;
-  std::optional<NewestLens> lens;
-  std::optional<CellFile> cell;
-  std::optional<Birth> birth;
+  std::unique_ptr<NewestLens> lens;
+  std::unique_ptr<CellFile> cell;
+  std::unique_ptr<Birth> birth;
   std::optional<Death> death;
   std::optional<Dropped> dropped;
 };
@@ -79,7 +81,8 @@ struct PlantMessage {
 /// Largest message: of a cell's file, of all others.
 inline constexpr std::size_t kMaxCellFile_bytes = 300'000, kMaxMessage_bytes = 65'536;
 
-/// Pure: any bytes are a message or an error that says what is wrong with them.
+/// Pure; the result refers to the payload. Any bytes are a message or an error that says what is
+/// wrong with them.
 /// @param type  third level of the topic
 Result<PlantMessage> DecodeMessage(std::string_view type, std::string_view payload);
 

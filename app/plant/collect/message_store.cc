@@ -8,28 +8,14 @@
 #include <chrono>
 #include <cmath>
 
+#include "app/plant/collect/cell_summary.h"
+
 namespace plumbline::plant {
 namespace {
 
-using StreamKey = std::pair<int, std::int64_t>;  ///< cell and stream
-
-constexpr std::int64_t kDay_ms = 86'400'000, kMinute_ms = 60'000;
+constexpr std::int64_t kMinute_ms = 60'000;
 constexpr std::size_t kLetter_bytes = 4096;
 constexpr int kMostStreams = 100;  ///< of a cell: queues that were created anew
-constexpr int kMostCameras = 16;
-
-/// `2026-11-30 09:41:42.123+00`. The date of consecutive messages is mostly the same.
-std::string UtcText(std::int64_t utc_ms) {
-  thread_local std::int64_t known_day = -1;
-  thread_local std::string date;
-  const std::int64_t day = utc_ms / kDay_ms, rest_ms = utc_ms % kDay_ms;
-  if (day != known_day) {
-    date = fmt::format("{:%Y-%m-%d}", fmt::gmtime(static_cast<std::time_t>(day * kDay_ms / 1000)));
-    known_day = day;
-  }
-  return fmt::format("{} {:02}:{:02}:{:02}.{:03}+00", date, rest_ms / 3'600'000,
-                     rest_ms / 60'000 % 60, rest_ms / 1000 % 60, rest_ms % 1000);
-}
 
 std::int64_t MonthOf(std::int64_t utc_ms) {
   const std::chrono::sys_days day{std::chrono::days{utc_ms / kDay_ms}};
@@ -63,33 +49,7 @@ std::string Shortened(std::string_view text) {
   return std::string(text.substr(0, end));
 }
 
-struct DaySums {
-  std::int64_t probes = 0, wild = 0, quarantined = 0, alarms = 0, states = 0;
-  double sum = 0, sum_squares = 0, max = 0, dx = 0, dy = 0, dz = 0;
-  int worst_health = 0;
-};
-
-/// What a batch changes in the row of a cell.
-struct CellChange {
-  const NewestState* state = nullptr;
-  std::int64_t state_ms = 0;
-  int model = -1;
-  std::pair<std::int64_t, std::int64_t> order;  ///< of `state`: stream and seq
-  const Birth* birth = nullptr;
-  const Death* death = nullptr;
-  std::vector<const PlantMessage*> files;
-};
-
 }  // namespace
-
-/// Messages of a batch, sorted by what they change.
-struct MessageStore::Batch {
-  std::span<Decoded*> messages;
-  std::vector<const Decoded*> fresh;  ///< with a key, that had not arrived before
-  std::map<StreamKey, StreamLedger> before, after;
-  std::set<std::int64_t> months;  ///< whose partitions this transaction creates
-  std::int64_t repeated = 0, letters = 0;
-};
 
 MessageStore::MessageStore(Connection connection, Admission& admission, int retention_months)
     : connection_(std::move(connection)),
@@ -103,7 +63,8 @@ Result<MessageStore> MessageStore::On(Connection connection, Admission& admissio
 }
 
 Result<int> MessageStore::CellOf(const TopicParts& topic) {
-  const std::string name = fmt::format("{}/{}", topic.line, topic.node);
+  std::string name(topic.line);
+  name.append("/").append(topic.node);
   if (const auto known = cells_.find(name); known != cells_.end()) return known->second;
   const auto added = connection_.RunPrepared(
       "INSERT INTO cell (line, node) VALUES ($1, $2) ON CONFLICT DO NOTHING",
@@ -123,8 +84,8 @@ void MessageStore::Refuse(int cell, const char* why, double now_s) {
   ++refused_[{cell, static_cast<std::int64_t>(1e3 * now_s) / kMinute_ms, why}];
 }
 
-MessageStore::Decoded MessageStore::DecodedFrom(const Received& received, double now_s) {
-  Decoded one{&received, 0, {}, {}};
+DecodedMessage MessageStore::DecodedFrom(const Received& received, double now_s) {
+  DecodedMessage one{&received, 0, {}, {}};
   const auto topic = TopicPartsOf(received.topic);
   const auto cell = topic ? CellOf(*topic) : Result<int>(0);
   if (cell) one.cell = *cell;
@@ -158,16 +119,26 @@ MessageStore::Decoded MessageStore::DecodedFrom(const Received& received, double
   return one;
 }
 
-Result<void> MessageStore::Write(std::span<const Received> messages, double now_s) {
-  std::vector<Decoded> decoded;
+Result<void> MessageStore::Flush() {
+  DatabaseTransaction transaction(connection_);
+  if (!transaction.begun()) return transaction.begun().failure();
+  // A transaction that writes nothing to the log does not wait for it; a locked row does.
+  const auto locked = connection_.Run("SELECT FROM cell LIMIT 1 FOR NO KEY UPDATE");
+  return locked ? transaction.Commit() : Result<void>(locked.failure());
+}
+
+Result<void> MessageStore::Write(std::span<const Received> messages, double now_s,
+                                 Durability durability) {
+  durability_ = durability;
+  std::vector<DecodedMessage> decoded;
   decoded.reserve(messages.size());
   for (const Received& received : messages) {
     decoded.push_back(DecodedFrom(received, now_s));
     if (!connection_.alive()) return Error{"the connection was lost"};
   }
-  std::vector<Decoded*> pointers;
+  std::vector<DecodedMessage*> pointers;
   pointers.reserve(decoded.size());
-  for (Decoded& one : decoded) {
+  for (DecodedMessage& one : decoded) {
     if (!one.refused) pointers.push_back(&one);
   }
   rejected_ = 0;
@@ -175,19 +146,19 @@ Result<void> MessageStore::Write(std::span<const Received> messages, double now_
   return refused_.empty() ? Result<void>() : WriteDecoded({}, now_s);
 }
 
-Result<void> MessageStore::WriteDecoded(std::span<Decoded*> messages, double now_s) {
+Result<void> MessageStore::WriteDecoded(std::span<DecodedMessage*> messages, double now_s) {
   Result<void> done = WriteOnce(messages, now_s);
   if (done || !connection_.alive() || IsOperational(connection_.last_state())) return done;
   if (messages.size() > 1) {
     // The messages of the other cells first: they are most probably sound.
-    const auto cell_of = [](const Decoded* one) { return one->cell; };
+    const auto cell_of = [](const DecodedMessage* one) { return one->cell; };
     std::ranges::stable_sort(messages, {}, cell_of);
     const int first_cell = messages.front()->cell;
     std::size_t part = 0;
     while (part < messages.size() && messages[part]->cell == first_cell) ++part;
     if (part == messages.size() || part > messages.size() / 2) part = messages.size() / 2;
     if (rejected_ >= kMostRejected && messages.back()->cell == first_cell) {
-      for (Decoded* one : messages)
+      for (DecodedMessage* one : messages)
         Refuse(one->cell, "messages that the database does not accept", now_s);
       return {};
     }
@@ -196,7 +167,7 @@ Result<void> MessageStore::WriteDecoded(std::span<Decoded*> messages, double now
   }
   if (messages.empty()) return done;
   ++rejected_;
-  Decoded& only = *messages.front();
+  DecodedMessage& only = *messages.front();
   const auto key = only.message.key;
   only.message = {};
   only.message.key = key;
@@ -209,9 +180,9 @@ Result<void> MessageStore::WriteDecoded(std::span<Decoded*> messages, double now
   return WriteOnce(messages, now_s);
 }
 
-Result<void> MessageStore::LockCells(const Batch& batch) {
+Result<void> MessageStore::LockCells(const MessageBatch& batch) {
   std::set<int> numbers;
-  for (const Decoded* one : batch.messages) {
+  for (const DecodedMessage* one : batch.messages) {
     if (one->cell != 0) numbers.insert(one->cell);
   }
   ArrayText cells;
@@ -223,9 +194,9 @@ Result<void> MessageStore::LockCells(const Batch& batch) {
   return locked ? Result<void>() : Result<void>(locked.failure());
 }
 
-Result<std::map<StreamKey, StreamLedger>> MessageStore::ReadLedgers(const Batch& batch) {
+Result<std::map<StreamKey, StreamLedger>> MessageStore::ReadLedgers(const MessageBatch& batch) {
   std::map<StreamKey, std::int64_t> lowest;
-  for (const Decoded* one : batch.messages) {
+  for (const DecodedMessage* one : batch.messages) {
     if (!one->message.key) continue;
     const MessageKey& key = *one->message.key;
     const auto [entry, added] = lowest.try_emplace({one->cell, key.stream}, key.seq);
@@ -273,17 +244,21 @@ Result<std::map<StreamKey, StreamLedger>> MessageStore::ReadLedgers(const Batch&
   return ledgers;
 }
 
-Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s) {
+Result<void> MessageStore::WriteOnce(std::span<DecodedMessage*> messages, double now_s) {
   DatabaseTransaction transaction(connection_);
   if (!transaction.begun()) return transaction.begun().failure();
-  Batch batch;
+  if (durability_ == Durability::kLater) {
+    if (const auto set = connection_.Run("SET LOCAL synchronous_commit = off"); !set)
+      return set.failure();
+  }
+  MessageBatch batch;
   batch.messages = messages;
   if (Result<void> locked = LockCells(batch); !locked) return locked;
   auto ledgers = ReadLedgers(batch);
   if (!ledgers) return ledgers.failure();
   batch.before = std::move(ledgers).value();
   batch.after = batch.before;
-  for (Decoded* one : messages) {
+  for (DecodedMessage* one : messages) {
     if (!one->message.key) continue;
     const auto ledger = batch.after.find({one->cell, one->message.key->stream});
     if (ledger == batch.after.end()) {
@@ -296,12 +271,11 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
     batch.repeated += one->repeated;
   }
   if (Result<void> done = EnsureMonths(batch); !done) return done;
-  for (const auto& step :
-       {&MessageStore::CopyRows, &MessageStore::WriteLedgers, &MessageStore::WriteSums}) {
-    if (Result<void> done = (this->*step)(batch); !done) return done;
-  }
+  if (Result<void> done = WriteRows(batch); !done) return done;
+  if (Result<void> done = WriteLedgers(batch); !done) return done;
+  if (Result<void> done = WriteCellDays(connection_, batch); !done) return done;
   if (Result<void> done = WriteDeadLetters(batch); !done) return done;
-  if (Result<void> done = WriteCells(batch, now_s); !done) return done;
+  if (Result<void> done = WriteCells(connection_, batch, now_s); !done) return done;
   if (Result<void> done = WriteRefused(); !done) return done;
   if (Result<void> done = transaction.Commit(); !done) return done;
   for (const auto& [what, count] : refused_) counts_.refused += count;
@@ -309,13 +283,13 @@ Result<void> MessageStore::WriteOnce(std::span<Decoded*> messages, double now_s)
   months_.merge(batch.months);
   counts_.dead_letters += batch.letters;
   counts_.repeated += batch.repeated;
-  counts_.stored +=
-      std::ranges::count_if(batch.fresh, [](const Decoded* one) { return one->reason.empty(); });
+  counts_.stored += std::ranges::count_if(
+      batch.fresh, [](const DecodedMessage* one) { return one->reason.empty(); });
   return {};
 }
 
-Result<void> MessageStore::EnsureMonths(Batch& batch) {
-  for (const Decoded* one : batch.fresh) {
+Result<void> MessageStore::EnsureMonths(MessageBatch& batch) {
+  for (const DecodedMessage* one : batch.fresh) {
     if (!one->message.table || !one->reason.empty()) continue;
     const std::int64_t month = MonthOf(one->message.key->utc_ms);
     if (months_.contains(month) || batch.months.contains(month)) continue;
@@ -327,27 +301,25 @@ Result<void> MessageStore::EnsureMonths(Batch& batch) {
   return {};
 }
 
-Result<void> MessageStore::CopyRows(const Batch& batch) {
-  std::array<std::string, kMessageTables> lines;
-  for (const Decoded* one : batch.fresh) {
+Result<void> MessageStore::WriteRows(const MessageBatch& batch) {
+  std::array<CopyRows, kMessageTables> rows;
+  for (const DecodedMessage* one : batch.fresh) {
     if (!one->message.table || !one->reason.empty()) continue;
     const MessageKey& key = *one->message.key;
-    std::string& text = lines[static_cast<std::size_t>(*one->message.table)];
-    fmt::format_to(std::back_inserter(text), "{}\t{}\t{}\t", one->cell, key.stream, key.seq);
-    text += UtcText(key.utc_ms);
-    text += '\t';
-    text += one->message.row;
-    text += '\n';
+    CopyRow begin;
+    begin.Integer(one->cell).Big(key.stream).Big(key.seq).Utc(key.utc_ms);
+    rows[static_cast<std::size_t>(*one->message.table)].Add(begin, one->message.row);
   }
   for (std::size_t i = 0; i < kMessageTables; ++i) {
-    if (lines[i].empty()) continue;
+    if (rows[i].empty()) continue;
     const std::string& statement = CopyStatementOf(static_cast<MessageTable>(i));
-    if (Result<void> done = connection_.Copy(statement.c_str(), lines[i]); !done) return done;
+    if (Result<void> done = connection_.Copy(statement.c_str(), rows[i].Finish()); !done)
+      return done;
   }
   return {};
 }
 
-Result<void> MessageStore::WriteLedgers(const Batch& batch) {
+Result<void> MessageStore::WriteLedgers(const MessageBatch& batch) {
   ArrayText cells, streams, firsts, nexts, given_up;
   ArrayText gone_cells, gone_streams, gone_firsts;
   ArrayText new_cells, new_streams, new_firsts, new_lasts;
@@ -399,191 +371,13 @@ Result<void> MessageStore::WriteLedgers(const Batch& batch) {
   return {};
 }
 
-Result<void> MessageStore::WriteSums(const Batch& batch) {
-  std::map<std::tuple<int, std::int64_t, int>, DaySums> days;
-  for (const Decoded* one : batch.fresh) {
-    const PlantMessage& message = one->message;
-    if (!one->reason.empty()) continue;
-    if (!message.probe && !message.alarm_begins && !message.state) continue;
-    DaySums& day = days[{one->cell, message.key->utc_ms / kDay_ms, message.model}];
-    day.alarms += message.alarm_begins;
-    if (message.state) {
-      ++day.states;
-      day.worst_health = std::max(day.worst_health, message.state->health);
-    }
-    if (!message.probe) continue;
-    const ProbeSums& probe = *message.probe;
-    day.wild += probe.wild;
-    day.quarantined += probe.quarantined;
-    if (probe.wild || probe.quarantined || !probe.compared) continue;
-    ++day.probes;
-    day.sum += probe.size_mm;
-    day.sum_squares += probe.size_mm * probe.size_mm;
-    day.max = std::max(day.max, probe.size_mm);
-    day.dx += probe.dx_mm;
-    day.dy += probe.dy_mm;
-    day.dz += probe.dz_mm;
-  }
-  if (days.empty()) return {};
-  std::array<ArrayText, 15> columns;
-  for (const auto& [key, day] : days) {
-    const auto& [cell, number, model] = key;
-    const Parameter values[] = {cell,
-                                UtcText(number * kDay_ms).substr(0, 10),
-                                model,
-                                day.probes,
-                                day.wild,
-                                day.quarantined,
-                                day.sum,
-                                day.sum_squares,
-                                day.max,
-                                day.dx,
-                                day.dy,
-                                day.dz,
-                                day.alarms,
-                                day.states,
-                                day.worst_health};
-    for (std::size_t i = 0; i < columns.size(); ++i) columns[i].Add(values[i]);
-  }
-  const auto done = connection_.RunPrepared(
-      "INSERT INTO cell_day AS d (cell, day, model, probes, wild, quarantined, sum_mm, sum_mm2, "
-      "max_mm, sum_dx_mm, sum_dy_mm, sum_dz_mm, alarms, states, worst_health) SELECT * FROM "
-      "unnest($1::int[], $2::date[], $3::int[], $4::bigint[], $5::bigint[], $6::bigint[], "
-      "$7::float8[], $8::float8[], $9::real[], $10::float8[], $11::float8[], $12::float8[], "
-      "$13::bigint[], $14::bigint[], $15::smallint[]) ON CONFLICT (cell, day, model) DO UPDATE SET "
-      "probes = d.probes + excluded.probes, wild = d.wild + excluded.wild, quarantined = "
-      "d.quarantined + excluded.quarantined, sum_mm = d.sum_mm + excluded.sum_mm, sum_mm2 = "
-      "d.sum_mm2 + excluded.sum_mm2, max_mm = greatest(d.max_mm, excluded.max_mm), sum_dx_mm = "
-      "d.sum_dx_mm + excluded.sum_dx_mm, sum_dy_mm = d.sum_dy_mm + excluded.sum_dy_mm, sum_dz_mm = "
-      "d.sum_dz_mm + excluded.sum_dz_mm, alarms = d.alarms + excluded.alarms, states = d.states + "
-      "excluded.states, worst_health = greatest(d.worst_health, excluded.worst_health)",
-      {columns[0].Text(), columns[1].Text(), columns[2].Text(), columns[3].Text(),
-       columns[4].Text(), columns[5].Text(), columns[6].Text(), columns[7].Text(),
-       columns[8].Text(), columns[9].Text(), columns[10].Text(), columns[11].Text(),
-       columns[12].Text(), columns[13].Text(), columns[14].Text()});
-  return done ? Result<void>() : Result<void>(done.failure());
-}
-
-Result<void> MessageStore::WriteCells(const Batch& batch, double now_s) {
-  std::map<int, CellChange> changes;
-  const std::string now = UtcText(static_cast<std::int64_t>(1e3 * now_s));
-  for (const Decoded* one : batch.messages) {
-    const PlantMessage& message = one->message;
-    if (one->cell == 0) continue;
-    CellChange& change = changes[one->cell];
-    if (!one->reason.empty()) continue;
-    if (message.birth && (change.birth == nullptr || change.birth->bdSeq < message.birth->bdSeq)) {
-      change.birth = &*message.birth;
-    }
-    if (message.death && (change.death == nullptr || change.death->bdSeq < message.death->bdSeq)) {
-      change.death = &*message.death;
-    }
-  }
-  for (const Decoded* one : batch.fresh) {
-    const PlantMessage& message = one->message;
-    if (!one->reason.empty()) continue;
-    CellChange& change = changes[one->cell];
-    // The cell's own count says which is newer: its clock may have been wrong, and been set.
-    const std::pair order{message.key->stream, message.key->seq};
-    if (message.state && (change.state == nullptr || order.first != change.order.first ||
-                          order.second > change.order.second)) {
-      change.state = &*message.state;
-      change.state_ms = message.key->utc_ms;
-      change.order = order;
-      change.model = message.model;
-    }
-    if (message.cell) change.files.push_back(&message);
-  }
-  ArrayText cells, states, state_times, healths, models, streams, seqs;
-  for (const auto& [cell, change] : changes) {
-    cells.Add(cell);
-    states.Add(change.state != nullptr ? Parameter(change.state->json) : Parameter(std::nullopt));
-    state_times.Add(change.state != nullptr ? Parameter(UtcText(change.state_ms))
-                                            : Parameter(std::nullopt));
-    healths.Add(change.state != nullptr ? Parameter(change.state->health)
-                                        : Parameter(std::nullopt));
-    models.Add(change.state != nullptr ? Parameter(change.model) : Parameter(std::nullopt));
-    streams.Add(change.order.first);
-    seqs.Add(change.order.second);
-  }
-  if (changes.empty()) return {};
-  const auto updated = connection_.RunPrepared(
-      "UPDATE cell SET last_received = greatest(last_received, $1::timestamptz), "
-      "state = CASE WHEN newer THEN s ELSE state END, "
-      "health = CASE WHEN newer THEN h ELSE health END, "
-      "model = CASE WHEN newer THEN m ELSE model END, "
-      "state_utc = CASE WHEN newer THEN t ELSE state_utc END, "
-      "state_stream = CASE WHEN newer THEN k ELSE state_stream END, "
-      "state_seq = CASE WHEN newer THEN q ELSE state_seq END FROM (SELECT u.*, t IS NOT NULL AND "
-      "(o.state_stream IS DISTINCT FROM k OR q > o.state_seq) AS newer FROM unnest($2::int[], "
-      "$3::jsonb[], $4::timestamptz[], $5::smallint[], $6::int[], $7::bigint[], $8::bigint[]) AS "
-      "u(c, s, t, h, m, k, q) JOIN cell o ON o.cell = c) AS v WHERE cell.cell = c",
-      {now, cells.Text(), states.Text(), state_times.Text(), healths.Text(), models.Text(),
-       streams.Text(), seqs.Text()});
-  if (!updated) return updated.failure();
-  for (const auto& [cell, change] : changes) {
-    if (change.birth != nullptr) {
-      const auto done = connection_.RunPrepared(
-          "UPDATE cell SET birth = $2, waiting = $3, version = $4, name = $5 WHERE cell = $1 AND "
-          "(birth IS NULL OR birth <= $2)",
-          {cell, change.birth->bdSeq, change.birth->waiting, change.birth->version,
-           change.birth->name});
-      if (!done) return done.failure();
-    }
-    if (change.death != nullptr) {
-      const auto done = connection_.RunPrepared(
-          "UPDATE cell SET death = $2, clean_shutdown = $3 WHERE cell = $1 AND (death IS NULL OR "
-          "death <= $2)",
-          {cell, change.death->bdSeq, change.death->clean_shutdown});
-      if (!done) return done.failure();
-    }
-    for (const PlantMessage* message : change.files) {
-      const CellFile& file = *message->cell;
-      const std::string utc = UtcText(message->key->utc_ms);
-      const auto stored = connection_.RunPrepared(
-          "INSERT INTO cell_file (cell, utc, fingerprint, model, toml) VALUES ($1, $2, $3, $4, $5) "
-          "ON CONFLICT DO NOTHING",
-          {cell, utc, file.fingerprint, message->model, file.toml});
-      if (!stored) return stored.failure();
-      const auto done = connection_.RunPrepared(
-          "UPDATE cell SET arm_model = nullif($2, ''), arm_series = nullif($3, ''), installed = "
-          "nullif($4, '')::date, page = nullif($5, '') WHERE cell = $1 AND NOT EXISTS (SELECT FROM "
-          "cell_file f WHERE f.cell = $1 AND f.utc > $6::timestamptz)",
-          {cell, file.arm_model, file.arm_series, file.installed, file.page, utc});
-      if (!done) return done.failure();
-    }
-  }
-  for (const Decoded* one : batch.messages) {
-    if (!one->message.dropped || !one->reason.empty()) continue;
-    const auto done = connection_.RunPrepared(
-        "UPDATE stream SET dropped = greatest(dropped, $3) WHERE cell = $1 AND stream = $2",
-        {one->cell, one->message.dropped->stream, one->message.dropped->messages});
-    if (!done) return done.failure();
-  }
-  for (const Decoded* one : batch.fresh) {
-    if (!one->message.lens || !one->reason.empty()) continue;
-    const NewestLens& lens = *one->message.lens;
-    const auto done = connection_.RunPrepared(
-        "INSERT INTO camera_now AS n (cell, camera, utc, lens, reason) SELECT $1::int, $2::text, "
-        "$3::timestamptz, $4::text, $5::text WHERE (SELECT count(*) FROM camera_now k WHERE k.cell "
-        "= "
-        "$1::int AND k.camera <> $2::text) < $6 ON CONFLICT (cell, camera) DO UPDATE SET utc = "
-        "excluded.utc, lens = excluded.lens, reason "
-        "= excluded.reason WHERE n.utc <= excluded.utc",
-        {one->cell, lens.camera, UtcText(one->message.key->utc_ms), lens.lens, lens.reason,
-         kMostCameras});
-    if (!done) return done.failure();
-  }
-  return {};
-}
-
-Result<void> MessageStore::WriteDeadLetters(Batch& batch) {
+Result<void> MessageStore::WriteDeadLetters(MessageBatch& batch) {
   struct Letter {
     std::int64_t messages = 0;
     const Received* example = nullptr;
   };
   std::map<std::pair<std::string, std::string>, Letter> letters;  ///< by topic and reason
-  for (const Decoded* one : batch.messages) {
+  for (const DecodedMessage* one : batch.messages) {
     if (one->reason.empty() || one->repeated || one->refused) continue;  // its letter is there
     Letter& letter = letters[{one->received == nullptr ? "" : Shortened(one->received->topic),
                               Shortened(one->reason)}];

@@ -6,12 +6,11 @@
 #include <set>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
-#include "app/plant/broker/subscriber.h"
 #include "app/plant/collect/admission.h"
-#include "app/plant/collect/message_decoder.h"
-#include "app/plant/collect/stream_ledger.h"
+#include "app/plant/collect/message_batch.h"
 #include "app/plant/database/connection.h"
 #include "app/plant/database/plant_config.h"
 
@@ -24,6 +23,9 @@ struct StoreCounts {
   std::int64_t dead_letters = 0;  ///< unreadable
   std::int64_t refused = 0;       ///< more than a cell may send
 };
+
+/// Whether a commit waits for the disk. One that does covers all before it: the log is sequential.
+enum class Durability { kOnDisk, kLater };
 
 /// Decodes messages and writes them. Every message ends in a table: its own, `dead_letter` with the
 /// reason, or counted in `refused`; or it is a repetition. Several stores may write at once.
@@ -38,7 +40,10 @@ class MessageStore {
   /// letters; a cell with many of them is refused the rest of the batch.
   /// @param now_s  UTC
   /// @return       an error of the connection or of the database's set-up: open another later
-  Result<void> Write(std::span<const Received> messages, double now_s);
+  Result<void> Write(std::span<const Received> messages, double now_s,
+                     Durability durability = Durability::kOnDisk);
+  /// Waits until all that was written is on disk, and on the standby if the database waits for one.
+  Result<void> Flush();
   /// Drops what is older than the retention.
   Result<void> DropOld(double now_s);
 
@@ -49,39 +54,29 @@ class MessageStore {
   bool forbidden() const;
 
  private:
-  struct Decoded {
-    const Received* received = nullptr;
-    int cell = 0;
-    PlantMessage message;
-    std::string reason;    ///< not empty: a dead letter
-    bool refused = false;  ///< counted, and written nowhere
-    bool repeated = false;
-  };
-  struct Batch;
   static constexpr int kMostRejected = 20;  ///< of a batch, found one by one
 
   MessageStore(Connection connection, Admission& admission, int retention_months);
-  Decoded DecodedFrom(const Received& received, double now_s);
+  DecodedMessage DecodedFrom(const Received& received, double now_s);
   void Refuse(int cell, const char* why, double now_s);
-  Result<void> WriteDecoded(std::span<Decoded*> messages, double now_s);
-  Result<void> WriteOnce(std::span<Decoded*> messages, double now_s);
+  Result<void> WriteDecoded(std::span<DecodedMessage*> messages, double now_s);
+  Result<void> WriteOnce(std::span<DecodedMessage*> messages, double now_s);
   Result<int> CellOf(const TopicParts& topic);
-  Result<void> LockCells(const Batch& batch);
-  Result<std::map<std::pair<int, std::int64_t>, StreamLedger>> ReadLedgers(const Batch& batch);
-  Result<void> EnsureMonths(Batch& batch);
-  Result<void> CopyRows(const Batch& batch);
-  Result<void> WriteLedgers(const Batch& batch);
-  Result<void> WriteCells(const Batch& batch, double now_s);
-  Result<void> WriteSums(const Batch& batch);
-  Result<void> WriteDeadLetters(Batch& batch);
+  Result<void> LockCells(const MessageBatch& batch);
+  Result<std::map<StreamKey, StreamLedger>> ReadLedgers(const MessageBatch& batch);
+  Result<void> EnsureMonths(MessageBatch& batch);
+  Result<void> WriteRows(const MessageBatch& batch);
+  Result<void> WriteLedgers(const MessageBatch& batch);
+  Result<void> WriteDeadLetters(MessageBatch& batch);
   Result<void> WriteRefused();
 
   Connection connection_;
   Admission* admission_;
   int retention_months_;
-  int rejected_ = 0;                  ///< by the database, of this batch
-  std::map<std::string, int> cells_;  ///< by LINE/NODE
-  std::set<std::int64_t> months_;     ///< whose partitions exist: years * 12 + month
+  int rejected_ = 0;                             ///< by the database, of this batch
+  std::unordered_map<std::string, int> cells_;   ///< by LINE/NODE
+  Durability durability_ = Durability::kOnDisk;  ///< of the batch
+  std::set<std::int64_t> months_;                ///< whose partitions exist: years * 12 + month
   std::map<std::tuple<int, std::int64_t, std::string>, std::int64_t> refused_;  ///< by cell, minute
   StoreCounts counts_;
 };

@@ -63,8 +63,8 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "The columns are those of `plumbline journal export` on the cell.\n\n"
       "Example:\n"
-      "  plumbline plant export line-2/cell-7 --last 500 --output measured.csv \\\n"
-      "      --cell-output cell.toml\n\n"
+      "  plumbline plant export line-2/cell-7 --last 500 --output cell-7.csv \\\n"
+      "      --cell-output cell-7.toml\n\n"
       "Exit codes: 0 written; 1 no such cell or rows, or no database; 2 wrong arguments, or a "
       "file\n"
       "cannot be written.");

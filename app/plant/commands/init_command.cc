@@ -64,8 +64,8 @@ void AddInitCommand(CLI::App& app, int& exit_code) {
       "Run it as the owner of the database, before the first collector and after each update.\n"
       "Running it again changes nothing. Stored rows are kept.\n\n"
       "Example:\n"
-      "  createdb plumbline\n"
-      "  plumbline plant init --database \"dbname=plumbline\"");
+      "  sudo -u postgres createdb plumbline\n"
+      "  sudo -u postgres plumbline plant init --database dbname=plumbline");
   command->callback([options, &exit_code] { exit_code = Init(*options); });
 }
 

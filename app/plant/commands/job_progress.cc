@@ -37,9 +37,18 @@ bool WriteCommandOutput(const std::string& path, std::string_view text, std::str
 }
 
 void AddUtcOption(CLI::App& command, const char* name, std::string& value, const char* help) {
-  command.add_option(name, value, help)->check([](const std::string& text) {
-    return text::UtcFromText(text) ? "" : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
-  });
+  const auto completed = [](std::string& text) {
+    constexpr std::size_t kDate = 10;
+    const std::string time = text.size() == kDate ? text + "T00:00:00Z" : text;
+    if (!text::UtcFromText(time)) {
+      return text +
+             " is neither a date such as 2026-11-21 nor a UTC time such as "
+             "2026-11-21T07:30:00Z";
+    }
+    text = time;
+    return std::string();
+  };
+  command.add_option(name, value, help)->transform(CLI::Validator(completed, "", "UTC"));
 }
 
 void PrintLeftOut(const std::vector<std::string>& left_out) {

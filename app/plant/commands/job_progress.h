@@ -18,7 +18,7 @@ int FailCommand(std::string_view reason);
 /// @param option  that names the file
 bool WriteCommandOutput(const std::string& path, std::string_view text, std::string_view option);
 
-/// Adds an option that takes a UTC time, "2026-11-21T07:30:00Z".
+/// Adds an option that takes a UTC time, "2026-11-21T07:30:00Z", or a date for its beginning.
 void AddUtcOption(CLI::App& command, const char* name, std::string& value, const char* help);
 
 /// Prints cells that take no part, each with the reason.

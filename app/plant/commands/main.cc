@@ -4,6 +4,7 @@
 #include <csignal>
 #include <iostream>
 
+#include "app/base/terminal/bash_completion.h"
 #include "app/base/terminal/help_formatter.h"
 #include "app/base/terminal/terminal_output.h"
 #include "app/plant/commands/plant_commands.h"
@@ -34,6 +35,9 @@ int main(int argc, char** argv) {
   plant::AddStatusCommand(app, exit_code);
   plant::AddReportCommand(app, exit_code);
   plant::AddPageCommand(app, exit_code);
+  // `plumbline completion` appends what this prints.
+  CLI::App* const completion = app.add_subcommand("completion", "Completions for bash")->group("");
+  completion->callback([&app] { std::cout << terminal::BashCompletion(app, "plumbline-plant"); });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

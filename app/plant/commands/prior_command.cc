@@ -212,7 +212,7 @@ void AddPriorCommand(CLI::App& app, int& exit_code) {
       "cannot be used, are left out and named.\n\n"
       "Example:\n"
       "  openssl genpkey -algorithm ed25519 -out plant.key\n"
-      "  plumbline plant prior \"KR 210 R2700\" --key plant.key --output kr210.prior\n\n"
+      "  plumbline plant prior \"KR 210 R2700-2\" --key plant.key --output kr210.prior\n\n"
       "Exit codes: 0 written; 1 no prior, or no database; 2 wrong arguments, or the file cannot "
       "be\n"
       "written.");

@@ -141,10 +141,10 @@ Result<void> Connection::RunScript(const std::string& statements) {
   return Checked(PQexec(get(), statements.c_str())).transform([](const Rows&) {});
 }
 
-Result<void> Connection::Copy(const char* statement, std::string_view lines) {
+Result<void> Connection::Copy(const char* statement, std::string_view rows) {
   const auto begun = Checked(PQexec(get(), statement));
   if (!begun) return begun.failure();
-  const bool sent = PQputCopyData(get(), lines.data(), static_cast<int>(lines.size())) == 1 &&
+  const bool sent = PQputCopyData(get(), rows.data(), static_cast<int>(rows.size())) == 1 &&
                     PQputCopyEnd(get(), nullptr) == 1;
   if (!sent) return Error{OneLine(PQerrorMessage(get()))};
   Result<void> ended = Checked(PQgetResult(get())).transform([](const Rows&) {});
@@ -164,27 +164,6 @@ Result<void> DatabaseTransaction::Commit() {
   const auto done = connection_.Run("COMMIT");
   if (!done) return done.failure();
   return {};
-}
-
-void AppendCopyText(std::string& line, std::string_view value) {
-  for (const char c : value) {
-    switch (c) {
-      case '\\':
-        line += "\\\\";
-        break;
-      case '\t':
-        line += "\\t";
-        break;
-      case '\n':
-        line += "\\n";
-        break;
-      case '\r':
-        line += "\\r";
-        break;
-      default:
-        line += c;
-    }
-  }
 }
 
 }  // namespace plumbline::plant

@@ -91,8 +91,8 @@ class Connection {
   Result<Rows> RunPrepared(const char* statement, std::initializer_list<Parameter> parameters);
   /// Runs several statements without parameters, as one transaction unless they contain their own.
   Result<void> RunScript(const std::string& statements);
-  /// Sends `lines` to `COPY ... FROM STDIN`, text format.
-  Result<void> Copy(const char* statement, std::string_view lines);
+  /// Sends `rows` to a `COPY ... FROM STDIN`.
+  Result<void> Copy(const char* statement, std::string_view rows);
 
   /// False after the server has closed the connection.
   bool alive() const { return PQstatus(connection_.get()) == CONNECTION_OK; }
@@ -125,8 +125,5 @@ class DatabaseTransaction {
   Result<Rows> begun_;
   bool open_ = false;
 };
-
-/// Appends a value to a line of COPY's text format, escaped; `\N` for an absent one.
-void AppendCopyText(std::string& line, std::string_view value);
 
 }  // namespace plumbline::plant

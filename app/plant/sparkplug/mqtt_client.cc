@@ -1,15 +1,13 @@
 #include "app/plant/sparkplug/mqtt_client.h"
 
 #include <fmt/format.h>
-#include <mosquitto.h>
 #include <poll.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
-#include "app/plant/broker/mosquitto_library.h"
-#include "drivers/files/text_file.h"
+#include "app/plant/broker/broker_account.h"
 
 namespace plumbline::plant {
 namespace {
@@ -17,13 +15,6 @@ namespace {
 constexpr int kKeepAlive_s = 30, kSubscribeQos = 1, kWillQos = 1;
 /// A broker that has more packets for this client is asked for the next one at once, so often.
 constexpr int kMaxPackets = 100;
-
-Result<std::string> BrokerPassword(const BrokerSettings& broker) {
-  if (broker.password_file.empty()) return std::string();
-  Result<std::string> text = files::ReadTextFile(broker.password_file);
-  if (!text) return Error{fmt::format("{}: {}", broker.password_file, text.error())};
-  return text->substr(0, text->find_first_of("\r\n"));
-}
 
 bool IsReadable(int socket) {
   pollfd waiting{socket, POLLIN, 0};
@@ -38,8 +29,6 @@ MqttClient::MqttClient(const BrokerSettings& broker)
 }
 
 Result<void> MqttClient::Begin(const Options& options) {
-  const auto password = BrokerPassword(broker_);
-  if (!password) return password.failure();
   client_.reset(mosquitto_new(options.client_id.c_str(), options.clean_session, this));
   mosquitto* const client = client_.get();
   if (client == nullptr) return Error{std::strerror(errno)};
@@ -66,16 +55,10 @@ Result<void> MqttClient::Begin(const Options& options) {
   });
   // Otherwise each step of a connection waits for the broker's delayed acknowledgement.
   mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1);
+  const auto used = UseAccount(client, {broker_.tls_ca, broker_.username, broker_.password_file});
+  if (!used) return used;
   int code = MOSQ_ERR_SUCCESS;
-  if (!broker_.tls_ca.empty() && mosquitto_tls_set(client, broker_.tls_ca.c_str(), nullptr, nullptr,
-                                                   nullptr, nullptr) != MOSQ_ERR_SUCCESS) {
-    return Error{broker_.tls_ca + ": contains no readable CA certificates"};
-  }
-  if (!broker_.username.empty()) {
-    code = mosquitto_username_pw_set(client, broker_.username.c_str(),
-                                     broker_.password_file.empty() ? nullptr : password->c_str());
-  }
-  if (code == MOSQ_ERR_SUCCESS && !options.will_topic.empty()) {
+  if (!options.will_topic.empty()) {
     code = mosquitto_will_set(client, options.will_topic.c_str(),
                               static_cast<int>(options.will.size()), options.will.data(), kWillQos,
                               false);
@@ -87,11 +70,7 @@ Result<void> MqttClient::Begin(const Options& options) {
 }
 
 std::string MqttClient::ErrorText(int code) const {
-  if (code == MOSQ_ERR_TLS && !last_error_.empty()) return "TLS: " + last_error_;
-  if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
-  if (code == MOSQ_ERR_ERRNO) return "the server there is not an MQTT broker";
-  if (code == MOSQ_ERR_NOMEM) return "sent a packet for which there is no memory";
-  return mosquitto_strerror(code);
+  return ConnectionFailure(code, last_error_);
 }
 
 int MqttClient::socket() const {

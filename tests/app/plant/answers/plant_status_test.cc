@@ -73,6 +73,7 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
   run("UPDATE cell SET limited = 12, limited_reason = 'too many', limited_last = now() "
       "WHERE cell = 11");
   run("UPDATE cell SET state_utc = now() - interval '1 hour', waiting = 4321 WHERE cell = 12");
+  run("UPDATE cell SET state_utc = now() + interval '4 hours' WHERE cell = 13");
   run("INSERT INTO dead_letter (topic, reason, messages, bytes, payload) "
       "VALUES ('plumblineV1/x', 'is not JSON', 7, 3, 'abc')");
   run("INSERT INTO job (kind, key, finished, failed) VALUES ('diagnose', '1', now(), 'x')");
@@ -84,7 +85,7 @@ TEST_CASE("the status of a plant: absent, alarmed and lossy cells, unreadable me
         "shut down", "offline for", "connected, but silent for 60 min",
         "has not announced itself yet", "messages refused: too many", "catching up, its state is",
         "backlog      1 cell is catching up, at most 60 min behind; 4321 messages",
-        "30 messages lost, unexplained", "refused      12 messages",
+        "30 messages lost, unexplained", "refused      12 messages", "its clock was 4 h ahead",
         "7  is not JSON, for example"}) {
     CHECK_THAT(text, Contains(line));
   }

@@ -81,6 +81,52 @@ TEST_CASE("what cells publish arrives once, in any order, from several collector
   CHECK(Answer(database, "SELECT missing FROM cell_now ORDER BY cell") == "11;11;11");
 }
 
+TEST_CASE("a row has the values of its message") {
+  if (test::PostgresPrograms().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 here");
+    return;
+  }
+  const test::PostgresProcess server;
+  Connection database = server.ConnectToNewPlant();
+  Admission admission(50, 5'000'000);
+  const std::string begin = R"({"stream":"80000001","seq":)";
+  const std::string probe =
+      begin +
+      R"(1,"timestamp":1795260031123,"journal":1700000000123,"id":9007199254740993,)"
+      R"("source":"pl\tc\\","session":"S\u00e4ge","model":3,"measured_mm":[1200.0625,-400,1e-7],)"
+      R"("predicted_mm":[1,2,3],"residual_mm":[0.25,-1e-42,0],"residual_size_mm":0.25,)"
+      R"("payload_kg":null,"temp_C":-21.5,"wild":false,"alarm":true,"quarantined":false,)"
+      R"("q":[0.1,-90.2,1e300],"tool":7})";
+  const std::string bare =
+      begin +
+      R"(2,"timestamp":951782400000,"journal":1,"id":-1,"source":"","session":"1","model":0,)"
+      R"("wild":true,"alarm":false,"quarantined":true,"q":[]})";
+  const std::string alarm =
+      begin + R"(3,"timestamp":1795260031123,"word":"alarms","bit":-3,"event":"begin",)"
+              R"("meaning":"stale"})";
+  REQUIRE(database.Run("UPDATE setting SET retention_months = 0").ok());
+  MessageStore keeping = MessageStore::On(server.Connect(), admission).value();
+  REQUIRE(keeping
+              .Write(std::vector<Received>{{"plumblineV1/l/NPROBE/n", probe},
+                                           {"plumblineV1/l/NPROBE/n", bare},
+                                           {"plumblineV1/l/NALARM/n", alarm}},
+                     kNow_s)
+              .ok());
+  CHECK(keeping.counts().dead_letters == 0);
+  CHECK(
+      Answer(database,
+             "SELECT concat_ws(' ', stream, seq, to_char(utc AT TIME ZONE 'UTC', 'YYYY-MM-DD "
+             "HH24:MI:SS.MS'), journal, id, model, x_mm, y_mm, z_mm, dx_mm, dy_mm, dz_mm, size_mm, "
+             "payload_kg IS NULL, temp_c, wild, alarm, quarantined, source = E'pl\tc\\\\', "
+             "session, q, more) FROM probe ORDER BY seq") ==
+      "2147483649 1 2026-11-21 11:20:31.123 1700000000123 9007199254740993 3 1200.0625 -400 1e-07 "
+      "0.25 -1e-42 0 0.25 t -21.5 f t f t S\u00e4ge {0.1,-90.2,1e+300} {\"tool\": 7, "
+      "\"predicted_mm\": [1, 2, 3]};"
+      "2147483649 2 2000-02-29 00:00:00.000 1 -1 0 t t f t f 1 {}");
+  CHECK(Answer(database, "SELECT concat_ws(' ', word, bit, meaning, begins) FROM alarm") ==
+        "alarms -3 stale t");
+}
+
 TEST_CASE("what cannot be stored is a dead letter and does not hold up the rest") {
   if (test::PostgresPrograms().empty()) {
     WARN("SKIPPED: no PostgreSQL 15 here");
