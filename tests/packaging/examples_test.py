@@ -133,6 +133,7 @@ def own_view(folder, scratch):
     os.makedirs(lower)
     os.makedirs(upper)
     subprocess.run(["mount", "--bind", folder, lower], check=True)
+    subprocess.run(["mount", "-o", "remount,bind,ro", lower], check=True)  # no example writes to the computer's own files
     for name in os.listdir(lower):
         if name in ("mosquitto", "doc") and folder != "/var/lib":
             os.makedirs(upper + "/" + name)

@@ -92,9 +92,8 @@ std::string BashCompletion(const CLI::App& app, const std::string& program) {
   fi
   COMPREPLY=($(compgen -W "$words" -- "$word"))
 }}
-complete -o bashdefault -o default -F _{} {}
 )",
-                     name, cases.commands, cases.values, cases.words, name, program);
+                     name, cases.commands, cases.values, cases.words);
 }
 
 }  // namespace plumbline::terminal

@@ -6,8 +6,8 @@
 
 namespace plumbline::terminal {
 
-/// A script that completes commands, options and enumerated option values of `program`; everything
-/// else is completed as a file name. Its function is `_program`, with `_` for `-`.
+/// A function for `complete -F` that offers commands, options and enumerated option values of
+/// `program`. It is called `_program`, with `_` for `-`.
 std::string BashCompletion(const CLI::App& app, const std::string& program);
 
 }  // namespace plumbline::terminal

@@ -40,7 +40,7 @@ std::string ConnectionFailure(int code, const std::string& last_error) {
   }
   if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
   if (code == MOSQ_ERR_ERRNO) return "the server there is not an MQTT broker";
-  if (code == MOSQ_ERR_NOMEM) return "sent a packet for which there is no memory";
+  if (code == MOSQ_ERR_NOMEM) return "not enough memory for a packet";
   return mosquitto_strerror(code);
 }
 

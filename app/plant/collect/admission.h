@@ -36,8 +36,8 @@ class Admission {
     Bucket timed{kBurst}, untimed{kBurstWithoutTime};
     std::int64_t day = 0, today = 0;
   };
-  const double per_second_;
-  const std::int64_t per_day_;
+  double per_second_;
+  std::int64_t per_day_;
   std::map<int, Account> accounts_;
 };
 

@@ -192,7 +192,7 @@ Result<void> WriteCellDays(Connection& connection, const MessageBatch& batch) {
     ++day.probes;
     day.sum += probe.size_mm;
     day.sum_squares += probe.size_mm * probe.size_mm;
-    day.max = std::max(day.max, probe.size_mm);
+    day.max = std::max(day.max, static_cast<double>(static_cast<float>(probe.size_mm)));  // a real
     day.dx += probe.dx_mm;
     day.dy += probe.dy_mm;
     day.dz += probe.dz_mm;

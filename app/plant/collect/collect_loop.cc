@@ -10,7 +10,8 @@
 namespace plumbline::plant {
 namespace {
 
-constexpr double kBatch_s = 0.2;  ///< a message waits at most this long for others
+constexpr double kBatch_s = 0.2;      ///< a message waits at most this long for others
+constexpr double kAcknowledge_s = 5;  ///< no new batch begins later without an acknowledgement
 constexpr int kWait_ms = 50;
 constexpr double kForbiddenPause_s = 30;  ///< until a person has changed something
 constexpr double kDropPeriod_s = 6 * 3600;
@@ -80,7 +81,9 @@ void CollectLoop::ConnectBroker(double now_s) {
   if (subscriber) {
     subscriber_ = std::move(subscriber).value();
     batch_.clear();
-    unflushed_ = 0;
+    // The broker repeats what was not acknowledged; nothing of it counts twice.
+    unacknowledged_ = 0;
+    admission_ = admitted_;
     return;
   }
   LogBrokerLost(subscriber.error());
@@ -99,46 +102,42 @@ void CollectLoop::DatabaseFailed(const std::string& why) {
   database_pause_.Failed(MonotonicSeconds(), forbidden ? kForbiddenPause_s : 0);
 }
 
-void CollectLoop::WriteBatch() {
-  // While a backlog arrives, only the last commit before an acknowledgement waits for the disk.
-  const bool more = batch_.size() >= kBatch && unflushed_ + 2 * kBatch <= kUnacknowledged;
-  const Result<void> written = store_->Write(batch_, service::SystemUtcSeconds(),
-                                             more ? Durability::kLater : Durability::kOnDisk);
-  if (!written) return DatabaseFailed(written.error());
-  unflushed_ += batch_.size();
+bool CollectLoop::WriteBatch() {
+  if (const auto written = store_->Write(batch_, service::SystemUtcSeconds()); !written) {
+    DatabaseFailed(written.error());
+    return false;
+  }
+  unacknowledged_ += batch_.size();
   batch_.clear();
   if (!database_problem_.empty()) {
     log::Log({log::Event::kCollectDatabaseUp, "database connected again; messages are stored"});
   }
   database_problem_.clear();
   database_pause_.Well();
-  if (!more) Acknowledge();
-}
-
-void CollectLoop::Acknowledge() {
-  unflushed_ = 0;
-  if (const auto sent = subscriber_->Acknowledge(); !sent) {
-    LogBrokerLost(sent.error());
-    subscriber_.reset();
-  }
+  return true;
 }
 
 void CollectLoop::Collect() {
   const std::size_t before = batch_.size();
   Result<void> read = subscriber_->Read(kWait_ms, kBatch, batch_);
-  if (batch_.empty()) {
-    if (const auto flushed = unflushed_ > 0 ? store_->Flush() : Result<void>(); !flushed)
-      return DatabaseFailed(flushed.error());
-    unflushed_ = 0;
-    if (read) read = subscriber_->Acknowledge();  // the subscription and pings, too
-  } else {
-    const double now_s = MonotonicSeconds();
-    if (before == 0) begun_s_ = now_s;
-    // At the end of a connection, what was read is worth storing: its repetition is discarded.
-    if (batch_.size() >= kBatch || now_s - begun_s_ > kBatch_s || !read) {
-      WriteBatch();
-      if (subscriber_ == nullptr) return;
+  const double now_s = MonotonicSeconds();
+  if (before == 0) begun_s_ = now_s;
+  const bool full = batch_.size() >= kBatch;
+  // At the end of a connection, what was read is worth storing: its repetition is discarded.
+  if (!batch_.empty() && (full || now_s - begun_s_ > kBatch_s || !read)) {
+    if (!WriteBatch()) return;
+  }
+  // While a backlog arrives, one wait for the disk covers several batches.
+  const bool more = full && unacknowledged_ + kBatch <= kMostUnacknowledged &&
+                    now_s - acknowledged_s_ < kAcknowledge_s;
+  if (read && batch_.empty() && !more) {
+    if (unacknowledged_ > 0) {
+      if (const auto flushed = store_->Flush(); !flushed) return DatabaseFailed(flushed.error());
     }
+    read = subscriber_->Acknowledge();  // the subscription and pings, too
+    if (read && unacknowledged_ > 0) admitted_ = admission_;
+    if (read) unacknowledged_ = 0;
+    acknowledged_s_ = now_s;
   }
   if (!read) {
     LogBrokerLost(read.error());

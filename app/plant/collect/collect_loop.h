@@ -19,11 +19,12 @@ namespace plumbline::plant {
 class CollectLoop {
  public:
   static constexpr std::size_t kBatch = 10'000;
-  /// Messages that may be written before one commit waits for the disk, and all are acknowledged.
-  static constexpr std::size_t kUnacknowledged = 5 * kBatch;
+  /// Messages that are written before one commit waits for the disk, and all are acknowledged.
+  static constexpr std::size_t kMostUnacknowledged = 5 * kBatch;
   explicit CollectLoop(const PlantConfig& config)
       : config_(config),
-        admission_(config.collect.messages_per_second, config.collect.messages_per_day) {}
+        admission_(config.collect.messages_per_second, config.collect.messages_per_day),
+        admitted_(admission_) {}
 
   /// One iteration: at most a batch, or one attempt to connect.
   void RunOnce();
@@ -34,8 +35,7 @@ class CollectLoop {
   void ConnectDatabase(double now_s);
   void ConnectBroker(double now_s);
   void Collect();
-  void WriteBatch();
-  void Acknowledge();
+  bool WriteBatch();
   void DatabaseFailed(const std::string& why);
   void LogDatabaseLost(const std::string& why);
   void LogBrokerLost(const std::string& why);
@@ -43,14 +43,15 @@ class CollectLoop {
   SubscriberSettings BrokerAccess() const;
 
   const PlantConfig config_;
-  Admission admission_;
+  Admission admission_, admitted_;  ///< now; when messages were last acknowledged
   std::unique_ptr<MessageStore> store_;
   std::unique_ptr<Subscriber> subscriber_;
   BackOff database_pause_, broker_pause_;
   std::string database_problem_, broker_problem_;
   bool broker_logged_ = false;
   std::vector<Received> batch_;
-  std::size_t unflushed_ = 0;  ///< messages that are written, perhaps not on disk
+  std::size_t unacknowledged_ = 0;  ///< messages that are written, perhaps not on disk
+  double acknowledged_s_ = -1e300;
   double begun_s_ = 0;         ///< when the batch received its first message, monotonic
   double dropped_s_ = -1e300;  ///< when old rows were last dropped
   double findings_s_ = -1e300;

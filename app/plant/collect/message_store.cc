@@ -122,14 +122,14 @@ DecodedMessage MessageStore::DecodedFrom(const Received& received, double now_s)
 Result<void> MessageStore::Flush() {
   DatabaseTransaction transaction(connection_);
   if (!transaction.begun()) return transaction.begun().failure();
-  // A transaction that writes nothing to the log does not wait for it; a locked row does.
-  const auto locked = connection_.Run("SELECT FROM cell LIMIT 1 FOR NO KEY UPDATE");
-  return locked ? transaction.Commit() : Result<void>(locked.failure());
+  // Only a commit that itself has written to the log waits for it, and with it for all before.
+  const auto logged = connection_.Run(
+      "SELECT set_config('synchronous_commit', 'on', true), "
+      "pg_logical_emit_message(true, 'plumbline', '')");
+  return logged ? transaction.Commit() : Result<void>(logged.failure());
 }
 
-Result<void> MessageStore::Write(std::span<const Received> messages, double now_s,
-                                 Durability durability) {
-  durability_ = durability;
+Result<void> MessageStore::Write(std::span<const Received> messages, double now_s) {
   std::vector<DecodedMessage> decoded;
   decoded.reserve(messages.size());
   for (const Received& received : messages) {
@@ -247,10 +247,8 @@ Result<std::map<StreamKey, StreamLedger>> MessageStore::ReadLedgers(const Messag
 Result<void> MessageStore::WriteOnce(std::span<DecodedMessage*> messages, double now_s) {
   DatabaseTransaction transaction(connection_);
   if (!transaction.begun()) return transaction.begun().failure();
-  if (durability_ == Durability::kLater) {
-    if (const auto set = connection_.Run("SET LOCAL synchronous_commit = off"); !set)
-      return set.failure();
-  }
+  if (const auto set = connection_.Run("SET LOCAL synchronous_commit = off"); !set)
+    return set.failure();
   MessageBatch batch;
   batch.messages = messages;
   if (Result<void> locked = LockCells(batch); !locked) return locked;

@@ -24,9 +24,6 @@ struct StoreCounts {
   std::int64_t refused = 0;       ///< more than a cell may send
 };
 
-/// Whether a commit waits for the disk. One that does covers all before it: the log is sequential.
-enum class Durability { kOnDisk, kLater };
-
 /// Decodes messages and writes them. Every message ends in a table: its own, `dead_letter` with the
 /// reason, or counted in `refused`; or it is a repetition. Several stores may write at once.
 class MessageStore {
@@ -40,9 +37,9 @@ class MessageStore {
   /// letters; a cell with many of them is refused the rest of the batch.
   /// @param now_s  UTC
   /// @return       an error of the connection or of the database's set-up: open another later
-  Result<void> Write(std::span<const Received> messages, double now_s,
-                     Durability durability = Durability::kOnDisk);
+  Result<void> Write(std::span<const Received> messages, double now_s);
   /// Waits until all that was written is on disk, and on the standby if the database waits for one.
+  /// Only then may the messages be acknowledged: a crash may lose what Write() wrote until then.
   Result<void> Flush();
   /// Drops what is older than the retention.
   Result<void> DropOld(double now_s);
@@ -73,10 +70,9 @@ class MessageStore {
   Connection connection_;
   Admission* admission_;
   int retention_months_;
-  int rejected_ = 0;                             ///< by the database, of this batch
-  std::unordered_map<std::string, int> cells_;   ///< by LINE/NODE
-  Durability durability_ = Durability::kOnDisk;  ///< of the batch
-  std::set<std::int64_t> months_;                ///< whose partitions exist: years * 12 + month
+  int rejected_ = 0;                            ///< by the database, of this batch
+  std::unordered_map<std::string, int> cells_;  ///< by LINE/NODE
+  std::set<std::int64_t> months_;               ///< whose partitions exist: years * 12 + month
   std::map<std::tuple<int, std::int64_t, std::string>, std::int64_t> refused_;  ///< by cell, minute
   StoreCounts counts_;
 };

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <utility>
 
 #include "app/plant/broker/broker_link.h"
 #include "tests/app/plant/broker/broker_process.h"
@@ -136,6 +137,53 @@ TEST_CASE("the collector stores everything once, whatever stops meanwhile") {
   auto after = server.Connect();
   CHECK(after.Run("SELECT missing FROM cell_now")->Integer(0, 0) == 0);
   CHECK(after.Run("SELECT sum(messages) FROM dead_letter")->Integer(0, 0) == 1);
+}
+
+TEST_CASE("a crash of the database during a backlog loses nothing and refuses nobody") {
+  if (test::PostgresPrograms().empty() || test::MosquittoProgram().empty()) {
+    WARN("SKIPPED: no PostgreSQL 15 or mosquitto here");
+    return;
+  }
+  // The log stays in memory until a commit waits for it.
+  test::PostgresProcess server(
+      "wal_writer_delay = '10s'\nwal_writer_flush_after = '1GB'\nwal_buffers = '64MB'");
+  Connection database = server.ConnectToNewPlant();
+  const test::BrokerProcess broker;
+  const test::TemporaryFolder folder;
+  const std::string config = folder.path() + "/plant.toml";
+  std::ofstream(config) << fmt::format(
+      "[broker]\nhost = \"127.0.0.1\"\nport = {}\n[database]\nconnection = \"{}\"\n", broker.port(),
+      server.Settings());
+  CollectorProcess collector(config);
+  REQUIRE(
+      test::Soon([&] { return collector.Log().find("broker 127.0.0.1") != std::string::npos; }));
+  collector.Stop(SIGKILL);
+  constexpr int kMessages = 60'000, kCells = 3, kChunk = 5000, kStep_ms = 100;
+  const auto begin_ms =
+      static_cast<std::int64_t>(time(nullptr)) * 1000 - kMessages / kCells * kStep_ms;
+  Publisher publisher(broker.port());
+  std::vector<Received> messages;
+  for (int k = 0; k < kMessages; ++k) {
+    test::PublishingCell cell;
+    cell.node = fmt::format("cell-{}", k % kCells);
+    messages.push_back(cell.Probe(k / kCells + 1, begin_ms + k / kCells * kStep_ms));
+    if (messages.size() == kChunk) publisher.Publish(std::exchange(messages, {}));
+  }
+  const auto number = [&](const char* question) {
+    auto connection = Connection::Open(server.Settings(), "test");
+    const auto rows = connection ? connection.value().Run(question) : Result<Rows>(Error{""});
+    return rows ? rows->Integer(0, 0) : -1;
+  };
+  collector.Start();
+  for (const int crash_at : {1, 30'000}) {
+    REQUIRE(test::Soon([&] { return number("SELECT count(*) FROM probe") >= crash_at; }));
+    server.Stop(SIGKILL);
+    server.Start();
+  }
+  REQUIRE(test::Soon([&] { return number("SELECT count(*) FROM probe") == kMessages; }));
+  CHECK(number("SELECT sum(missing)::bigint FROM cell_now") == 0);
+  CHECK(number("SELECT sum(limited)::bigint FROM cell") == 0);
+  CHECK(number("SELECT sum(probes)::bigint FROM cell_day") == kMessages);
 }
 
 }  // namespace plumbline::plant::collect_process_test

@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,12 @@ class PostgresProcess {
   /// @param signal  SIGTERM waits for sessions, SIGINT ends them, SIGKILL is a crash
   void Stop(int signal) {
     if (pid_ <= 0) return;
+    // The server's processes, which would otherwise end in their own time.
+    std::vector<pid_t> children;
+    std::ifstream listed(fmt::format("/proc/{0}/task/{0}/children", pid_));
+    for (pid_t child = 0; signal == SIGKILL && listed >> child;) children.push_back(child);
     kill(pid_, signal);
+    for (const pid_t child : children) kill(child, signal);
     waitpid(pid_, nullptr, 0);
     pid_ = -1;
   }
