@@ -107,13 +107,16 @@ def faults(binaries, folder):
     primary.ask("SELECT pg_reload_conf()")
     settings = "host=%s,%s port=%d,%d dbname=plumbline user=owner target_session_attrs=read-write" % (
         primary.sockets, standby.sockets, primary.port, standby.port)
-    broker = station.Broker(folder, "autosave_interval 2\n")
+    # A broker writes all that it keeps: often only if that is little.
+    save_s, repeat_s = choose(2, 2, 30), choose(10, 10, 120)
+    broker = station.Broker(folder, "autosave_interval %d\n" % save_s)
     collectors = [station.Collector(binaries, folder, broker, settings, name) for name in ("1", "2")]
     for one in collectors:
         one.wait()
-    time.sleep(4)  # until the broker has saved the sessions
+    broker.child.send_signal(signal.SIGUSR1)  # saves the sessions
+    time.sleep(2)
     made = station.Cells(binaries, folder, broker, "--cells", str(cells), "--seconds", str(seconds), "--speed",
-                         str(speed_up), "--start-days", "0.2", "--repeat-s", "10")
+                         str(speed_up), "--start-days", "0.2", "--repeat-s", str(repeat_s))
     random.seed(43)
     database = primary
     try:
