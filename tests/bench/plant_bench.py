@@ -95,7 +95,7 @@ def speed(binaries, folder):
 
 
 def faults(binaries, folder):
-    cells, minutes, speed_up = choose((10, 3, 12), (60, 20, 30), (300, 90, 60))
+    cells, minutes, speed_up = choose((10, 3, 12), (60, 20, 30), (300, 90, 20))
     kills = choose(2, 10, 10)
     seconds = 60 * minutes
     lines = "wal_level = replica\nmax_wal_senders = 4\nhot_standby = on\n"
@@ -107,8 +107,9 @@ def faults(binaries, folder):
     primary.ask("SELECT pg_reload_conf()")
     settings = "host=%s,%s port=%d,%d dbname=plumbline user=owner target_session_attrs=read-write" % (
         primary.sockets, standby.sockets, primary.port, standby.port)
-    # A broker writes all that it keeps: often only if that is little.
-    save_s, repeat_s = choose(2, 2, 30), choose(10, 10, 120)
+    # A broker writes all that it keeps: often only if that is little. What a cell repeats, by its own clock, must be
+    # less than the collector's burst of 5000 messages.
+    save_s, repeat_s = choose(2, 2, 15), choose(10, 10, 40)
     broker = station.Broker(folder, "autosave_interval %d\n" % save_s)
     collectors = [station.Collector(binaries, folder, broker, settings, name) for name in ("1", "2")]
     for one in collectors:
