@@ -54,7 +54,8 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   command->add_option("--cell-output", options->cell_output,
                       "Write the newest cell.toml that the cell has published");
   AddUtcOption(*command, "--since", options->rows.since, "Only rows from this UTC time or date on");
-  AddUtcOption(*command, "--until", options->rows.until, "Only rows up to this UTC time, or before this date");
+  AddUtcOption(*command, "--until", options->rows.until,
+               "Only rows up to this UTC time, or before this date");
   command->add_option("--last", options->rows.last, "Only the newest N rows")
       ->check(CLI::Range(1, 10'000'000));
   command->add_option("--model", options->rows.model, "Only rows predicted by this model version");
