@@ -24,7 +24,8 @@ void MakeTrouble(PlantPageScene& scene) {
   scene.Run("INSERT INTO camera_now VALUES (120, 'left', now(), 'stale', 'views off by 2.1 px')");
   scene.Run(
       "UPDATE cell SET death = birth, clean_shutdown = cell = 202, "
-      "last_received = now() - interval '3 hours' WHERE cell IN (201, 202)");
+      "last_received = now() - interval '3 hours', state_utc = now() - interval '3 hours' WHERE "
+      "cell IN (201, 202)");
   scene.Run(
       "INSERT INTO stream (cell, stream, first_seq, next_seq, dropped) VALUES (60, 1, 1, 1000, "
       "20)");
