@@ -11,7 +11,7 @@ namespace plumbline::plant {
 namespace {
 
 constexpr double kBatch_s = 0.2;      ///< a message waits at most this long for others
-constexpr double kAcknowledge_s = 5;  ///< no new batch begins later without an acknowledgement
+constexpr double kAcknowledge_s = 5;  ///< after which no batch is added before an acknowledgement
 constexpr int kWait_ms = 50;
 constexpr double kForbiddenPause_s = 30;  ///< until a person has changed something
 constexpr double kDropPeriod_s = 6 * 3600;

@@ -74,6 +74,12 @@ class Publisher {
   std::int64_t id_ = 0;
 };
 
+void WriteConfig(const std::string& file, int port, const std::string& database) {
+  std::ofstream(file) << fmt::format(
+      "[broker]\nhost = \"127.0.0.1\"\nport = {}\n[database]\nconnection = \"{}\"\n", port,
+      database);
+}
+
 TEST_CASE("the collector stores everything once, whatever stops meanwhile") {
   if (test::PostgresPrograms().empty() || test::MosquittoProgram().empty()) {
     WARN("SKIPPED: no PostgreSQL 15 or mosquitto here");
@@ -84,9 +90,7 @@ TEST_CASE("the collector stores everything once, whatever stops meanwhile") {
   const test::BrokerProcess broker;
   const test::TemporaryFolder folder;
   const std::string config = folder.path() + "/plant.toml";
-  std::ofstream(config) << fmt::format(
-      "[broker]\nhost = \"127.0.0.1\"\nport = {}\n[database]\nconnection = \"{}\"\n", broker.port(),
-      server.Settings());
+  WriteConfig(config, broker.port(), server.Settings());
   CollectorProcess collector(config);
   REQUIRE(
       test::Soon([&] { return collector.Log().find("broker 127.0.0.1") != std::string::npos; }));
@@ -144,16 +148,12 @@ TEST_CASE("a crash of the database during a backlog loses nothing and refuses no
     WARN("SKIPPED: no PostgreSQL 15 or mosquitto here");
     return;
   }
-  // The log stays in memory until a commit waits for it.
-  test::PostgresProcess server(
-      "wal_writer_delay = '10s'\nwal_writer_flush_after = '1GB'\nwal_buffers = '64MB'");
+  test::PostgresProcess server;
   Connection database = server.ConnectToNewPlant();
   const test::BrokerProcess broker;
   const test::TemporaryFolder folder;
   const std::string config = folder.path() + "/plant.toml";
-  std::ofstream(config) << fmt::format(
-      "[broker]\nhost = \"127.0.0.1\"\nport = {}\n[database]\nconnection = \"{}\"\n", broker.port(),
-      server.Settings());
+  WriteConfig(config, broker.port(), server.Settings());
   CollectorProcess collector(config);
   REQUIRE(
       test::Soon([&] { return collector.Log().find("broker 127.0.0.1") != std::string::npos; }));
