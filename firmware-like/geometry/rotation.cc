@@ -1,5 +1,6 @@
 #include "firmware-like/geometry/rotation.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -69,6 +70,22 @@ Mat3 RotationFromAngles(const Vec3& angles, OrientationConvention convention) {
   if (convention == OrientationConvention::kRotationVector) return RotationFromVector(angles);
   return RotationFromRollPitchYaw(
       convention == OrientationConvention::kRollPitchYaw ? angles : Vec3(angles.reverse()));
+}
+
+Mat3 NearestRotation(const Mat3& M, double* smallest_singular_value) {
+  const Eigen::JacobiSVD<Mat3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (smallest_singular_value) *smallest_singular_value = svd.singularValues()[2];
+  Mat3 U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
+  return U * svd.matrixV().transpose();
+}
+
+Mat3 RotationOfZOnto(const Vec3& direction) {
+  const Vec3 d = direction.normalized();
+  if (d.z() < -1 + 1e-12) return Vec3(1, -1, -1).asDiagonal();
+  // Rodrigues: I + [v]x + [v]x^2 / (1 + cos), with v = z x d.
+  const Mat3 cross = CrossMatrix(Vec3(-d.y(), d.x(), 0));
+  return Mat3::Identity() + cross + cross * cross / (1 + d.z());
 }
 
 }  // namespace plumbline

@@ -6,6 +6,7 @@
 
 #include "app/display/view/palette.h"
 #include "app/display/view/picture_layout.h"
+#include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::display {
 namespace {
@@ -105,7 +106,7 @@ class Solids {
   void Rod(const Vec3& from_W, const Vec3& to_W, double radius_m, const scene::Colour& colour) {
     const Vec3 along = to_W - from_W;
     if (!(along.norm() > 1e-6)) return;
-    const Mat3 R = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), along).toRotationMatrix();
+    const Mat3 R = RotationOfZOnto(along);
     Add(scene::kUnitCylinder, {R, from_W}, {radius_m, radius_m, along.norm()}, colour);
   }
 

@@ -1,7 +1,6 @@
 #include "app/measure/controller/relation_fit.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -170,13 +169,6 @@ Mat6 NoiseOf(const ModelPoses& poses, const ControllerSample& sample,
     }
   }
   return noise;
-}
-
-Mat3 NearestRotation(const Mat3& M) {
-  const Eigen::JacobiSVD<Mat3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 sign = Mat3::Identity();
-  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  return svd.matrixU() * sign * svd.matrixV().transpose();
 }
 
 /// The 24 rotations of a cube.

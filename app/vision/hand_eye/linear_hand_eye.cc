@@ -16,18 +16,6 @@ namespace {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 
-Mat3 NearestRotation(Mat3 m) {
-  if (m.determinant() < 0) m = -m;
-  const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 R = svd.matrixU() * svd.matrixV().transpose();
-  if (R.determinant() < 0) {
-    Mat3 U = svd.matrixU();
-    U.col(2) *= -1;
-    R = U * svd.matrixV().transpose();
-  }
-  return R;
-}
-
 double Angle(const Mat3& R) {
   return VectorFromRotation(R).norm();
 }
@@ -66,7 +54,7 @@ std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings
     Y = -Y;
   }
   poses.X.R = NearestRotation(X);
-  poses.Y.R = NearestRotation(Y);
+  poses.Y.R = NearestRotation(Y.determinant() < 0 ? Mat3(-Y) : Y);
   const auto n = static_cast<Eigen::Index>(pairings.size());
   // A.R X.p - Y.p + scale A.p = Y.R B.p
   Eigen::MatrixXd M(3 * n, free_scale ? 7 : 6);

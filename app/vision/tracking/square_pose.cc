@@ -1,17 +1,20 @@
 // PosesOfSquare: the two poses of a flat square.
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "app/vision/tracking/decode.h"
 #include "app/vision/tracking/tag_pose.h"
+#include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::vision {
 namespace {
 
-/// A rotation that takes the z axis to a direction.
-Mat3 RotationOntoDirection(const Vec3& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), direction).toRotationMatrix();
+/// The larger singular value of A: s^2 = (|A|^2 + sqrt(|A|^4 - 4 det(A)^2)) / 2, |A| of Frobenius.
+double LargerSingularValue(const Eigen::Matrix2d& A) {
+  const double norm = A.squaredNorm(), det = A.determinant();
+  return std::sqrt(0.5 * (norm + std::sqrt(std::max(0.0, norm * norm - 4 * det * det))));
 }
 
 /// Least-squares translation p: a corner q = R p_K seen in direction (x, y) gives
@@ -59,12 +62,12 @@ std::vector<Pose> PosesOfSquare(const std::array<lens::Vec2, 4>& normalised, dou
   Eigen::Matrix2d J;
   J << H(0, 0) - H(2, 0) * v.x(), H(0, 1) - H(2, 1) * v.x(), H(1, 0) - H(2, 0) * v.y(),
       H(1, 1) - H(2, 1) * v.y();
-  const Mat3 R_v = RotationOntoDirection(Vec3(v.x(), v.y(), 1));
+  const Mat3 R_v = RotationOfZOnto(Vec3(v.x(), v.y(), 1));
   Eigen::Matrix<double, 2, 3> P;
   P << 1, 0, -v.x(), 0, 1, -v.y();
   const Eigen::Matrix2d B = (P * R_v).leftCols<2>();
   const Eigen::Matrix2d A = B.inverse() * J;
-  const double largest = Eigen::JacobiSVD<Eigen::Matrix2d>(A).singularValues()[0];
+  const double largest = LargerSingularValue(A);
   if (!(largest > 1e-12)) return {};
   const Eigen::Matrix2d upper = A / largest;  // upper left 2 x 2 block of the rotation
   const Eigen::Matrix2d rest = Eigen::Matrix2d::Identity() - upper.transpose() * upper;

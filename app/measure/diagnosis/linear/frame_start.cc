@@ -126,13 +126,10 @@ std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points,
   }
   // Of minimum norm where a tool has no point.
   const Eigen::MatrixXd x = A.completeOrthogonalDecomposition().solve(b);
-  const Mat3 R = x.topRows<3>().transpose();
-  const Eigen::JacobiSVD<Mat3> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (svd.singularValues()[2] < 0.3) return std::nullopt;
-  Mat3 U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
   Start start;
-  start.X_WB.R = U * svd.matrixV().transpose();
+  double smallest = 0;
+  start.X_WB.R = NearestRotation(x.topRows<3>().transpose(), &smallest);
+  if (smallest < 0.3) return std::nullopt;
   start.X_WB.p = x.row(3).transpose();
   start.X_FT = declared;
   for (int tool = 0; tool < tools; ++tool) {

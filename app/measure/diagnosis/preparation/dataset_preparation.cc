@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -72,10 +71,7 @@ double MedianDifference(const std::vector<Quaternion>& measured,
   if (clear.size() < kMinTurns) return HUGE_VAL;
   const Eigen::Matrix3Xd from = of_predicted(Eigen::all, clear);
   const Eigen::Matrix3Xd to = of_measured(Eigen::all, clear);
-  const Eigen::JacobiSVD<Mat3> svd(to * from.transpose(),
-                                   Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vec3 signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
-  const Mat3 R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Mat3 R = NearestRotation(to * from.transpose());
   std::vector<double> differences;
   for (Eigen::Index k = 0; k < from.cols(); ++k) {
     differences.push_back((to.col(k) - R * from.col(k)).norm());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/vision/camera/next_view.h"
+#include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::test {
 
@@ -29,8 +30,7 @@ inline Pose PoseOfOutline(const std::vector<lens::Vec2>& outline_px, const targe
   H /= std::copysign(0.5 * (H.col(0).norm() + H.col(1).norm()), H(2, 2));
   Mat3 R;
   R << H.col(0), H.col(1), H.col(0).cross(H.col(1));
-  const Eigen::JacobiSVD<Mat3> nearest(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return {nearest.matrixU() * nearest.matrixV().transpose(), H.col(2)};
+  return {NearestRotation(R), H.col(2)};
 }
 
 }  // namespace plumbline::test
