@@ -72,10 +72,10 @@ std::string RadiusLines(const std::vector<Landing>& landings) {
   return text;
 }
 
-bool RadiiHold(const std::vector<Landing>& landings) {
-  return std::all_of(landings.begin(), landings.end(), [](const Landing& landing) {
+bool RadiiHold(const std::vector<Landing>& landings, double times) {
+  return std::all_of(landings.begin(), landings.end(), [times](const Landing& landing) {
     return landing.basis == kMeasured && !landing.extrapolated &&
-           landing.CorrectedError() < landing.uncertainty_mm;
+           landing.CorrectedError() < times * landing.uncertainty_mm;
   });
 }
 

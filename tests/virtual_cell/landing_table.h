@@ -36,8 +36,9 @@ std::string LandingTable(const std::vector<Landing>& landings);
 std::string RadiusLines(const std::vector<Landing>& landings);
 /// Whether a PLC that accepts no assumed radius (packaging/examples/plc/pl_point.st) would use
 /// every point, and the landings are within the radii: measured, in the fitted range, error within
-/// it.
-bool RadiiHold(const std::vector<Landing>& landings);
+/// `times` it. A radius holds for 95 % of landings: one draw of the noise in ten has one of two
+/// outside.
+bool RadiiHold(const std::vector<Landing>& landings, double times = 1);
 /// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
 /// @throws std::runtime_error if the JSON is invalid or lacks a point
 void AddDeclared(const std::string& json, std::vector<Landing>& landings);
