@@ -155,10 +155,10 @@ bool Overshoots(const CandidateSet& candidate_set, const Explanation& explanatio
 
 /// Number of empirical terms that the search chooses among: signals or pairs, carriers, degrees. A
 /// surface additionally pays for the choice of its second driver among the signals.
-struct Trials {
+struct ShapeTrials {
   double of_curve, of_surface;
 
-  explicit Trials(const Dataset& data) {
+  explicit ShapeTrials(const Dataset& data) {
     const double carriers = static_cast<double>(Carriers(data).size());
     const double signals = static_cast<double>(data.signals.size());
     of_curve = carriers * (8 * signals + 2 * static_cast<double>(SignalPairs(data).size()));
@@ -171,7 +171,7 @@ struct Trials {
 std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                    const std::vector<SignalIndex>& drivers,
                                    const std::vector<int>& carriers) {
-  const Trials trials(problem.data());
+  const ShapeTrials trials(problem.data());
   Scored found;
   const CarriedResidual along(problem, carriers, residual);
   if (drivers.size() == 1) {
@@ -190,7 +190,7 @@ std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::V
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
   const std::vector<SignalPair> pairs = SignalPairs(data);
-  const Trials trials(data);
+  const ShapeTrials trials(data);
   Scored found;
   for (const std::vector<int>& carrier : carriers) {
     const CarriedResidual along(problem, carrier, residual);
