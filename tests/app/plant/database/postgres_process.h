@@ -49,9 +49,15 @@ class PostgresProcess {
   PostgresProcess(const PostgresProcess&) = delete;
   PostgresProcess& operator=(const PostgresProcess&) = delete;
 
+  /// After a crash a killed process may still hold the shared memory, and the server ends at once:
+  /// it is started until it stays.
   void Start() {
-    pid_ = Spawn({PostgresPrograms() + "postgres", "-D", Data()});
-    REQUIRE(Soon([this] { return plant::Connection::Open(Settings("postgres"), "test").ok(); }));
+    REQUIRE(Soon([this] {
+      if (pid_ <= 0 || waitpid(pid_, nullptr, WNOHANG) == pid_) {
+        pid_ = Spawn({PostgresPrograms() + "postgres", "-D", Data()});
+      }
+      return plant::Connection::Open(Settings("postgres"), "test").ok();
+    }));
   }
   /// @param signal  SIGTERM waits for sessions, SIGINT ends them, SIGKILL is a crash
   void Stop(int signal) {
