@@ -82,10 +82,11 @@ Mat3 NearestRotation(const Mat3& M, double* smallest_singular_value) {
 
 Mat3 RotationOfZOnto(const Vec3& direction) {
   const Vec3 d = direction.normalized();
-  if (d.z() < -1 + 1e-12) return Vec3(1, -1, -1).asDiagonal();
-  // Rodrigues: I + [v]x + [v]x^2 / (1 + cos), with v = z x d.
+  const double sin2 = d.head<2>().squaredNorm();
+  if (d.z() < 0 && sin2 < 1e-30) return Vec3(1, -1, -1).asDiagonal();
+  // Rodrigues: I + [v]x + [v]x^2 / (1 + cos), with v = z x d; 1 + cos without cancellation near -z.
   const Mat3 cross = CrossMatrix(Vec3(-d.y(), d.x(), 0));
-  return Mat3::Identity() + cross + cross * cross / (1 + d.z());
+  return Mat3::Identity() + cross + cross * cross / (d.z() < 0 ? sin2 / (1 - d.z()) : 1 + d.z());
 }
 
 }  // namespace plumbline

@@ -44,9 +44,9 @@ double QuaternionScalar(const Mat3& R);
 Mat3 RotationFromAngles(const Vec3& angles, OrientationConvention convention);
 
 /// The rotation R that maximises trace(R^T M), and minimises |R - M| (Frobenius): with M = U S V^T,
-/// R = U diag(1, 1, det(U V^T)) V^T (Kabsch 1976). It is unique unless the two smallest singular
-/// values are 0, or equal with det(M) < 0.
-/// @param smallest_singular_value  if not null, the smallest of M: near 0, R is poorly determined
+/// R = U diag(1, 1, det(U V^T)) V^T (Kabsch 1976). M must be finite. R is unique unless the two
+/// smallest singular values are 0, or equal with det(M) < 0.
+/// @param smallest_singular_value  if not null, the smallest of M; 1 if M is a rotation
 Mat3 NearestRotation(const Mat3& M, double* smallest_singular_value = nullptr);
 
 /// The smallest rotation that takes the z axis to a direction of any length above 0; a half turn

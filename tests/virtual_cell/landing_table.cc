@@ -72,10 +72,10 @@ std::string RadiusLines(const std::vector<Landing>& landings) {
   return text;
 }
 
-bool RadiiHold(const std::vector<Landing>& landings, double times) {
-  return std::all_of(landings.begin(), landings.end(), [times](const Landing& landing) {
+bool RadiiHold(const std::vector<Landing>& landings) {
+  return std::all_of(landings.begin(), landings.end(), [](const Landing& landing) {
     return landing.basis == kMeasured && !landing.extrapolated &&
-           landing.CorrectedError() < times * landing.uncertainty_mm;
+           landing.CorrectedError() < 4.6 / 2.8 * landing.uncertainty_mm;
   });
 }
 

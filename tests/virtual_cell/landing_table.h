@@ -35,10 +35,10 @@ std::string LandingTable(const std::vector<Landing>& landings);
 /// One line for each point: its error, and the radius with its basis.
 std::string RadiusLines(const std::vector<Landing>& landings);
 /// Whether a PLC that accepts no assumed radius (packaging/examples/plc/pl_point.st) would use
-/// every point, and the landings are within the radii: measured, in the fitted range, error within
-/// `times` it. A radius holds for 95 % of landings: one draw of the noise in ten has one of two
-/// outside.
-bool RadiiHold(const std::vector<Landing>& landings, double times = 1);
+/// every point, and the landings are plausible: measured, in the fitted range, error within 4.6
+/// / 2.8 of the radius. Of three normal components, 95 % are within 2.8 standard deviations, 99.99
+/// % within 4.6.
+bool RadiiHold(const std::vector<Landing>& landings);
 /// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
 /// @throws std::runtime_error if the JSON is invalid or lacks a point
 void AddDeclared(const std::string& json, std::vector<Landing>& landings);

@@ -11,10 +11,10 @@
 namespace plumbline::vision {
 namespace {
 
-/// The larger singular value of A: s^2 = (|A|^2 + sqrt(|A|^4 - 4 det(A)^2)) / 2, |A| of Frobenius.
+/// The larger singular value of A, the sum of its conformal and its anticonformal part.
 double LargerSingularValue(const Eigen::Matrix2d& A) {
-  const double norm = A.squaredNorm(), det = A.determinant();
-  return std::sqrt(0.5 * (norm + std::sqrt(std::max(0.0, norm * norm - 4 * det * det))));
+  return 0.5 * (std::hypot(A(0, 0) + A(1, 1), A(0, 1) - A(1, 0)) +
+                std::hypot(A(0, 0) - A(1, 1), A(0, 1) + A(1, 0)));
 }
 
 /// Least-squares translation p: a corner q = R p_K seen in direction (x, y) gives

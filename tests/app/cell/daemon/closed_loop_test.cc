@@ -214,8 +214,7 @@ TEST_CASE("points miss, the effect is named, its model applied, the points hit")
   const auto landings = station.Landings();
   CHECK(LargestErrorOf(landings) < kWithinNoise_mm);
   INFO(virtual_cell::RadiusLines(landings));
-  // Of three normal components, 95 % are within 2.8 standard deviations, 99.99 % within 4.6.
-  CHECK(virtual_cell::RadiiHold(landings, 4.6 / 2.8));
+  CHECK(virtual_cell::RadiiHold(landings));
   CHECK(StatusText(station.daemon.Plc())
             .find("version 2 in force, fitted to measured points, 1 effect\n") !=
         std::string::npos);

@@ -52,12 +52,15 @@ class PostgresProcess {
   /// After a crash a killed process may still hold the shared memory, and the server ends at once:
   /// it is started until it stays.
   void Start() {
-    REQUIRE(Soon([this] {
+    const bool stays = Soon([this] {
       if (pid_ <= 0 || waitpid(pid_, nullptr, WNOHANG) == pid_) {
+        if (pid_ > 0) usleep(200'000);
         pid_ = Spawn({PostgresPrograms() + "postgres", "-D", Data()});
       }
       return plant::Connection::Open(Settings("postgres"), "test").ok();
-    }));
+    });
+    INFO(FileText(folder_.path() + "/log"));
+    REQUIRE(stays);
   }
   /// @param signal  SIGTERM waits for sessions, SIGINT ends them, SIGKILL is a crash
   void Stop(int signal) {
