@@ -75,7 +75,7 @@ std::string RadiusLines(const std::vector<Landing>& landings) {
 bool RadiiHold(const std::vector<Landing>& landings) {
   return std::all_of(landings.begin(), landings.end(), [](const Landing& landing) {
     return landing.basis == kMeasured && !landing.extrapolated &&
-           landing.CorrectedError() < 4.6 / 2.8 * landing.uncertainty_mm;
+           landing.CorrectedError() < 1.64 * landing.uncertainty_mm;
   });
 }
 

@@ -35,9 +35,9 @@ std::string LandingTable(const std::vector<Landing>& landings);
 /// One line for each point: its error, and the radius with its basis.
 std::string RadiusLines(const std::vector<Landing>& landings);
 /// Whether a PLC that accepts no assumed radius (packaging/examples/plc/pl_point.st) would use
-/// every point, and the landings are plausible: measured, in the fitted range, error within 4.6
-/// / 2.8 of the radius. Of three normal components, 95 % are within 2.8 standard deviations, 99.99
-/// % within 4.6.
+/// every point, and the landings are plausible: measured, in the fitted range, error below 1.64
+/// times the 95 % radius. For normal errors that is 4.6 standard deviations instead of 2.8: 99.99
+/// %.
 bool RadiiHold(const std::vector<Landing>& landings);
 /// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
 /// @throws std::runtime_error if the JSON is invalid or lacks a point
