@@ -36,8 +36,7 @@ std::string LandingTable(const std::vector<Landing>& landings);
 std::string RadiusLines(const std::vector<Landing>& landings);
 /// Whether a PLC that accepts no assumed radius (packaging/examples/plc/pl_point.st) would use
 /// every point, and the landings are plausible: measured, in the fitted range, error below 1.64
-/// times the 95 % radius. For normal errors that is 4.6 standard deviations instead of 2.8: 99.99
-/// %.
+/// times the 95 % radius, as 99.99 % of normal errors are (4.6 standard deviations, not 2.8).
 bool RadiiHold(const std::vector<Landing>& landings);
 /// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
 /// @throws std::runtime_error if the JSON is invalid or lacks a point
